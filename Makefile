@@ -1,0 +1,70 @@
+# `make demo` sets everything up and runs the main job, `make test` runs every check.
+SHELL := /bin/bash
+.SHELLFLAGS := -euo pipefail -c
+.DEFAULT_GOAL := help
+.DELETE_ON_ERROR:
+
+VENV := .venv
+BIN := $(VENV)/bin
+PY := $(BIN)/python
+RUST_SOURCES := $(shell find rust -name '*.rs' 2>/dev/null) Cargo.toml $(wildcard Cargo.lock build.rs rust-toolchain.toml)
+TOOLS := $(VENV)/.tools
+DEPENDENCIES := $(VENV)/.dependencies
+EXTENSION := $(VENV)/.extension
+
+export VIRTUAL_ENV := $(CURDIR)/$(VENV)
+export PYO3_PYTHON := $(CURDIR)/$(PY)
+export PIP_DISABLE_PIP_VERSION_CHECK := 1
+
+.PHONY: help setup demo test bench clean lint
+
+help:
+	@echo "make setup   environment in $(VENV) and release build of the extension"
+	@echo "make demo    set up, then 10,000 Monte Carlo rows of a real drive into out/demo"
+	@echo "make test    set up, then every test, lint and type check"
+	@echo "make bench   set up, then the speed measurements"
+	@echo "make clean   remove everything that was built"
+
+setup: $(EXTENSION)
+
+$(TOOLS): tools/check-tools
+	@tools/check-tools $(MAKE_VERSION) > /dev/null
+	@python=$$(tools/check-tools $(MAKE_VERSION)); "$$python" -m venv $(VENV) || \
+	  { echo "hdfast needs Python's venv module: install the package 'python3-venv' of your system and run make again." >&2; exit 2; }
+	@touch $@
+
+$(DEPENDENCIES): pyproject.toml tools/requirements.py | $(TOOLS)
+	$(PY) tools/requirements.py dev > $(VENV)/requirements.txt
+	$(PY) -m pip install --quiet --requirement $(VENV)/requirements.txt
+	@touch $@
+
+$(EXTENSION): $(RUST_SOURCES) $(DEPENDENCIES)
+	@tools/check-tools $(MAKE_VERSION) > /dev/null
+	$(BIN)/maturin develop --release --quiet
+	@touch $@
+
+demo: setup
+	$(BIN)/hdfast sweep examples/shf-25-120.toml --out out/demo
+
+lint: setup
+	@tools/check-tools $(MAKE_VERSION) lint > /dev/null
+	cargo fmt --check
+	cargo clippy --quiet --all-targets -- -D warnings
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+	$(PY) -m mypy.stubtest hdfast._core
+
+test: lint
+	cargo test --release --no-default-features
+	$(PY) -m pytest
+
+bench: setup
+	$(PY) tools/requirements.py bench | xargs $(PY) -m pip install --quiet
+	cargo bench --no-default-features
+	$(PY) benches/compare_numba.py
+
+clean:
+	rm -rf $(VENV) target out .hypothesis .mypy_cache .pytest_cache .ruff_cache
+	find python tests -name '__pycache__' -type d -prune -exec rm -rf {} +
+	rm -f python/hdfast/_core*.so

@@ -1,0 +1,58 @@
+"""Batch simulation of the torsional vibration of harmonic drives.
+
+`sweep` runs many rows of parameters, `simulate` one row with its trajectory; `params` lists the parameters,
+`Model` the choice of equations and `Scenario` what is done to the drive.
+"""
+
+from __future__ import annotations
+
+import importlib
+from importlib.metadata import version
+from typing import Any
+
+from hdfast.catalogue import build_info, metrics, signals, statuses
+from hdfast.errors import (
+    ConfigError,
+    InputError,
+    Interrupted,
+    MissingPackageError,
+    ParameterError,
+    RowError,
+)
+from hdfast.model import Model, terms
+from hdfast.params import column, defaults, params
+from hdfast.result import SweepResult
+from hdfast.scenario import Scenario
+from hdfast.simulate import Trajectory, simulate
+from hdfast.sweep import sweep
+
+__version__ = version("hdfast")
+
+__all__ = [
+    "ConfigError",
+    "InputError",
+    "Interrupted",
+    "MissingPackageError",
+    "Model",
+    "ParameterError",
+    "RowError",
+    "Scenario",
+    "SweepResult",
+    "Trajectory",
+    "build_info",
+    "column",
+    "defaults",
+    "metrics",
+    "params",
+    "signals",
+    "simulate",
+    "statuses",
+    "sweep",
+    "terms",
+]
+
+
+def __getattr__(name: str) -> Any:
+    if name == "reference":
+        return importlib.import_module("hdfast.reference")
+    raise AttributeError(f"module 'hdfast' has no attribute {name!r}")

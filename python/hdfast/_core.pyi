@@ -1,0 +1,53 @@
+"""The compiled core."""
+
+from collections.abc import Callable, Sequence
+from typing import Any, final
+
+import numpy as np
+from numpy.typing import NDArray
+
+def build_info() -> dict[str, Any]: ...
+def methods() -> list[dict[str, Any]]: ...
+def statuses() -> list[tuple[int, str, str]]: ...
+def metrics() -> list[dict[str, str]]: ...
+def signals() -> list[dict[str, str]]: ...
+def layout(base: str, spring: str, orders: Sequence[float], labels: Sequence[str]) -> list[dict[str, Any]]: ...
+
+@final
+class Program:
+    def __new__(
+        cls,
+        segments: NDArray[np.float64],
+        t_end: float,
+        t_on: float,
+        t_off: float,
+        t_run: float,
+        ring_delay: float,
+        ring_width: float,
+        ring_on_load: bool,
+    ) -> Program: ...
+
+def sweep(
+    *,
+    base: str,
+    spring: str,
+    orders: Sequence[float],
+    defaults: NDArray[np.float64],
+    columns: Sequence[tuple[int, NDArray[np.float64]]],
+    rows: int,
+    programs: Sequence[Program],
+    program_index: NDArray[np.uint32] | None,
+    initial: str,
+    initial_state: NDArray[np.float64] | None,
+    grids: Sequence[NDArray[np.float64]],
+    grid_index: NDArray[np.uint32] | None,
+    signals: Sequence[str],
+    metrics: Sequence[str],
+    method: str,
+    rtol: float,
+    atol: float,
+    max_steps: int,
+    max_step: float,
+    threads: int,
+    progress: Callable[[int, int], object] | None,
+) -> dict[str, Any]: ...

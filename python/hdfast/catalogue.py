@@ -1,0 +1,129 @@
+"""What the compiled core offers: methods, row statuses, metrics and signals."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from functools import cache
+from typing import Any
+
+from hdfast import _core
+from hdfast.errors import InputError, choose
+from hdfast.model import parse_order
+
+FINISHED = "finished"
+ON_DEMAND = {"order_": "rad", "speed_order_": "rad/s"}
+AUTO_METHOD = "dop853"
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """A metric or a signal."""
+
+    name: str
+    unit: str
+    meaning: str
+
+
+@dataclass(frozen=True)
+class Status:
+    """Outcome of a row, with a sentence that says what to do."""
+
+    code: int
+    name: str
+    remedy: str
+
+
+def build_info() -> dict[str, Any]:
+    """How the core was built: version, profile, chosen and available vector code.
+
+    Raises:
+        InputError: the environment variable HDFAST_SIMD names no vector code of this machine.
+    """
+    try:
+        return _core.build_info()
+    except ValueError as error:
+        raise InputError(str(error)) from None
+
+
+@cache
+def metrics() -> dict[str, Quantity]:
+    """Metrics by name. Besides these, `order_<o>` and `speed_order_<o>` give amplitudes at any order."""
+    return {row["name"]: Quantity(**row) for row in _core.metrics()}
+
+
+@cache
+def signals() -> dict[str, Quantity]:
+    """Signals that can be sampled, by name."""
+    return {row["name"]: Quantity(**row) for row in _core.signals()}
+
+
+@cache
+def statuses() -> dict[int, Status]:
+    """Outcomes of a row by code; 0 is "finished"."""
+    return {code: Status(code, name, remedy) for code, name, remedy in _core.statuses()}
+
+
+@cache
+def methods() -> dict[str, dict[str, Any]]:
+    """Integration methods by name: order, order of the dense output, stages."""
+    return {row["name"]: dict(row) for row in _core.methods()}
+
+
+def choose_method(method: object) -> str:
+    """The method's name with "auto" resolved."""
+    name = choose("method", method, ["auto", *methods()])
+    return AUTO_METHOD if name == "auto" else name
+
+
+def metric(name: object) -> Quantity:
+    """Look up a metric, including the order amplitudes.
+
+    Raises:
+        InputError: naming the nearest known metric.
+    """
+    for prefix, unit in ON_DEMAND.items():
+        if isinstance(name, str) and re.match(re.escape(prefix) + r"\d", name):
+            label = str(parse_order(name.removeprefix(prefix)))
+            what = "transmission error" if prefix == "order_" else "load speed"
+            return Quantity(prefix + label, unit, f"amplitude of order {label} of the {what}")
+    return metrics()[choose("metrics", name, [*metrics(), *(f"{prefix}2" for prefix in ON_DEMAND)])]
+
+
+def choose_metrics(names: Any) -> list[Quantity]:
+    """The asked-for metrics, all fixed ones for None.
+
+    Raises:
+        InputError: not a list, an unknown name, or a name twice.
+    """
+    if names is None:
+        return list(metrics().values())
+    return _unique("metrics", [metric(name) for name in _listed("metrics", names)])
+
+
+def choose_signals(names: Any, default: tuple[str, ...]) -> list[Quantity]:
+    """The asked-for signals, `default` for None.
+
+    Raises:
+        InputError: not a list, an unknown name, or a name twice.
+    """
+    wanted = default if names is None else _listed("signals", names)
+    return _unique("signals", [signals()[choose("signals", name, signals())] for name in wanted])
+
+
+def _listed(argument: str, names: Any) -> list[Any]:
+    if isinstance(names, (str, bytes)) or not hasattr(names, "__iter__"):
+        raise InputError(f"{argument} = {names!r} is not a list of names")
+    listed = list(names)
+    if len(listed) > 1000:
+        raise InputError(f"{argument} has {len(listed)} entries (allowed: at most 1000)")
+    return listed
+
+
+def _unique(argument: str, chosen: list[Quantity]) -> list[Quantity]:
+    seen: set[str] = set()
+    for item in chosen:
+        if item.name in seen:
+            raise InputError(f"{argument} contains {item.name!r} twice")
+        seen.add(item.name)
+    return chosen

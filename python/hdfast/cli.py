@@ -1,0 +1,230 @@
+"""The command `hdfast`. Exit code 0 done, 1 a specification is not met, 2 wrong input, 130 interrupted."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from collections.abc import Sequence
+from dataclasses import asdict
+from importlib.metadata import version
+from typing import Any, NoReturn
+
+from hdfast import catalogue, checks, config, montecarlo
+from hdfast.catalogue import build_info
+from hdfast.config import MAX_ROWS, Config
+from hdfast.errors import InputError, Interrupted, MissingPackageError
+from hdfast.model import BASES, SPRINGS, Model
+from hdfast.params import params
+from hdfast.printing import text_table
+from hdfast.simulate import simulate
+from hdfast.threads import MAX_THREADS, resolve_threads
+
+DONE, NOT_MET, WRONG_INPUT, INTERRUPTED = 0, 1, 2, 130
+WELCOME = """hdfast {version}: batch simulation of the torsional vibration of harmonic drives.
+
+Three commands to try first:
+  hdfast params                                              what describes a drive
+  hdfast sweep examples/shf-25-120.toml --out out/demo       10,000 drives of one type, start to stop
+  hdfast simulate examples/shf-25-120.toml --out out/one     one of them with its full trajectory
+
+`hdfast COMMAND --help` explains each command with an example."""
+
+
+class _Parser(argparse.ArgumentParser):
+    """Argument parser whose complaints are one line and end with exit code 2."""
+
+    def error(self, message: str) -> NoReturn:
+        print(f"{self.prog}: {message} (see {self.prog} --help)", file=sys.stderr)
+        raise SystemExit(WRONG_INPUT)
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command line and return its exit code."""
+    options = _parser().parse_args(arguments)
+    if options.command is None:
+        print(WELCOME.format(version=version("hdfast")))
+        return DONE
+    try:
+        code: int = options.run(options)
+    except (InputError, MissingPackageError) as error:
+        print(f"hdfast: {error}", file=sys.stderr)
+        return WRONG_INPUT
+    except KeyboardInterrupt as stop:
+        print(f"hdfast: {stop or 'interrupted'}", file=sys.stderr)
+        return INTERRUPTED
+    except BrokenPipeError:
+        sys.stderr.close()
+        return DONE
+    return code
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = _Parser(
+        prog="hdfast", description="Batch simulation of the torsional vibration of harmonic drives.", allow_abbrev=False
+    )
+    parser.add_argument("--version", action="version", version=f"hdfast {version('hdfast')}")
+    commands = parser.add_subparsers(dest="command", metavar="COMMAND", parser_class=_Parser)
+
+    def add(name: str, run: Any, text: str, example: str) -> argparse.ArgumentParser:
+        command = commands.add_parser(
+            name,
+            help=text,
+            description=text,
+            epilog=f"example:\n  {example}",
+            formatter_class=argparse.RawDescriptionHelpFormatter,
+            allow_abbrev=False,
+        )
+        command.set_defaults(run=run)
+        command.add_argument("--json", action="store_true", help="print JSON instead of text")
+        command.add_argument("--quiet", action="store_true", help="print nothing but errors")
+        return command
+
+    example = "hdfast sweep examples/shf-25-120.toml --out out/demo --rows 1000 --seed 7"
+    command = add("sweep", _sweep, "Simulate many drives drawn from the tolerances of a TOML file.", example)
+    command.add_argument("file", metavar="FILE.toml", help="drive, tolerances, scenario and specification")
+    command.add_argument("--out", metavar="DIR", help="folder for the page, the table, the JSON and the input")
+    command.add_argument("--rows", type=_whole("--rows", 1, MAX_ROWS), help="number of drives instead of the file's")
+    command.add_argument("--seed", type=_whole("--seed", 0, 2**63 - 1), help="seed instead of the file's")
+    command.add_argument("--threads", type=_whole("--threads", 1, MAX_THREADS), help="number of threads")
+    command.add_argument("--progress", action="store_true", help="show progress even when stderr is not a terminal")
+
+    example = "hdfast simulate examples/shf-25-120.toml --out out/one"
+    command = add("simulate", _simulate, "Simulate the nominal drive of a TOML file with its full trajectory.", example)
+    command.add_argument("file", metavar="FILE.toml", help="drive and scenario")
+    command.add_argument("--out", metavar="DIR", help="folder for the page, the table, the JSON and the input")
+
+    command = add("params", _params, "List the parameters of a drive.", "hdfast params --spring piecewise")
+    command.add_argument("--base", choices=BASES, default=BASES[0], help="base model")
+    command.add_argument("--spring", choices=SPRINGS, default=SPRINGS[0], help="spring law")
+
+    add("info", _info, "Show version, build, methods, metrics, signals and row statuses.", "hdfast info --json")
+    return parser
+
+
+def _whole(argument: str, low: int, high: int) -> Any:
+    def convert(text: str) -> int:
+        try:
+            return checks.whole(argument, int(text.replace("_", "").replace(",", "")), low, high)
+        except InputError as error:
+            raise argparse.ArgumentTypeError(str(error)) from None
+        except ValueError:
+            raise argparse.ArgumentTypeError(f"{text!r} is not a whole number from {low} to {high}") from None
+
+    return convert
+
+
+def _sweep(options: argparse.Namespace) -> int:
+    from hdfast.report import folder, tables
+
+    settings = config.load(options.file)
+    out = folder.prepare(options.out) if options.out else None
+    seed = settings.run.seed if options.seed is None else options.seed
+    try:
+        result = montecarlo.simulate_rows(
+            settings,
+            rows=options.rows,
+            seed=seed,
+            threads=options.threads,
+            progress=options.progress or (sys.stderr.isatty() and not options.quiet),
+        )
+    except Interrupted as stop:
+        if out is not None:
+            folder.write_sweep(out, settings, stop.result, montecarlo.judge(settings, stop.result), seed, None)
+            print(f"hdfast: finished rows are in {out / folder.ROWS}", file=sys.stderr)
+        raise
+    verdicts = montecarlo.judge(settings, result)
+    if out is not None:
+        numbers = folder.write_sweep(out, settings, result, verdicts, seed, _nominal(settings))
+    else:
+        numbers = folder.summary(settings, result, verdicts, seed)
+    if options.json:
+        print(json.dumps(numbers, indent=2))
+    elif not options.quiet:
+        print(_headline(settings, result, seed))
+        print(text_table(tables.METRIC_HEADER, tables.metric_rows(result), right=range(2, len(tables.METRIC_HEADER))))
+        if verdicts:
+            print()
+            print(text_table(tables.SPEC_HEADER, tables.spec_rows(verdicts, result.units), right=(2, 3, 4, 5, 6)))
+        if out is not None:
+            print(f"\n{out / folder.PAGE}\n{out / folder.ROWS}\n{out / folder.SUMMARY}")
+    return DONE if all(verdict.met for verdict in verdicts) else NOT_MET
+
+
+def _headline(settings: Config, result: Any, seed: int) -> str:
+    counts = ", ".join(f"{name} {count:,}" for name, count in result.status_counts().items())
+    lines = [
+        f"{settings.title}",
+        f"{len(result):,} rows ({counts}), seed {seed}, {result.seconds:.2f} s on {result.threads} "
+        f"thread{'s' if result.threads > 1 else ''} ({result.simd}), "
+        f"{len(result) / max(result.seconds, 1e-9):,.0f} rows/s",
+    ]
+    lines.extend(result.message(row) for row in (~result.finished).nonzero()[0][:3].tolist())
+    return "\n".join(lines) + "\n"
+
+
+def _nominal(settings: Config) -> Any:
+    run = settings.run
+    return simulate(
+        settings.drive,
+        model=settings.model,
+        scenario=settings.scenario,
+        method=run.method,
+        rtol=run.rtol,
+        atol=run.atol,
+        max_steps=run.max_steps,
+    )
+
+
+def _simulate(options: argparse.Namespace) -> int:
+    from hdfast.report import folder, tables
+
+    settings = config.load(options.file)
+    out = folder.prepare(options.out) if options.out else None
+    run = _nominal(settings)
+    numbers = folder.write_simulate(out, settings, run) if out else folder.simulate_summary(settings, run)
+    if options.json:
+        print(json.dumps(numbers, indent=2))
+    elif not options.quiet:
+        rows = [[name, tables.number(value), run.units[name]] for name, value in run.metrics.items()]
+        print(f"{settings.title}\n{run.message}\n\n{text_table(['metric', 'value', 'unit'], rows, right=(1,))}")
+        if out is not None:
+            print(f"\n{out / folder.PAGE}\n{out / folder.TRAJECTORY}\n{out / folder.SUMMARY}")
+    return DONE
+
+
+def _params(options: argparse.Namespace) -> int:
+    table = params(Model(base=options.base, spring=options.spring))
+    if options.json:
+        print(json.dumps([asdict(row) for row in table], indent=2))
+    elif not options.quiet:
+        print(table)
+    return DONE
+
+
+def _info(options: argparse.Namespace) -> int:
+    quantities = {"metrics": catalogue.metrics(), "signals": catalogue.signals()}
+    if options.json:
+        numbers: dict[str, Any] = {
+            "build": build_info(),
+            "threads": resolve_threads(),
+            "methods": list(catalogue.methods().values()),
+        }
+        numbers |= {kind: [asdict(item) for item in found.values()] for kind, found in quantities.items()}
+        numbers["statuses"] = [asdict(status) for status in catalogue.statuses().values()]
+        print(json.dumps(numbers, indent=2))
+        return DONE
+    if options.quiet:
+        return DONE
+    print(text_table(["build", ""], [[key, str(value)] for key, value in build_info().items()]))
+    print(f"threads of a sweep: {resolve_threads()}\n")
+    methods = [[str(value) for value in method.values()] for method in catalogue.methods().values()]
+    print(text_table(["method", *list(next(iter(catalogue.methods().values())))[1:]], methods), end="\n\n")
+    for kind, found in quantities.items():
+        print(text_table([kind, "unit", "meaning"], [[q.name, q.unit, q.meaning] for q in found.values()]), end="\n\n")
+    print(text_table(["status", "what to do"], [[s.name, s.remedy] for s in catalogue.statuses().values()]))
+    return DONE
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

@@ -1,0 +1,97 @@
+"""What can be wrong with a call, as typed exceptions whose text names the argument, its value and what is allowed."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterable
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from hdfast.result import SweepResult
+
+
+class InputError(ValueError):
+    """An argument cannot mean anything; raised before anything runs."""
+
+
+class ParameterError(InputError):
+    """A parameter name is unknown, given twice, or its column cannot be used."""
+
+
+class RowError(InputError):
+    """With `strict=True`: the first row that cannot be simulated.
+
+    Attributes:
+        row: index of the row.
+        parameter: name of the offending parameter.
+    """
+
+    def __init__(self, message: str, row: int, parameter: str) -> None:
+        super().__init__(message)
+        self.row = row
+        self.parameter = parameter
+
+
+class ConfigError(InputError):
+    """A configuration file is wrong.
+
+    Attributes:
+        line: line number in the file, counted from 1, or None when it has none.
+    """
+
+    def __init__(self, message: str, line: int | None = None) -> None:
+        super().__init__(message)
+        self.line = line
+
+
+class MissingPackageError(ImportError):
+    """An optional package is needed for this call."""
+
+
+class Interrupted(KeyboardInterrupt):
+    """Ctrl-C ended the sweep; rows that had finished are kept.
+
+    Attributes:
+        result: the `SweepResult`; unfinished rows have the status "cancelled".
+    """
+
+    def __init__(self, result: SweepResult) -> None:
+        counts = result.status_counts()
+        super().__init__(f"interrupted: {counts.get('finished', 0)} of {len(result)} rows finished")
+        self.result = result
+
+
+def nearest(name: str, known: Iterable[str]) -> str:
+    """A hint such as `"; did you mean 'J_l'?"`, empty when nothing comes close."""
+    names = list(known)
+    folded = {candidate.casefold(): candidate for candidate in names}
+    found = difflib.get_close_matches(str(name)[:80].casefold(), list(folded), n=1, cutoff=0.6)
+    return f"; did you mean {folded[found[0]]!r}?" if found else ""
+
+
+def shorten(value: object, limit: int = 60) -> str:
+    """The repr of a value, cut to a length that fits a message."""
+    text = repr(value)
+    return text if len(text) <= limit else text[: limit - 3] + "..."
+
+
+def choose(argument: str, value: object, known: Iterable[str]) -> str:
+    """Check that a value is one of the known names and return it.
+
+    Raises:
+        InputError: naming the argument, the value, the nearest and all allowed names.
+    """
+    names = list(known)
+    if isinstance(value, str) and value in names:
+        return value
+    hint = nearest(value, names) if isinstance(value, str) else ""
+    listed = ", ".join(names[:40]) + (", ..." if len(names) > 40 else "")
+    raise InputError(f"{argument} = {shorten(value)} is not known{hint} (allowed: {listed})")
+
+
+def require_package(name: str, extra: str) -> None:
+    """Raise `MissingPackageError` with the command that installs an optional package."""
+    import importlib.util
+
+    if importlib.util.find_spec(name) is None:
+        raise MissingPackageError(f"{name} is not installed: run  pip install 'hdfast[{extra}]'")

@@ -1,0 +1,116 @@
+"""Which equations a batch solves: base, spring law, orders of the kinematic error, extra physics."""
+
+from __future__ import annotations
+
+import math
+import numbers
+import re
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
+from fractions import Fraction
+from typing import Any
+
+from hdfast.errors import InputError, choose, nearest, shorten
+
+BASES = ("two_inertia", "one_inertia")
+SPRINGS = ("polynomial", "piecewise")
+STATES = {
+    "two_inertia": ("theta_m", "omega_m", "theta_l", "omega_l", "z"),
+    "one_inertia": ("theta_m", "omega_m", "z"),
+}
+DEFAULT_ORDERS = tuple(range(1, 16))
+MAX_ORDERS = 64
+
+Order = int | float | str | Fraction
+
+
+def parse_order(value: object) -> Fraction:
+    """An order (cycles per motor revolution) from 2, 0.5, "120/121" or a Fraction, exact where it can be."""
+    allowed = 'allowed: a positive number such as 2, 0.5 or "120/121"'
+    fraction = None
+    if isinstance(value, str):
+        if re.fullmatch(r"\s*\d+(\.\d+|\s*/\s*\d*[1-9]\d*)?\s*", value) and len(value) < 40:
+            fraction = Fraction(value.replace(" ", ""))
+    elif isinstance(value, numbers.Rational) and not isinstance(value, bool):
+        fraction = Fraction(value)
+    elif isinstance(value, numbers.Real) and not isinstance(value, bool) and math.isfinite(value):
+        close = Fraction(float(value)).limit_denominator(1000)
+        fraction = close if float(close) == float(value) else Fraction(repr(float(value)))
+    if fraction is None or not Fraction(1, 10**6) <= fraction <= 10**4:
+        raise InputError(f"order {shorten(value)} is not usable ({allowed}, at most 10000)")
+    return fraction
+
+
+def _parse_orders(orders: object) -> tuple[Fraction, ...]:
+    if isinstance(orders, (str, bytes)) or not isinstance(orders, Iterable):
+        raise InputError(f"orders = {shorten(orders)} is not a list of orders")
+    listed = list(orders)
+    if len(listed) > MAX_ORDERS:
+        raise InputError(f"orders has {len(listed)} entries (allowed: at most {MAX_ORDERS})")
+    parsed = tuple(parse_order(order) for order in listed)
+    seen: set[Fraction] = set()
+    for order in parsed:
+        if order in seen:
+            raise InputError(f"orders contains {order} twice")
+        seen.add(order)
+    return parsed
+
+
+def terms() -> list[dict[str, Any]]:
+    """Catalogue of the extra physics this version knows; empty so far."""
+    return []
+
+
+@dataclass(frozen=True)
+class Model:
+    """The equations a batch solves. Rows of one batch differ in parameters, never in equations.
+
+    Args:
+        base: "two_inertia" (motor and load joined by the gear spring) or "one_inertia" (the rigid limit in the motor
+            coordinate, keeping the kinematic error).
+        spring: "polynomial" (k1 ... k5 with linear continuation beyond phi_max) or "piecewise" (K1, K2, K3 between the
+            torques T1 and T2).
+        orders: orders of the kinematic error in cycles per motor revolution: 2, 0.5, "120/121" or a Fraction.
+        terms: ids of extra physics; none exist so far.
+
+    Raises:
+        InputError: naming the argument, its value and what is allowed.
+    """
+
+    base: str = "two_inertia"
+    spring: str = "polynomial"
+    orders: Sequence[Order] = DEFAULT_ORDERS
+    terms: Sequence[str] = ()
+    _orders: tuple[Fraction, ...] = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        choose("base", self.base, BASES)
+        choose("spring", self.spring, SPRINGS)
+        parsed = _parse_orders(self.orders)
+        object.__setattr__(self, "_orders", parsed)
+        object.__setattr__(self, "orders", tuple(str(order) for order in parsed))
+        if isinstance(self.terms, str) or not isinstance(self.terms, Iterable):
+            raise InputError(f"terms = {shorten(self.terms)} is not a list of term ids")
+        known = [str(term["id"]) for term in terms()]
+        for term in self.terms:
+            if term not in known:
+                listed = ", ".join(known) or "none in this version"
+                raise InputError(
+                    f"terms: no term {shorten(term)} exists{nearest(str(term), known)} (allowed: {listed})"
+                )
+        object.__setattr__(self, "terms", tuple(self.terms))
+
+    @property
+    def order_values(self) -> list[float]:
+        """The orders as numbers, in the given sequence."""
+        return [float(order) for order in self._orders]
+
+    @property
+    def order_labels(self) -> list[str]:
+        """The orders as printed in parameter names: "2", "120/121"."""
+        return [str(order) for order in self._orders]
+
+    @property
+    def states(self) -> tuple[str, ...]:
+        """Names of the reported states, in the columns of `final_state`."""
+        return STATES[self.base]

@@ -1,0 +1,161 @@
+"""The parameter table: one name, unit, default and range per parameter, read from the compiled core."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import overload
+
+import numpy as np
+
+from hdfast import _core, checks
+from hdfast.checks import Floats
+from hdfast.errors import InputError, ParameterError, nearest, shorten
+from hdfast.model import Model
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """One parameter: SI unit, default of the SHF-25-120 drive, plausible range and where the default comes from."""
+
+    name: str
+    symbol: str
+    unit: str
+    default: float
+    low: float
+    high: float
+    meaning: str
+    source: str
+    group: str
+
+
+class ParameterTable:
+    """Parameters in column order; prints as a table, iterates over `Parameter`, indexed by position or name."""
+
+    def __init__(self, rows: tuple[Parameter, ...]) -> None:
+        self._rows = rows
+        self._index = {row.name: position for position, row in enumerate(rows)}
+
+    @property
+    def names(self) -> list[str]:
+        """Parameter names in column order."""
+        return [row.name for row in self._rows]
+
+    @property
+    def units(self) -> dict[str, str]:
+        """Unit by name."""
+        return {row.name: row.unit for row in self._rows}
+
+    @property
+    def defaults(self) -> Floats:
+        """Default values in column order, shape (P,)."""
+        return np.array([row.default for row in self._rows], dtype=np.float64)
+
+    def column(self, name: str) -> int:
+        """Position of a parameter.
+
+        Raises:
+            ParameterError: naming the nearest known name.
+        """
+        if not isinstance(name, str) or name not in self._index:
+            raise ParameterError(f"parameter {shorten(name)} is not known{nearest(str(name), self._index)}")
+        return self._index[name]
+
+    def __len__(self) -> int:
+        return len(self._rows)
+
+    def __iter__(self) -> Iterator[Parameter]:
+        return iter(self._rows)
+
+    def __contains__(self, name: object) -> bool:
+        return name in self._index
+
+    @overload
+    def __getitem__(self, key: int | str) -> Parameter: ...
+    @overload
+    def __getitem__(self, key: slice) -> ParameterTable: ...
+    def __getitem__(self, key: int | str | slice) -> Parameter | ParameterTable:
+        if isinstance(key, slice):
+            return ParameterTable(self._rows[key])
+        return self._rows[self.column(key) if isinstance(key, str) else key]
+
+    def __repr__(self) -> str:
+        from hdfast.printing import text_table
+
+        rows = [
+            [
+                row.name,
+                row.symbol,
+                row.unit,
+                f"{row.default:.6g}",
+                f"{row.low:.4g} .. {row.high:.4g}",
+                row.meaning,
+                row.source,
+            ]
+            for row in self._rows
+        ]
+        return text_table(["name", "symbol", "unit", "default", "range", "meaning", "source"], rows, right=(3,))
+
+    def _repr_html_(self) -> str:
+        from hdfast.printing import html_table
+
+        rows = [
+            [
+                row.name,
+                row.symbol,
+                row.unit,
+                f"{row.default:.6g}",
+                f"{row.low:.4g} .. {row.high:.4g}",
+                row.meaning,
+                row.source,
+            ]
+            for row in self._rows
+        ]
+        return html_table(["name", "symbol", "unit", "default", "range", "meaning", "source"], rows)
+
+
+@lru_cache(maxsize=64)
+def layout(model: Model) -> ParameterTable:
+    """Every column the core takes for a model: the drive's parameters, then the six of the scenario."""
+    rows = _core.layout(model.base, model.spring, model.order_values, model.order_labels)
+    return ParameterTable(tuple(Parameter(**row) for row in rows))
+
+
+def _model(model: Model | None) -> Model:
+    if model is None:
+        return Model()
+    if not isinstance(model, Model):
+        raise InputError(f"model = {shorten(model)} is not a hdfast.Model")
+    return model
+
+
+def params(model: Model | None = None) -> ParameterTable:
+    """Parameters of a drive, in the column order of the arrays that `sweep` takes.
+
+    Args:
+        model: the model; the default is `Model()`.
+    """
+    table = layout(_model(model))
+    return table[: sum(row.group == "drive" for row in table)]
+
+
+def defaults(rows: int, model: Model | None = None) -> Floats:
+    """A float64 array (rows, P) with the default drive in every row; columns as in `params(model)`."""
+    count = checks.whole("rows", rows, 0, 2**40)
+    values = params(model).defaults
+    memory = checks.memory_limit()
+    if count * values.nbytes > memory:
+        raise InputError(
+            f"rows = {count} needs {count * values.nbytes / 1e9:.3g} GB, this machine has {memory / 1e9:.3g} GB"
+        )
+    return np.tile(values, (count, 1))
+
+
+def column(name: str, model: Model | None = None) -> int:
+    """Column of a parameter in the arrays that `sweep` takes.
+
+    Raises:
+        ParameterError: naming the nearest known name.
+    """
+    return params(model).column(name)

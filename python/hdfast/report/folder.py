@@ -1,0 +1,157 @@
+"""The result folder: page, Parquet table, JSON summary and the exact input. Every file appears whole or not at all."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import math
+import os
+import tempfile
+from collections.abc import Callable
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any, BinaryIO
+
+from hdfast import catalogue
+from hdfast.config import Config
+from hdfast.errors import InputError
+from hdfast.montecarlo import Verdict
+from hdfast.report import html, tables
+from hdfast.result import SweepResult
+from hdfast.simulate import Trajectory
+
+PAGE, ROWS, TRAJECTORY, SUMMARY, INPUT = (
+    "index.html",
+    "rows.parquet",
+    "trajectory.parquet",
+    "summary.json",
+    "input.toml",
+)
+
+
+def prepare(folder: str | Path) -> Path:
+    """Create the folder and check that files can be written.
+
+    Raises:
+        InputError: it cannot be created or written.
+    """
+    path = Path(folder)
+    try:
+        path.mkdir(parents=True, exist_ok=True)
+        with tempfile.NamedTemporaryFile(dir=path, prefix=".hdfast-"):
+            pass
+    except OSError as error:
+        raise InputError(f"out = {str(folder)!r} cannot be written: {error.strerror}") from None
+    return path
+
+
+def write_atomically(path: Path, write: Callable[[BinaryIO], Any]) -> None:
+    """Write through a temporary file of the same folder."""
+    handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}-")
+    try:
+        with os.fdopen(handle, "wb") as stream:
+            write(stream)
+            stream.flush()
+            os.fsync(stream.fileno())
+        os.chmod(temporary, 0o644)
+        os.replace(temporary, path)
+    except BaseException:
+        Path(temporary).unlink(missing_ok=True)
+        raise
+
+
+def summary(config: Config, result: SweepResult, verdicts: list[Verdict], seed: int) -> dict[str, Any]:
+    """The result in numbers, ready for JSON."""
+    return {
+        "title": config.title,
+        **_origin(config),
+        "seed": seed,
+        "rows": len(result),
+        "status": result.status_counts(),
+        "interrupted": result.interrupted,
+        "seconds": result.seconds,
+        "rows_per_second": len(result) / max(result.seconds, 1e-9),
+        "threads": result.threads,
+        "simd": result.simd,
+        "specifications": {verdict.spec.metric: tables.verdict_entry(verdict) for verdict in verdicts},
+        "metrics": {name: tables.statistics(result, name) for name in result.metrics},
+    }
+
+
+def simulate_summary(config: Config, run: Trajectory) -> dict[str, Any]:
+    """A single row in numbers, ready for JSON."""
+    metrics = {
+        name: {"unit": run.units[name], "value": value if math.isfinite(value) else None}
+        for name, value in run.metrics.items()
+    }
+    return {
+        "title": config.title,
+        **_origin(config),
+        "status": run.status,
+        "message": run.message,
+        "metrics": metrics,
+        "parameters": run.parameters,
+    }
+
+
+def _origin(config: Config) -> dict[str, Any]:
+    info = catalogue.build_info()
+    return {
+        "version": info["version"],
+        "build": {key: value for key, value in info.items() if isinstance(value, (str, int, bool, list))},
+        "finished_at": datetime.now(UTC).isoformat(timespec="seconds"),
+        "input_sha256": hashlib.sha256(config.text.encode()).hexdigest(),
+        "model": {"base": config.model.base, "spring": config.model.spring, "orders": list(config.model.orders)},
+    }
+
+
+def write_table(path: Path, table: Any, seed: int | None, version: str) -> None:
+    """A table as Parquet; units stand in the metadata of each column."""
+    import pyarrow.parquet as pq
+
+    metadata = {"hdfast_version": version} | ({} if seed is None else {"seed": str(seed)})
+    table = table.replace_schema_metadata({**(table.schema.metadata or {}), **metadata})
+    write_atomically(path, lambda stream: pq.write_table(table, stream, compression="zstd"))
+
+
+def write_sweep(
+    folder: Path,
+    config: Config,
+    result: SweepResult,
+    verdicts: list[Verdict],
+    seed: int,
+    nominal: Trajectory | None,
+) -> dict[str, Any]:
+    """Write everything of a Monte Carlo run, the summary last, and return the summary.
+
+    Without `nominal`, as after an interruption, there is no page.
+    """
+    numbers = summary(config, result, verdicts, seed)
+    write_atomically(folder / INPUT, lambda stream: stream.write(config.text.encode()))
+    write_table(folder / ROWS, result.to_arrow(), seed, numbers["version"])
+    if nominal is not None:
+        page = html.sweep_page(config, result, verdicts, nominal, seed)
+        write_atomically(folder / PAGE, lambda stream: stream.write(page.encode()))
+    _write_json(folder / SUMMARY, numbers)
+    return numbers
+
+
+def write_simulate(folder: Path, config: Config, run: Trajectory) -> dict[str, Any]:
+    """Write everything of a single row, the summary last, and return the summary."""
+    import pyarrow as pa
+
+    numbers = simulate_summary(config, run)
+    columns = {"t": (run.t, "s"), **{name: (values, run.units[name]) for name, values in run.signals.items()}}
+    schema = pa.schema([pa.field(name, pa.float64(), metadata={"unit": unit}) for name, (_, unit) in columns.items()])
+    table = pa.Table.from_arrays([pa.array(values) for values, _ in columns.values()], schema=schema)
+    write_atomically(folder / INPUT, lambda stream: stream.write(config.text.encode()))
+    write_table(folder / TRAJECTORY, table, None, numbers["version"])
+    page = html.simulate_page(config, run)
+    write_atomically(folder / PAGE, lambda stream: stream.write(page.encode()))
+    _write_json(folder / SUMMARY, numbers)
+    return numbers
+
+
+def _write_json(path: Path, numbers: dict[str, Any]) -> None:
+    text = json.dumps(numbers, indent=2, allow_nan=False) + "\n"
+    write_atomically(path, lambda stream: stream.write(text.encode()))

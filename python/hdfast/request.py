@@ -1,0 +1,214 @@
+"""One checked call: everything `sweep` was asked for, in the form the core and the reference take."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hdfast import catalogue, checks
+from hdfast.catalogue import Quantity
+from hdfast.checks import Floats
+from hdfast.errors import InputError, shorten
+from hdfast.model import Model
+from hdfast.params import ParameterTable, layout
+from hdfast.rows import Rows, read_rows
+from hdfast.scenario import Scenario
+
+DEFAULT_SIGNALS = ("te", "omega_m", "omega_l")
+MAX_ROWS = 2**31 - 1
+RTOL = (1e-13, 1e-1)
+ATOL = (1e-9, 1e9)
+
+Progress = Callable[[int, int], None]
+Index = NDArray[np.uint32]
+
+
+@dataclass(frozen=True)
+class Request:
+    """A checked call.
+
+    Attributes:
+        table: all parameters, drive columns first, in core order.
+        defaults: their defaults, shape (P + 6,).
+        rows: columns by name, scenario columns included, and shared values (already part of `defaults`).
+        scenarios: the scenarios; `scenario_index` (M,) picks one per row, None means the first for all.
+        grids: output times; `grid_index` (M,) picks one per row, None means the first for all.
+    """
+
+    model: Model
+    table: ParameterTable
+    defaults: Floats
+    rows: Rows
+    scenarios: list[Scenario]
+    scenario_index: Index | None
+    grids: list[Floats]
+    grid_index: Index | None
+    signals: list[Quantity]
+    metrics: list[Quantity]
+    initial_state: Floats | None
+    method: str
+    rtol: float
+    atol: float
+    max_steps: int
+    max_step: float
+
+
+def prepare(
+    rows: Any,
+    *,
+    model: Model | None = None,
+    scenario: Scenario | Sequence[Scenario] | None = None,
+    scenario_index: Any = None,
+    t_eval: Any = None,
+    t_eval_index: Any = None,
+    signals: Any = None,
+    metrics: Any = None,
+    initial_state: Any = None,
+    method: str = "auto",
+    rtol: float = 1e-6,
+    atol: float = 1.0,
+    max_steps: int = 1_000_000,
+    max_step: float = math.inf,
+) -> Request:
+    """Check the arguments of `hdfast.sweep`; nothing runs.
+
+    Raises:
+        InputError: naming argument, value and allowed range.
+        ParameterError: an unknown parameter name, with the nearest known one.
+    """
+    model = Model() if model is None else model
+    if not isinstance(model, Model):
+        raise InputError(f"model = {shorten(model)} is not a hdfast.Model")
+    table = layout(model)
+    drive = table[: sum(row.group == "drive" for row in table)]
+    given = read_rows(rows, drive, table)
+    if given.count > MAX_ROWS:
+        raise InputError(f"rows has {given.count} rows (allowed: at most {MAX_ROWS})")
+    scenarios = _scenarios(scenario)
+    index = _index("scenario_index", scenario_index, given.count, len(scenarios), "scenario")
+    defaults, given = _with_scenario_values(table, given, scenarios, index)
+    if t_eval is None and (signals is not None or t_eval_index is not None):
+        raise InputError("signals and t_eval_index need t_eval, the times at which to sample [s]")
+    grids = [] if t_eval is None else _grids(t_eval, scenarios)
+    chosen = catalogue.choose_signals(signals, DEFAULT_SIGNALS) if grids else []
+    quantities = catalogue.choose_metrics(metrics)
+    _check_size(given.count, len(quantities), len(chosen), max(map(len, grids), default=0))
+    return Request(
+        model=model,
+        table=table,
+        defaults=defaults,
+        rows=given,
+        scenarios=scenarios,
+        scenario_index=index,
+        grids=grids,
+        grid_index=_index("t_eval_index", t_eval_index, given.count, len(grids), "t_eval") if grids else None,
+        signals=chosen,
+        metrics=quantities,
+        initial_state=_initial_state(initial_state, given.count, model),
+        method=catalogue.choose_method(method),
+        rtol=checks.number("rtol", rtol, *RTOL),
+        atol=checks.number("atol", atol, *ATOL),
+        max_steps=checks.whole("max_steps", max_steps, 1, 2**31 - 1),
+        max_step=checks.positive("max_step", max_step, math.inf, "s"),
+    )
+
+
+def _scenarios(scenario: Any) -> list[Scenario]:
+    if scenario is None:
+        return [Scenario.start_stop()]
+    listed = [scenario] if isinstance(scenario, Scenario) else scenario
+    if not isinstance(listed, (list, tuple)) or not listed:
+        raise InputError(f"scenario = {shorten(scenario)} is not a hdfast.Scenario or a list of them")
+    for item in listed:
+        if not isinstance(item, Scenario):
+            raise InputError(f"scenario contains {shorten(item)}, which is not a hdfast.Scenario")
+    if len({item.initial for item in listed}) > 1:
+        raise InputError(
+            "the scenarios of one sweep need the same initial (allowed: all 'relaxed' or all 'zero_angle')"
+        )
+    return list(listed)
+
+
+def _index(argument: str, value: Any, rows: int, choices: int, what: str) -> Index | None:
+    if value is None:
+        if choices > 1:
+            raise InputError(
+                f"{choices} entries in {what} need {argument}, shape ({rows},), to say which row takes which"
+            )
+        return None
+    array = np.asarray(value)
+    if array.shape != (rows,) or array.dtype.kind not in "iu":
+        raise InputError(
+            f"{argument} has shape {array.shape} and dtype {array.dtype}, allowed: integers of shape ({rows},)"
+        )
+    wrong = np.flatnonzero((array < 0) | (array >= choices))
+    if wrong.size:
+        raise InputError(f"{argument}[{wrong[0]}] = {array[wrong[0]]} is out of range (allowed: 0 to {choices - 1})")
+    return array.astype(np.uint32)
+
+
+def _with_scenario_values(
+    table: ParameterTable, given: Rows, scenarios: list[Scenario], index: Index | None
+) -> tuple[Floats, Rows]:
+    """Defaults from the scenarios and shared values; a column where the scenarios of the rows differ."""
+    defaults = table.defaults
+    columns = dict(given.columns)
+    for name in scenarios[0].values:
+        values = np.array([scenario.values[name] for scenario in scenarios])
+        defaults[table.column(name)] = values[0]
+        if name not in columns and name not in given.shared and index is not None and np.any(values != values[0]):
+            columns[name] = values[index]
+    for name, value in given.shared.items():
+        defaults[table.column(name)] = value
+    return defaults, Rows(given.count, columns, given.shared)
+
+
+def _grids(t_eval: Any, scenarios: list[Scenario]) -> list[Floats]:
+    end = min(scenario.t_end for scenario in scenarios)
+    several = isinstance(t_eval, (list, tuple)) and len(t_eval) > 0 and all(np.ndim(item) == 1 for item in t_eval)
+    if not several:
+        return [np.ascontiguousarray(checks.times("t_eval", t_eval, end, strictly=False))]
+    return [
+        np.ascontiguousarray(checks.times(f"t_eval[{i}]", item, end, strictly=False)) for i, item in enumerate(t_eval)
+    ]
+
+
+def _initial_state(value: Any, rows: int, model: Model) -> Floats | None:
+    if value is None:
+        return None
+    array = checks.as_floats("initial_state", value)
+    full = len(model.states)
+    if array.ndim not in (1, 2) or array.shape[-1] not in (full - 1, full) or (array.ndim == 2 and len(array) != rows):
+        raise InputError(
+            f"initial_state has shape {array.shape}, allowed: ({rows}, {full}) or ({full},) "
+            f"with {', '.join(model.states)}; z may be left out"
+        )
+    return np.ascontiguousarray(np.broadcast_to(array, (rows, array.shape[-1])))
+
+
+def _check_size(rows: int, metrics: int, signals: int, times: int) -> None:
+    needed = 8 * rows * (metrics + signals * times + 8)
+    limit = checks.memory_limit()
+    if needed > limit:
+        raise InputError(
+            f"the result of {rows} rows, {metrics} metrics and {signals} signals at {times} times needs "
+            f"{needed / 1e9:.3g} GB, this machine has {limit / 1e9:.3g} GB: "
+            "ask for fewer rows, signals or times at once"
+        )
+
+
+def scenario_at(request: Request, row: int) -> Scenario:
+    """The scenario of a row."""
+    return request.scenarios[0 if request.scenario_index is None else int(request.scenario_index[row])]
+
+
+def parameters_of(request: Request, row: int) -> dict[str, float]:
+    """All parameter values of a row by name."""
+    values = dict(zip(request.table.names, request.defaults.tolist(), strict=True))
+    values.update({name: float(column[row]) for name, column in request.rows.columns.items()})
+    return values

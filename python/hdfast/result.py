@@ -1,0 +1,169 @@
+"""What a sweep returns: metrics, final states, statuses and samples, with names and units."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hdfast import catalogue
+from hdfast.checks import Floats
+from hdfast.errors import InputError, nearest, shorten
+from hdfast.printing import text_table
+from hdfast.request import Request, parameters_of
+
+PERCENTILES = (1.0, 5.0, 50.0, 95.0, 99.0)
+MAIN_METRICS = (
+    "steady_speed",
+    "rise_time",
+    "stop_time",
+    "peak_windup",
+    "te_pp",
+    "te_rms",
+    "te_peak",
+    "speed_ripple",
+    "mode_frequency_start",
+    "mode_amplitude_start",
+    "mode_amplitude_stop",
+    "residual_ring",
+    "energy_in",
+)
+
+
+class SweepResult:
+    """Result of `hdfast.sweep` for M rows.
+
+    Attributes:
+        metrics: arrays (M,) by name; NaN where a row did not get there.
+        units: unit of every metric and signal by name.
+        samples: arrays (M, T) by signal name, NaN beyond a row's grid or end; empty without t_eval.
+        t_eval: the sample times [s] of each grid.
+        final_state: (M, S) last accepted state, columns as `states`.
+        status: (M,) codes, 0 is finished; `status_counts()` and `message(row)` put them in words.
+        detail: (M,) column of the offending parameter of a row that cannot be simulated, else -1.
+        steps, rejected: (M,) accepted and rejected steps.
+        time: (M,) time reached [s].
+        seconds, threads, simd: how the sweep ran.
+    """
+
+    def __init__(self, request: Request, raw: Mapping[str, Any]) -> None:
+        self.request = request
+        self.model = request.model
+        self.metrics: dict[str, Floats] = dict(zip((m.name for m in request.metrics), raw["metrics"], strict=True))
+        self.samples: dict[str, Floats] = dict(zip((s.name for s in request.signals), raw["samples"], strict=True))
+        self.units = {item.name: item.unit for item in (*request.signals, *request.metrics)}
+        self.t_eval: list[Floats] = request.grids
+        self.states = request.model.states
+        self.final_state: Floats = raw["final_state"]
+        self.status: NDArray[np.uint8] = raw["status"]
+        self.detail: NDArray[np.int32] = raw["detail"]
+        self.steps: NDArray[np.uint32] = raw["steps"]
+        self.rejected: NDArray[np.uint32] = raw["rejected"]
+        self.time: Floats = raw["time"]
+        self.interrupted: bool = raw["interrupted"]
+        self.seconds: float = raw["seconds"]
+        self.threads: int = raw["threads"]
+        self.simd: str = raw["simd"]
+
+    def __len__(self) -> int:
+        return len(self.status)
+
+    def __getitem__(self, name: str) -> Floats:
+        for group in (self.metrics, self.samples):
+            if name in group:
+                return group[name]
+        known = [*self.metrics, *self.samples]
+        raise InputError(
+            f"the result holds no {shorten(name)}{nearest(str(name), known)} (it holds: {', '.join(known)})"
+        )
+
+    @property
+    def finished(self) -> NDArray[np.bool_]:
+        """(M,) True where the row finished."""
+        finished: NDArray[np.bool_] = self.status == 0
+        return finished
+
+    def status_counts(self) -> dict[str, int]:
+        """Number of rows per status name, only those that occur."""
+        codes, counts = np.unique(self.status, return_counts=True)
+        names = catalogue.statuses()
+        return {names[int(code)].name: int(count) for code, count in zip(codes, counts, strict=True)}
+
+    def parameters(self, row: int) -> dict[str, float]:
+        """All parameter values of a row by name, scenario columns included."""
+        return parameters_of(self.request, self._row(row))
+
+    def message(self, row: int) -> str:
+        """What became of a row and, when it failed, what to do."""
+        row = self._row(row)
+        status = catalogue.statuses()[int(self.status[row])]
+        if status.name == catalogue.FINISHED:
+            return f"row {row}: finished, {self.steps[row]} steps"
+        if self.detail[row] >= 0:
+            parameter = self.request.table[int(self.detail[row])]
+            value = self.parameters(row)[parameter.name]
+            cause = f"{parameter.name} = {value:g} {parameter.unit}, plausible {parameter.low:g} to {parameter.high:g}"
+            return f"row {row}: {status.name} ({cause}): {status.remedy}"
+        return f"row {row}: {status.name} at t = {self.time[row]:.6g} s after {self.steps[row]} steps: {status.remedy}"
+
+    def percentiles(self, name: str, q: tuple[float, ...] = PERCENTILES) -> Floats:
+        """Percentiles of a metric over the finished rows whose value is finite; NaN when there are none."""
+        values = self[name][self.finished]
+        values = values[np.isfinite(values)]
+        return np.percentile(values, q) if values.size else np.full(len(q), np.nan)
+
+    def _row(self, row: int) -> int:
+        if not -len(self) <= row < len(self):
+            raise InputError(f"row = {shorten(row)} is out of range (allowed: 0 to {len(self) - 1})")
+        return int(row) % len(self)
+
+    def __repr__(self) -> str:
+        failed = len(self) - int(np.count_nonzero(self.finished))
+        rate = len(self) / self.seconds if self.seconds > 0.0 else float("nan")
+        lines = [
+            f"SweepResult: {len(self)} rows, {len(self) - failed} finished, {failed} failed",
+            f"{self.seconds:.3g} s on {self.threads} thread{'s' if self.threads > 1 else ''} "
+            f"({self.simd}), {rate:.3g} rows/s",
+        ]
+        if failed:
+            lines.append(", ".join(f"{name} {count}" for name, count in self.status_counts().items()))
+            lines.append(self.message(int(np.flatnonzero(~self.finished)[0])))
+        shown = [name for name in MAIN_METRICS if name in self.metrics] or list(self.metrics)[:12]
+        if shown and len(self):
+            rows = [[name, self.units[name], *(f"{value:.4g}" for value in self.percentiles(name))] for name in shown]
+            header = ["metric", "unit", *(f"P{q:g}" for q in PERCENTILES)]
+            lines.append(text_table(header, rows, right=range(2, len(header))))
+        if self.samples:
+            shape = next(iter(self.samples.values())).shape
+            lines.append(f"samples {', '.join(self.samples)}: shape {shape}")
+        return "\n".join(lines)
+
+    def to_arrow(self, *, parameters: str = "all") -> Any:
+        """One row per parameter row as a `pyarrow.Table`; units and meanings in the field metadata.
+
+        Args:
+            parameters: "all", "given" (only the columns that were given) or "none".
+        """
+        from hdfast.convert import to_arrow
+
+        return to_arrow(self, parameters)
+
+    def to_pandas(self, *, parameters: str = "all") -> Any:
+        """The same as a `pandas.DataFrame`; units in `.attrs["units"]`."""
+        from hdfast.convert import to_pandas
+
+        return to_pandas(self, parameters)
+
+    def to_polars(self, *, parameters: str = "all") -> Any:
+        """The same as a `polars.DataFrame`."""
+        from hdfast.convert import to_polars
+
+        return to_polars(self, parameters)
+
+    def to_xarray(self, *, parameters: str = "all") -> Any:
+        """Metrics, states and samples as an `xarray.Dataset` over row, state and time, with units as attributes."""
+        from hdfast.convert import to_xarray
+
+        return to_xarray(self, parameters)

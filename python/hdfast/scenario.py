@@ -1,0 +1,369 @@
+"""What is done to the drive: torque, speed reference, prescribed motion and load over time."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from hdfast import checks
+from hdfast.checks import Floats
+from hdfast.errors import InputError, choose, shorten
+from hdfast.scenario_parts import (
+    MAX_SPEED_RPM,
+    MAX_TIME,
+    MAX_TORQUE,
+    RPM,
+    load_tracks,
+    motion_spline,
+    pair,
+    ramp_up_then_zero,
+    ring_window,
+    run_phase,
+    scenario_values,
+    typical_speed,
+)
+from hdfast.segments import MOTION, SPEED, TORQUE, assemble, held, linear
+
+STARTS = ("torque_step", "speed_ramp")
+STOPS = ("coast", "brake")
+INITIALS = ("relaxed", "zero_angle")
+COAST_RING = (1.5, 1.4, False)
+BRAKE_RING = (0.1, 0.5, True)
+
+Load = float | tuple[Any, Any]
+
+
+@dataclass(frozen=True, eq=False)
+class Scenario:
+    """Inputs over time, made by `start_stop`, `speed_profile`, `torque_profile`, `motion` or `replay`.
+
+    Attributes:
+        name: the constructor, for reports.
+        segments: (n, 19) table of piecewise inputs as the core takes it.
+        t_on, t_off, t_end: begin of the start phase, end of the run phase, end of the run [s].
+        t_run: begin of the run phase [s]; NaN lets the core take the last whole number of revolutions.
+        initial: "relaxed" or "zero_angle".
+        values: default of each scenario column: omega_set [rad/s], tau_load [N m], K_p, K_i, tau_max [N m],
+            theta_m0 [rad].
+        ring_delay, ring_width: window of the residual ring after t_off [s].
+        ring_on_load: residual ring of the load speed instead of the windup rate.
+    """
+
+    name: str
+    segments: Floats = field(repr=False)
+    t_on: float
+    t_off: float
+    t_end: float
+    t_run: float
+    initial: str
+    values: Mapping[str, float]
+    ring_delay: float
+    ring_width: float
+    ring_on_load: bool
+
+    @classmethod
+    def start_stop(
+        cls,
+        *,
+        speed_rpm: float = 100.0,
+        start: str = "torque_step",
+        stop: str | None = "coast",
+        t_on: float = 0.0,
+        t_off: float | None = None,
+        t_end: float = 6.0,
+        t_ramp: float = 0.2,
+        t_brake: float = 0.02,
+        torque: float | None = None,
+        torque_ramp: float = 0.0,
+        load: Load = 0.0,
+        K_p: float = 0.05,
+        K_i: float = 0.8,
+        tau_max: float = 2.0,
+        initial: str = "relaxed",
+        theta_m0: float = 0.0,
+        run_window: tuple[float, float] | None = None,
+        ring_delay: float | None = None,
+        ring_width: float | None = None,
+    ) -> Scenario:
+        """Start, run and stop of a drive.
+
+        Args:
+            speed_rpm: set speed of the motor [r/min]; the default of the column `omega_set`.
+            start: "torque_step" applies the torque that sustains the set speed, "speed_ramp" lets the PI controller
+                follow a linear reference.
+            stop: "coast" (no motor torque), "brake" (PI controller, reference to zero) or None (run on).
+            t_on: start of the motion [s].
+            t_off: begin of the stop [s]; default half of t_end, or t_end without a stop.
+            t_end: end of the run [s].
+            t_ramp: duration of the reference ramp of "speed_ramp" [s].
+            t_brake: duration of the reference ramp of "brake" [s].
+            torque: motor torque of "torque_step" [N m] in place of the sustaining torque.
+            torque_ramp: duration over which that torque is applied [s]; 0 is a step.
+            load: constant load torque [N m], positive resists, the default of the column `tau_load`; or a table
+                (t [s], torque [N m]) added to that column and not covered by the sustaining torque.
+            K_p: proportional gain [N m s/rad].
+            K_i: integral gain [N m/rad].
+            tau_max: torque limit of the controller [N m]; may be infinite.
+            initial: "relaxed" (spring in equilibrium with the load) or "zero_angle" (both angles zero).
+            theta_m0: motor angle at t = 0 [rad].
+            run_window: (begin, end) of the run phase [s]; the end is t_off.
+            ring_delay: delay of the residual-ring window after t_off [s]; default 1.5 (coast) or 0.1 (brake).
+            ring_width: its width [s]; default 1.4 (coast) or 0.5 (brake).
+
+        Raises:
+            InputError: naming the argument, its value and the allowed range.
+        """
+        choose("start", start, STARTS)
+        if stop is not None:
+            choose("stop", stop, STOPS)
+        t_end = checks.positive("t_end", t_end, MAX_TIME, "s")
+        t_on = checks.number("t_on", t_on, 0.0, t_end, "s")
+        marks = run_phase(run_window, t_on, t_off, t_end, t_end / 2.0 if stop else t_end)
+        off = marks[0]
+        tracks = dict(load_tracks(load, held_between=False))
+        opening = TORQUE
+        if start == "torque_step":
+            ramp = checks.number("torque_ramp", torque_ramp, 0.0, off - t_on, "s")
+            level = 1.0 if torque is None else checks.finite("torque", torque, -MAX_TORQUE, MAX_TORQUE, "N m")
+            tracks["sustain" if torque is None else "torque"] = ramp_up_then_zero(t_on, ramp, level, off)
+        else:
+            if torque is not None:
+                raise InputError(f"torque = {shorten(torque)} has no meaning with start='speed_ramp' (allowed: None)")
+            opening = SPEED
+        phases = [(0.0, opening, False)]
+        reference: list[tuple[float, float]] = []
+        if start == "speed_ramp":
+            ramp = checks.number("t_ramp", t_ramp, 0.0, off - t_on, "s")
+            reference = [(t_on, 0.0), (t_on + ramp, 1.0)]
+        if stop == "brake":
+            brake = checks.number("t_brake", t_brake, 0.0, t_end - off, "s")
+            reference = [*(reference or [(0.0, 1.0)]), (off, 1.0), (off + brake, 0.0)]
+            phases.append((off, SPEED, start == "torque_step"))
+        elif stop == "coast":
+            phases.append((off, TORQUE, False))
+        if reference:
+            corners = np.array(reference)
+            tracks["set_speed"] = linear(corners[:, 0], corners[:, 1])
+        return cls._make(
+            f"start_stop({start}, {stop})",
+            assemble(t_end, phases, tracks),
+            (t_on, *marks, t_end),
+            initial,
+            scenario_values(speed_rpm, load, K_p, K_i, tau_max, theta_m0),
+            ring_window(BRAKE_RING if stop == "brake" else COAST_RING, ring_delay, ring_width),
+        )
+
+    @classmethod
+    def speed_profile(
+        cls,
+        t: Any,
+        speed_rpm: Any = None,
+        *,
+        speed: Any = None,
+        relative: Any = None,
+        hold: bool = False,
+        set_speed_rpm: float | None = None,
+        t_on: float | None = None,
+        t_off: float | None = None,
+        t_end: float | None = None,
+        load: Load = 0.0,
+        K_p: float = 0.05,
+        K_i: float = 0.8,
+        tau_max: float = 2.0,
+        initial: str = "relaxed",
+        theta_m0: float = 0.0,
+        run_window: tuple[float, float] | None = None,
+        ring_delay: float | None = None,
+        ring_width: float | None = None,
+    ) -> Scenario:
+        """PI speed control following a table. Give exactly one of `speed_rpm`, `speed` and `relative`.
+
+        Args:
+            t: times of the table [s], not decreasing, from 0 on; two equal times make a jump.
+            speed_rpm: motor speed at those times [r/min].
+            speed: the same in rad/s.
+            relative: the same in multiples of the column `omega_set`, so that rows may differ in speed.
+            hold: False joins the samples by straight lines, True holds each until the next.
+            set_speed_rpm: default of the column `omega_set` [r/min]; by default the largest speed of the table, or 100
+                with `relative`.
+            t_on: begin of the start phase [s]; default the first time of the table.
+            t_off: end of the run phase [s]; default the last sample of largest speed.
+            t_end: end of the run [s]; default the last time of the table.
+            load, K_p, K_i, tau_max, initial, theta_m0, run_window, ring_delay, ring_width: as in `start_stop`.
+
+        Raises:
+            InputError: naming the argument, its value and the allowed range.
+        """
+        given = {"speed_rpm": speed_rpm, "speed": speed, "relative": relative}
+        chosen = [name for name, value in given.items() if value is not None]
+        if len(chosen) != 1:
+            raise InputError(
+                f"give exactly one of speed_rpm, speed and relative (given: {', '.join(chosen) or 'none'})"
+            )
+        limits = {"speed_rpm": MAX_SPEED_RPM, "speed": MAX_SPEED_RPM * RPM, "relative": 1e6}
+        t, values = pair("t", t, chosen[0], given[chosen[0]], limits[chosen[0]])
+        values = values * RPM if speed_rpm is not None else values
+        peak = float(np.max(np.abs(values)))
+        last_fast = float(t[np.flatnonzero(np.abs(values) >= peak)[-1]])
+        end = checks.positive("t_end", t[-1] if t_end is None else t_end, MAX_TIME, "s")
+        on = checks.number("t_on", t[0] if t_on is None else t_on, 0.0, end, "s")
+        marks = run_phase(run_window, on, t_off, end, last_fast if on < last_fast <= end else end)
+        if set_speed_rpm is None:
+            set_speed_rpm = 100.0 if relative is not None else peak / RPM
+        tracks = dict(load_tracks(load, held_between=hold))
+        tracks["set_speed" if relative is not None else "reference"] = (held if hold else linear)(t, values)
+        return cls._make(
+            "speed_profile",
+            assemble(end, [(0.0, SPEED, False)], tracks),
+            (on, *marks, end),
+            initial,
+            scenario_values(set_speed_rpm, load, K_p, K_i, tau_max, theta_m0),
+            ring_window(COAST_RING, ring_delay, ring_width),
+        )
+
+    @classmethod
+    def torque_profile(
+        cls,
+        t: Any,
+        torque: Any,
+        *,
+        hold: bool = False,
+        speed_rpm: float = 100.0,
+        t_on: float | None = None,
+        t_off: float | None = None,
+        t_end: float | None = None,
+        load: Load = 0.0,
+        initial: str = "relaxed",
+        theta_m0: float = 0.0,
+        run_window: tuple[float, float] | None = None,
+        ring_delay: float | None = None,
+        ring_width: float | None = None,
+    ) -> Scenario:
+        """Motor torque from a table.
+
+        Args:
+            t: times of the table [s], not decreasing, from 0 on; two equal times make a jump.
+            torque: motor torque at those times [N m].
+            hold: False joins the samples by straight lines, True holds each until the next.
+            speed_rpm: expected speed [r/min]; used only to place the run phase on whole revolutions.
+            t_on: begin of the start phase [s]; default the first time of the table.
+            t_off: end of the run phase [s]; default t_end.
+            t_end: end of the run [s]; default the last time of the table.
+            load, initial, theta_m0, run_window, ring_delay, ring_width: as in `start_stop`.
+
+        Raises:
+            InputError: naming the argument, its value and the allowed range.
+        """
+        t, values = pair("t", t, "torque", torque, MAX_TORQUE)
+        end = checks.positive("t_end", t[-1] if t_end is None else t_end, MAX_TIME, "s")
+        on = checks.number("t_on", t[0] if t_on is None else t_on, 0.0, end, "s")
+        marks = run_phase(run_window, on, t_off, end, end)
+        tracks = dict(load_tracks(load, held_between=hold))
+        tracks["torque"] = (held if hold else linear)(t, values)
+        return cls._make(
+            "torque_profile",
+            assemble(end, [(0.0, TORQUE, False)], tracks),
+            (on, *marks, end),
+            initial,
+            scenario_values(speed_rpm, load, 0.05, 0.8, 2.0, theta_m0),
+            ring_window(COAST_RING, ring_delay, ring_width),
+        )
+
+    @classmethod
+    def motion(
+        cls,
+        t: Any,
+        theta_m: Any,
+        *,
+        smoothing: float | str | None = None,
+        speed_rpm: float | None = None,
+        t_on: float | None = None,
+        t_off: float | None = None,
+        t_end: float | None = None,
+        load: Load = 0.0,
+        initial: str = "relaxed",
+        run_window: tuple[float, float] | None = None,
+        ring_delay: float | None = None,
+        ring_width: float | None = None,
+    ) -> Scenario:
+        """Prescribed motor motion: angle, speed and acceleration from one cubic spline.
+
+        Args:
+            t: times of the samples [s], strictly increasing from 0, at least 5.
+            theta_m: motor angle at those times, unwrapped [rad].
+            smoothing: None passes through every sample; "auto" smooths by generalised cross-validation; a number is the
+                weight of the squared second derivative (`scipy.interpolate.make_smoothing_spline`) [s^3].
+            speed_rpm: expected speed [r/min], used to place the run phase; default the fastest tenth of the motion.
+            t_on: begin of the start phase [s]; default 0.
+            t_off: end of the run phase [s]; default t_end.
+            t_end: end of the run [s], at most the last sample; default the last sample.
+            load, initial, run_window, ring_delay, ring_width: as in `start_stop`.
+
+        Raises:
+            InputError: naming the argument, its value and the allowed range.
+        """
+        t = checks.times("t", t, MAX_TIME)
+        angle = checks.table("theta_m", theta_m)
+        if len(t) != len(angle) or len(t) < 5 or t[0] != 0.0:
+            raise InputError(
+                f"t and theta_m have {len(t)} and {len(angle)} samples from t = {t[0]:g} s "
+                f"(allowed: 5 or more of each, from 0 s)"
+            )
+        end = checks.positive("t_end", t[-1] if t_end is None else t_end, float(t[-1]), "s")
+        on = checks.number("t_on", 0.0 if t_on is None else t_on, 0.0, end, "s")
+        marks = run_phase(run_window, on, t_off, end, end)
+        spline = motion_spline(t, angle, smoothing)
+        if speed_rpm is None:
+            speed_rpm = typical_speed(t, angle) / RPM
+        return cls._make(
+            "motion",
+            assemble(end, [(0.0, MOTION, False)], load_tracks(load, held_between=False), spline),
+            (on, *marks, end),
+            initial,
+            scenario_values(speed_rpm, load, 0.05, 0.8, 2.0, float(spline(0.0))),
+            ring_window(COAST_RING, ring_delay, ring_width),
+        )
+
+    @classmethod
+    def replay(
+        cls,
+        recording: Any,
+        *,
+        input: str = "motor_torque",  # noqa: A002 - the name of the interface
+        hold: bool = False,
+        **options: Any,
+    ) -> Scenario:
+        """Replay a recording: its motor torque, its motor motion or its speed reference, with its load torque.
+
+        Args:
+            recording: mapping or table with the columns `t` [s] and, depending on `input`, `motor_torque` [N m],
+                `motor_angle` [rad] or `speed_reference` [rad/s]; `load_torque` [N m] is used when present. Time starts
+                at the first sample; samples that are NaN are bridged.
+            input: "motor_torque", "motor_motion" or "reference".
+            hold: hold samples instead of joining them by straight lines (not for motion).
+            options: `max_gap` [s], the longest stretch without samples (default 20 times the median step), and the
+                arguments of `torque_profile`, `motion` or `speed_profile`.
+
+        Raises:
+            InputError: a column is missing, a gap is too long, or an option is wrong.
+        """
+        from hdfast.recording import replay
+
+        return replay(cls, recording, input, hold, options)
+
+    @classmethod
+    def _make(
+        cls,
+        name: str,
+        segments: Floats,
+        marks: tuple[float, float, float, float],
+        initial: str,
+        values: dict[str, float],
+        ring: tuple[float, float, bool],
+    ) -> Scenario:
+        choose("initial", initial, INITIALS)
+        t_on, t_off, t_run, t_end = marks
+        return cls(name, segments, t_on, t_off, t_end, t_run, initial, values, *ring)

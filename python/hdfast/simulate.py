@@ -1,0 +1,97 @@
+"""One row with its full trajectory."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from hdfast import catalogue
+from hdfast.checks import Floats
+from hdfast.errors import InputError, nearest, shorten
+from hdfast.model import Model
+from hdfast.request import prepare
+from hdfast.result import SweepResult
+from hdfast.scenario import Scenario
+from hdfast.sweep import run
+
+GRID_STEP = 1e-3
+GRID_SIZE = (1001, 100_001)
+
+
+class Trajectory:
+    """One simulated row.
+
+    Attributes:
+        t: sample times [s], shape (T,).
+        signals: arrays (T,) by name; NaN after the end of a row that failed.
+        units: unit of every signal and metric by name.
+        metrics: metrics of the row by name.
+        status: name of the outcome, "finished" when all went well.
+        message: the outcome in words, with a remedy when it failed.
+        parameters: all parameter values by name.
+        result: the `SweepResult` of the single row.
+    """
+
+    def __init__(self, result: SweepResult) -> None:
+        self.result = result
+        self.scenario = result.request.scenarios[0]
+        self.t: Floats = result.t_eval[0]
+        self.signals: dict[str, Floats] = {name: values[0] for name, values in result.samples.items()}
+        self.metrics: dict[str, float] = {name: float(values[0]) for name, values in result.metrics.items()}
+        self.units = result.units
+        self.status = next(iter(result.status_counts()))
+        self.message = result.message(0)
+        self.parameters = result.parameters(0)
+
+    def __getitem__(self, name: str) -> Floats:
+        if name not in self.signals:
+            raise InputError(f"the trajectory holds no {shorten(name)}{nearest(str(name), self.signals)}")
+        return self.signals[name]
+
+    def __repr__(self) -> str:
+        return f"Trajectory: {len(self.t)} times to {self.t[-1]:g} s, signals {', '.join(self.signals)}\n{self.message}"
+
+    def plot(self) -> Any:
+        """Speeds, windup and transmission error over time as a `matplotlib.figure.Figure`."""
+        import importlib
+
+        return importlib.import_module("hdfast.report.plots").trajectory(self)
+
+
+def simulate(
+    row: Any = None,
+    *,
+    model: Model | None = None,
+    scenario: Scenario | None = None,
+    t_eval: Any = None,
+    signals: Any = None,
+    **options: Any,
+) -> Trajectory:
+    """Simulate one drive and keep its trajectory.
+
+    Args:
+        row: parameters that differ from the defaults, as a dict; or anything `sweep` takes with one row.
+        model: the equations; default `Model()`.
+        scenario: the inputs over time; default `Scenario.start_stop()`.
+        t_eval: sample times [s], shape (T,); default about 1 kHz over the whole run.
+        signals: names of the sampled signals; default all.
+        options: metrics, initial_state, method, rtol, atol, max_steps, max_step and strict as in `sweep`.
+
+    Raises:
+        InputError: the call cannot mean anything, or more than one row was given.
+    """
+    strict = options.pop("strict", False)
+    scenario = Scenario.start_stop() if scenario is None else scenario
+    if not isinstance(scenario, Scenario):
+        raise InputError(f"scenario = {shorten(scenario)} is not a hdfast.Scenario")
+    if t_eval is None:
+        size = int(np.clip(round(scenario.t_end / GRID_STEP) + 1, *GRID_SIZE))
+        t_eval = np.linspace(0.0, scenario.t_end, size)
+    chosen = list(catalogue.signals()) if signals is None else signals
+    request = prepare(
+        {} if row is None else row, model=model, scenario=scenario, t_eval=t_eval, signals=chosen, **options
+    )
+    if request.rows.count != 1:
+        raise InputError(f"row holds {request.rows.count} rows (allowed: 1; use hdfast.sweep for many)")
+    return Trajectory(run(request, threads=1, strict=strict))

@@ -1,0 +1,177 @@
+"""The main job: many rows of parameters through one model and one or more scenarios."""
+
+from __future__ import annotations
+
+import math
+import sys
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from typing import Any
+
+import numpy as np
+
+from hdfast import _core, catalogue
+from hdfast.errors import InputError, Interrupted, RowError, shorten
+from hdfast.model import Model
+from hdfast.request import Progress, Request, parameters_of, prepare
+from hdfast.result import SweepResult
+from hdfast.scenario import Scenario
+from hdfast.threads import resolve_threads
+
+
+def sweep(
+    rows: Any,
+    *,
+    model: Model | None = None,
+    scenario: Scenario | Sequence[Scenario] | None = None,
+    scenario_index: Any = None,
+    t_eval: Any = None,
+    t_eval_index: Any = None,
+    signals: Sequence[str] | None = None,
+    metrics: Sequence[str] | None = None,
+    initial_state: Any = None,
+    method: str = "auto",
+    rtol: float = 1e-6,
+    atol: float = 1.0,
+    max_steps: int = 1_000_000,
+    max_step: float = math.inf,
+    threads: int | None = None,
+    progress: bool | Progress = False,
+    strict: bool = False,
+) -> SweepResult:
+    """Simulate every row of parameters.
+
+    Args:
+        rows: float64 array (M, P) with the columns of `hdfast.params(model)`; or a dict of columns (M,) and numbers, a
+            structured array, or a pandas, polars or Arrow table. What is left out takes its default. Named columns may
+            also carry omega_set [rad/s], tau_load [N m], K_p, K_i, tau_max [N m] and theta_m0 [rad], which override the
+            scenario row by row. All values in SI units.
+        model: the equations; default `Model()`.
+        scenario: the inputs over time, or a list of them; default `Scenario.start_stop()`.
+        scenario_index: (M,) integers, which scenario of the list each row takes.
+        t_eval: sample times [s], shape (T,), or a list of such arrays.
+        t_eval_index: (M,) integers, which grid of the list each row takes.
+        signals: names of the signals sampled at t_eval; default te, omega_m, omega_l.
+        metrics: names of the metrics, also `order_<o>` and `speed_order_<o>`; default all fixed ones.
+        initial_state: (M, S) or (S,) start in place of the scenario's, columns as `model.states`; z may be left out.
+        method: "auto", "bs3", "tsit5", "dopri5" or "dop853".
+        rtol: relative tolerance, 1e-13 to 1e-1.
+        atol: factor on the built-in absolute tolerances of the states, 1e-9 to 1e9.
+        max_steps: steps after which a row is given up with the status "max_steps".
+        max_step: largest step [s].
+        threads: number of threads; default HDFAST_NUM_THREADS, RAYON_NUM_THREADS, then the CPUs this process may use.
+        progress: True shows a bar on stderr; a function is called with (rows done, rows in total).
+        strict: raise for the first row that cannot be simulated instead of giving it the status "bad_parameters".
+
+    Returns:
+        The result; rows that failed carry their status, NaN metrics and a message.
+
+    Raises:
+        InputError: the call cannot mean anything; nothing was run.
+        RowError: with strict=True, naming row, parameter and value.
+        Interrupted: Ctrl-C; `.result` holds the rows that had finished.
+    """
+    request = prepare(
+        rows,
+        model=model,
+        scenario=scenario,
+        scenario_index=scenario_index,
+        t_eval=t_eval,
+        t_eval_index=t_eval_index,
+        signals=signals,
+        metrics=metrics,
+        initial_state=initial_state,
+        method=method,
+        rtol=rtol,
+        atol=atol,
+        max_steps=max_steps,
+        max_step=max_step,
+    )
+    return run(request, threads=threads, progress=progress, strict=strict)
+
+
+def run(
+    request: Request, *, threads: int | None = None, progress: bool | Progress = False, strict: bool = False
+) -> SweepResult:
+    """Hand a checked call to the core."""
+    count = resolve_threads(threads)
+    catalogue.build_info()
+    with _reporter(progress, request.rows.count) as report:
+        raw = _core.sweep(
+            base=request.model.base,
+            spring=request.model.spring,
+            orders=request.model.order_values,
+            defaults=request.defaults,
+            columns=[(request.table.column(name), column) for name, column in request.rows.columns.items()],
+            rows=request.rows.count,
+            programs=[program(scenario) for scenario in request.scenarios],
+            program_index=request.scenario_index,
+            initial=request.scenarios[0].initial,
+            initial_state=request.initial_state,
+            grids=request.grids,
+            grid_index=request.grid_index,
+            signals=[signal.name for signal in request.signals],
+            metrics=[metric.name for metric in request.metrics],
+            method=request.method,
+            rtol=request.rtol,
+            atol=request.atol,
+            max_steps=request.max_steps,
+            max_step=request.max_step,
+            threads=count,
+            progress=report,
+        )
+    result = SweepResult(request, raw)
+    if raw["interrupted"]:
+        raise Interrupted(result)
+    if strict:
+        _raise_for_bad_row(result)
+    return result
+
+
+def program(scenario: Scenario) -> _core.Program:
+    """The scenario as the core takes it."""
+    return _core.Program(
+        segments=scenario.segments,
+        t_end=scenario.t_end,
+        t_on=scenario.t_on,
+        t_off=scenario.t_off,
+        t_run=scenario.t_run,
+        ring_delay=scenario.ring_delay,
+        ring_width=scenario.ring_width,
+        ring_on_load=scenario.ring_on_load,
+    )
+
+
+def _raise_for_bad_row(result: SweepResult) -> None:
+    bad = np.flatnonzero(result.detail >= 0)
+    if not bad.size:
+        return
+    row = int(bad[0])
+    parameter = result.request.table[int(result.detail[row])]
+    value = parameters_of(result.request, row)[parameter.name]
+    raise RowError(
+        f"row {row}: {parameter.name} = {value:g} {parameter.unit} cannot be simulated "
+        f"(plausible: {parameter.low:g} to {parameter.high:g})",
+        row,
+        parameter.name,
+    )
+
+
+@contextmanager
+def _reporter(progress: Any, rows: int) -> Iterator[Callable[[int, int], None] | None]:
+    if progress is None or progress is False:
+        yield None
+    elif progress is True:
+        from tqdm import tqdm
+
+        with tqdm(total=rows, unit="row", file=sys.stderr, dynamic_ncols=True, leave=False) as bar:
+            yield lambda done, total: _advance(bar, done, total)
+    elif callable(progress):
+        yield progress
+    else:
+        raise InputError(f"progress = {shorten(progress)} is not True, False or a function of (done, total)")
+
+
+def _advance(bar: Any, done: int, total: int) -> None:
+    bar.total = total
+    bar.update(done - bar.n)

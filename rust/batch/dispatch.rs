@@ -1,0 +1,177 @@
+//! The choice of the CPU path: the one place where the features of the CPU are asked for.
+
+use super::Job;
+use super::job::MethodName;
+use super::worker::{Shared, work};
+use crate::model::{Base, OneInertia, TwoInertia};
+#[cfg(target_arch = "x86_64")]
+use crate::real::{F64x4, F64x8};
+use crate::real::{Pack, Path, Real, Task};
+use crate::solve::{Bs3, Dop853, Dopri5, Tsit5};
+
+/// A CPU path by name.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SimdPath {
+    /// x86-64 with AVX-512: two vectors of eight.
+    Avx512,
+    /// x86-64 with AVX2 and FMA: four vectors of four.
+    Avx2,
+    /// One lane, with fused multiply-add where the CPU has it.
+    Scalar,
+    /// Four lanes of plain code; NEON on aarch64.
+    Portable,
+}
+
+macro_rules! path {
+    ($(#[$doc:meta])* $name:ident, $lanes:ty, $label:literal, [$($feature:tt),+]) => {
+        $(#[$doc])*
+        pub struct $name;
+
+        #[cfg(target_arch = "x86_64")]
+        impl Path for $name {
+            type Lanes = $lanes;
+            const NAME: &str = $label;
+
+            fn available() -> bool {
+                $(std::is_x86_feature_detected!($feature))&&+
+            }
+
+            fn enter<W: Task>(task: W) -> W::Output {
+                $(#[target_feature(enable = $feature)])+
+                fn compiled<W: Task>(task: W) -> W::Output {
+                    task.run()
+                }
+                assert!(Self::available(), "{} on a CPU without it", Self::NAME);
+                // SAFETY: the features were just checked.
+                unsafe { compiled(task) }
+            }
+        }
+    };
+}
+
+#[cfg(target_arch = "x86_64")]
+path!(
+    /// AVX-512.
+    Avx512, Pack<F64x8, 2>, "avx512", ["avx512f", "avx512dq", "avx512vl", "avx2", "fma"]
+);
+#[cfg(target_arch = "x86_64")]
+path!(
+    /// AVX2 and FMA.
+    Avx2, Pack<F64x4, 4>, "avx2", ["avx2", "fma"]
+);
+#[cfg(target_arch = "x86_64")]
+path!(
+    /// One lane with FMA.
+    ScalarFma, f64, "scalar", ["avx2", "fma"]
+);
+
+/// Plain code for any CPU.
+pub struct Portable;
+
+impl Path for Portable {
+    type Lanes = Pack<f64, 4>;
+    const NAME: &str = "portable";
+
+    fn available() -> bool {
+        true
+    }
+
+    fn enter<W: Task>(task: W) -> W::Output {
+        task.run()
+    }
+}
+
+/// One lane of plain code.
+pub struct PortableScalar;
+
+impl Path for PortableScalar {
+    type Lanes = f64;
+    const NAME: &str = "scalar";
+
+    fn available() -> bool {
+        true
+    }
+
+    fn enter<W: Task>(task: W) -> W::Output {
+        task.run()
+    }
+}
+
+/// The paths this CPU has, fastest first.
+pub fn paths() -> Vec<SimdPath> {
+    let mut found = Vec::new();
+    #[cfg(target_arch = "x86_64")]
+    {
+        if Avx512::available() {
+            found.push(SimdPath::Avx512);
+        }
+        if Avx2::available() {
+            found.push(SimdPath::Avx2);
+        }
+    }
+    found.extend([SimdPath::Portable, SimdPath::Scalar]);
+    found
+}
+
+impl SimdPath {
+    /// Name users see and type.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Avx512 => "avx512",
+            Self::Avx2 => "avx2",
+            Self::Scalar => "scalar",
+            Self::Portable => "portable",
+        }
+    }
+
+    /// The path of a name, if this CPU has it.
+    pub fn from_name(name: &str) -> Option<Self> {
+        paths().into_iter().find(|path| path.name() == name)
+    }
+}
+
+/// Lanes that run side by side on a path.
+pub fn lanes_of_path(path: SimdPath) -> usize {
+    match path {
+        #[cfg(target_arch = "x86_64")]
+        SimdPath::Avx512 => <Avx512 as Path>::Lanes::LANES,
+        #[cfg(target_arch = "x86_64")]
+        SimdPath::Avx2 => <Avx2 as Path>::Lanes::LANES,
+        SimdPath::Portable => <Portable as Path>::Lanes::LANES,
+        _ => 1,
+    }
+}
+
+macro_rules! by_method {
+    ($job:ident, $path:ty, $scalar:ty, $model:ty, $states:literal) => {
+        match $job.method {
+            MethodName::Bs3 => work::<$path, $scalar, $model, Bs3, $states>,
+            MethodName::Tsit5 => work::<$path, $scalar, $model, Tsit5, $states>,
+            MethodName::Dopri5 => work::<$path, $scalar, $model, Dopri5, $states>,
+            MethodName::Dop853 => work::<$path, $scalar, $model, Dop853, $states>,
+        }
+    };
+}
+
+macro_rules! by_model {
+    ($job:ident, $path:ty, $scalar:ty) => {
+        match $job.layout.base {
+            Base::TwoInertia => by_method!($job, $path, $scalar, TwoInertia, 5),
+            Base::OneInertia => by_method!($job, $path, $scalar, OneInertia, 3),
+        }
+    };
+}
+
+/// The function that one thread of a job runs.
+pub fn worker_of(job: &Job) -> fn(&Shared) {
+    match job.path {
+        #[cfg(target_arch = "x86_64")]
+        SimdPath::Avx512 => by_model!(job, Avx512, ScalarFma),
+        #[cfg(target_arch = "x86_64")]
+        SimdPath::Avx2 => by_model!(job, Avx2, ScalarFma),
+        #[cfg(target_arch = "x86_64")]
+        SimdPath::Scalar if ScalarFma::available() => by_model!(job, ScalarFma, ScalarFma),
+        SimdPath::Portable => by_model!(job, Portable, PortableScalar),
+        _ => by_model!(job, PortableScalar, PortableScalar),
+    }
+}

@@ -1,0 +1,102 @@
+//! What a sweep is asked to do.
+
+use crate::model::{Harmonics, Layout, Program};
+use crate::output::{Metric, Signal};
+use crate::solve::Demand;
+use std::fmt;
+use std::sync::Arc;
+
+/// A method users can name.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum MethodName {
+    /// Bogacki-Shampine 3(2).
+    Bs3,
+    /// Tsitouras 5(4).
+    Tsit5,
+    /// Dormand-Prince 5(4).
+    Dopri5,
+    /// Dormand-Prince 8(5,3).
+    Dop853,
+}
+
+/// Why a sweep cannot start.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum SetupError {
+    /// A name that is not known.
+    Unknown {
+        /// What is named.
+        what: &'static str,
+        /// The name given.
+        name: String,
+    },
+    /// A value outside its range.
+    Range {
+        /// Which value.
+        what: &'static str,
+        /// The value and what is allowed.
+        detail: String,
+    },
+}
+
+impl fmt::Display for SetupError {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Unknown { what, name } => write!(formatter, "unknown {what} '{name}'"),
+            Self::Range { what, detail } => write!(formatter, "{what}: {detail}"),
+        }
+    }
+}
+
+impl std::error::Error for SetupError {}
+
+/// How rows start that bring no state of their own.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum StartKind {
+    /// At rest, the spring carrying the load torque.
+    Relaxed,
+    /// Both angles zero.
+    ZeroAngle,
+}
+
+/// A whole sweep. The rows themselves are read through functions, so that no copy of them is needed.
+pub struct Job<'a> {
+    /// Parameters and their order.
+    pub layout: Layout,
+    /// How many rows.
+    pub rows: usize,
+    /// Writes the parameters of a row.
+    pub parameters: &'a (dyn Fn(usize, &mut [f64]) + Sync),
+    /// The kinematic error, where all rows share it up to `te_scale`.
+    pub shared_error: Option<Harmonics<f64>>,
+    /// Inputs.
+    pub programs: Vec<Arc<Program>>,
+    /// Which of them a row has.
+    pub program_of: &'a (dyn Fn(usize) -> usize + Sync),
+    /// How rows start that bring no state of their own.
+    pub start: StartKind,
+    /// A row's own state at time 0: theta_m, omega_m, theta_l, omega_l, z.
+    pub initial_state: &'a (dyn Fn(usize) -> Option<[f64; 5]> + Sync),
+    /// Sampling times.
+    pub grids: Vec<Arc<[f64]>>,
+    /// Which of them a row has.
+    pub grid_of: &'a (dyn Fn(usize) -> usize + Sync),
+    /// Sampled signals.
+    pub signals: Vec<Signal>,
+    /// Metrics.
+    pub metrics: Vec<Metric>,
+    /// Method.
+    pub method: MethodName,
+    /// Tolerances, limits, and what the metrics need.
+    pub demand: Demand,
+    /// Threads; at least 1.
+    pub threads: usize,
+    /// CPU path.
+    pub path: super::SimdPath,
+}
+
+impl Job<'_> {
+    /// Length of the longest grid.
+    pub fn longest_grid(&self) -> usize {
+        self.grids.iter().map(|grid| grid.len()).max().unwrap_or(0)
+    }
+}

@@ -1,0 +1,12 @@
+//! Rows to lanes to threads, and the choice of the CPU path.
+
+mod dispatch;
+mod job;
+mod outputs;
+mod threads;
+mod worker;
+
+pub use dispatch::{SimdPath, lanes_of_path, paths};
+pub use job::{Job, MethodName, SetupError, StartKind};
+pub use outputs::Outputs;
+pub use threads::{Progress, sweep};

@@ -1,0 +1,52 @@
+//! Threads of one sweep. They live for the call only: nothing is left to deadlock after a fork.
+
+use super::dispatch::worker_of;
+use super::outputs::Writer;
+use super::worker::Shared;
+use super::{Job, Outputs};
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::thread;
+use std::time::Duration;
+
+/// How often the calling thread looks up.
+const PULSE: Duration = Duration::from_millis(40);
+
+/// Told by the calling thread now and then while a sweep runs.
+pub trait Progress {
+    /// Rows done and rows in all; false asks for a stop.
+    fn keep_going(&mut self, done: usize, rows: usize) -> bool;
+}
+
+/// Runs all rows; true where it was interrupted.
+pub fn sweep(job: &Job, progress: &mut dyn Progress) -> (Outputs, bool) {
+    let mut outputs = Outputs::new(job);
+    let worker = worker_of(job);
+    let shared = Shared {
+        job,
+        writer: Writer::new(&mut outputs),
+        next: AtomicUsize::new(0),
+        done: AtomicUsize::new(0),
+        cancelled: AtomicBool::new(false),
+    };
+    let working = AtomicUsize::new(job.threads);
+    let caller = thread::current();
+    thread::scope(|scope| {
+        for _ in 0..job.threads {
+            scope.spawn(|| {
+                worker(&shared);
+                working.fetch_sub(1, Ordering::Release);
+                caller.unpark();
+            });
+        }
+        while working.load(Ordering::Acquire) > 0 {
+            thread::park_timeout(PULSE);
+            if !progress.keep_going(shared.done.load(Ordering::Relaxed), job.rows) {
+                shared.cancelled.store(true, Ordering::Relaxed);
+            }
+        }
+    });
+    let interrupted = shared.cancelled.load(Ordering::Relaxed);
+    drop(shared);
+    outputs.close();
+    (outputs, interrupted)
+}

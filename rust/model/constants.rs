@@ -1,0 +1,257 @@
+//! Parameters in the form the equations use them, one row at a time or in lanes.
+
+use super::{BadParameter, Base, Harmonics, Layout, ScenarioColumn, Spring, spring};
+
+/// A struct of numbers that can be filled lane by lane.
+macro_rules! per_lane {
+    ($(#[$attribute:meta])* $name:ident { $($(#[$doc:meta])* $field:ident,)* }) => {
+        $(#[$attribute])*
+        #[derive(Clone, Copy, Debug)]
+        pub struct $name<R> { $($(#[$doc])* pub $field: R,)* }
+
+        impl<R: $crate::real::Real> $name<R> {
+            /// The same numbers in every lane.
+            pub fn splat(one: &$name<f64>) -> Self {
+                Self { $($field: R::splat(one.$field),)* }
+            }
+            /// Replaces the numbers in one lane.
+            pub fn set_lane(&mut self, lane: usize, one: &$name<f64>) {
+                $(self.$field.set(lane, one.$field);)*
+            }
+        }
+    };
+}
+pub(super) use per_lane;
+
+per_lane! {
+    /// Constants of the equations of motion; SI units.
+    Constants {
+        /// 1 / ratio.
+        inverse_ratio,
+        /// 1 / J_m.
+        inverse_j_m,
+        /// 1 / J_l.
+        inverse_j_l,
+        /// J_m.
+        j_m,
+        /// J_l.
+        j_l,
+        /// B_m.
+        b_m,
+        /// B_l.
+        b_l,
+        /// B_ml.
+        b_ml,
+        /// B_sp.
+        b_sp,
+        /// Slip factor.
+        s,
+        /// B_m + B_ml.
+        d_mm,
+        /// s B_ml.
+        d_ml,
+        /// B_l + s^2 B_ml.
+        d_ll,
+        /// Polynomial spring.
+        k1,
+        /// Polynomial spring.
+        k2,
+        /// Polynomial spring.
+        k3,
+        /// Polynomial spring.
+        k4,
+        /// Polynomial spring.
+        k5,
+        /// End of the polynomial's range.
+        phi_max,
+        /// Piecewise spring: K3.
+        k_3,
+        /// Piecewise spring: K1 - K2.
+        k_12,
+        /// Piecewise spring: K2 - K3.
+        k_23,
+        /// Piecewise spring: windup at T1.
+        phi_1,
+        /// Piecewise spring: windup at T2.
+        phi_2,
+        /// Proportional gain.
+        k_p,
+        /// Integral gain.
+        k_i,
+        /// 1 / K_p, 0 without proportional action.
+        inverse_k_p,
+        /// Torque limit.
+        tau_max,
+    }
+}
+
+/// One checked row, ready to run.
+#[derive(Clone, Debug)]
+pub struct Row {
+    /// Constants of the equations.
+    pub constants: Constants<f64>,
+    /// Factor on the kinematic error.
+    pub te_scale: f64,
+    /// The kinematic error itself, where it differs from the batch's.
+    pub harmonics: Option<Harmonics<f64>>,
+    /// Set speed [rad/s].
+    pub omega_set: f64,
+    /// Load torque [N m].
+    pub tau_load: f64,
+    /// Motor angle at the start [rad].
+    pub theta_m0: f64,
+    /// Motor torque that sustains the set speed [N m].
+    pub sustaining_torque: f64,
+    /// Orders of the kinematic error that force the mode most (largest n^2 A_n), NaN where there are fewer.
+    pub strongest_orders: [f64; STRONGEST],
+}
+
+/// How many orders [`Row::strongest_orders`] names.
+const STRONGEST: usize = 4;
+
+fn strongest_orders(orders: &[f64], cosines: &[f64], sines: &[f64]) -> [f64; STRONGEST] {
+    let mut found = [(0.0, f64::NAN); STRONGEST];
+    for ((&order, a), b) in orders.iter().zip(cosines).zip(sines) {
+        let weight = order * order * (a * a + b * b).sqrt();
+        if weight > found[STRONGEST - 1].0 {
+            found[STRONGEST - 1] = (weight, order);
+            found.sort_by(|left, right| right.0.total_cmp(&left.0));
+        }
+    }
+    found.map(|entry| entry.1)
+}
+
+impl Row {
+    /// Checks a parameter row and derives the constants.
+    pub fn new(layout: &Layout, values: &[f64], own_harmonics: bool) -> Result<Self, BadParameter> {
+        let check = |index: usize, good: bool| if good { Ok(()) } else { Err(BadParameter { index }) };
+        let tau_max = layout.scenario(ScenarioColumn::TauMax);
+        for (index, value) in values.iter().enumerate() {
+            check(index, value.is_finite() || (index == tau_max && *value == f64::INFINITY))?;
+        }
+        let [ratio, j_m, j_l, b_m, b_l, b_ml, b_sp, s] = *values.first_chunk().expect("a full row");
+        check(0, ratio != 0.0)?;
+        check(1, j_m > 0.0)?;
+        check(2, j_l > 0.0 || (layout.base == Base::OneInertia && j_l == 0.0))?;
+        for index in 3..8 {
+            check(index, values[index] >= 0.0)?;
+        }
+        let scenario = |column| values[layout.scenario(column)];
+        for column in [ScenarioColumn::Kp, ScenarioColumn::Ki] {
+            check(layout.scenario(column), scenario(column) >= 0.0)?;
+        }
+        check(tau_max, values[tau_max] > 0.0)?;
+
+        let mut constants = Constants {
+            inverse_ratio: 1.0 / ratio,
+            inverse_j_m: 1.0 / j_m,
+            inverse_j_l: 1.0 / j_l,
+            j_m,
+            j_l,
+            b_m,
+            b_l,
+            b_ml,
+            b_sp,
+            s,
+            d_mm: b_m + b_ml,
+            d_ml: s * b_ml,
+            d_ll: b_l + s * s * b_ml,
+            k1: 0.0,
+            k2: 0.0,
+            k3: 0.0,
+            k4: 0.0,
+            k5: 0.0,
+            phi_max: f64::INFINITY,
+            k_3: 0.0,
+            k_12: 0.0,
+            k_23: 0.0,
+            phi_1: 0.0,
+            phi_2: 0.0,
+            k_p: scenario(ScenarioColumn::Kp),
+            k_i: scenario(ScenarioColumn::Ki),
+            inverse_k_p: 0.0,
+            tau_max: values[tau_max],
+        };
+        if constants.k_p > 0.0 {
+            constants.inverse_k_p = 1.0 / constants.k_p;
+        }
+        set_spring(layout, values, &mut constants)?;
+
+        let orders = layout.orders.len();
+        let coefficients = &values[layout.te_cos()..];
+        let harmonics = own_harmonics
+            .then(|| Harmonics::new(&layout.orders, &coefficients[..orders], &coefficients[orders..2 * orders]));
+        let omega_set = scenario(ScenarioColumn::OmegaSet);
+        let tau_load = scenario(ScenarioColumn::TauLoad);
+        let slip = 1.0 - s / ratio;
+        Ok(Self {
+            constants,
+            te_scale: values[layout.te_scale()],
+            harmonics,
+            omega_set,
+            tau_load,
+            theta_m0: scenario(ScenarioColumn::ThetaM0),
+            strongest_orders: strongest_orders(
+                &layout.orders,
+                &coefficients[..orders],
+                &coefficients[orders..2 * orders],
+            ),
+            sustaining_torque: (b_m + b_ml * slip * slip + b_l / (ratio * ratio)) * omega_set + tau_load / ratio,
+        })
+    }
+
+    /// Angular frequency of the free torsional mode at zero windup [rad/s], of the speed loop for a rigid gear.
+    pub fn mode(&self, layout: &Layout) -> f64 {
+        let c = &self.constants;
+        let reflected = c.j_m / (c.inverse_ratio * c.inverse_ratio);
+        match layout.base {
+            Base::TwoInertia => {
+                let stiffness = spring::tangent(layout.spring, c, 0.0);
+                (stiffness * (reflected + c.j_l) / (reflected * c.j_l)).sqrt()
+            }
+            Base::OneInertia => (c.k_p + c.d_mm) / c.j_m + (c.k_i / c.j_m).sqrt(),
+        }
+    }
+}
+
+fn set_spring(layout: &Layout, values: &[f64], c: &mut Constants<f64>) -> Result<(), BadParameter> {
+    let at = |offset: usize| BadParameter { index: Layout::SPRING + offset };
+    match layout.spring {
+        Spring::Polynomial => {
+            [c.k1, c.k2, c.k3, c.k4, c.k5, c.phi_max] = *values[Layout::SPRING..].first_chunk().expect("a full row");
+            if c.phi_max <= 0.0 {
+                return Err(at(5));
+            }
+            if c.k1 <= 0.0 {
+                return Err(at(0));
+            }
+            if !tangent_is_positive(c) {
+                return Err(at(5));
+            }
+        }
+        Spring::Piecewise => {
+            let [k_1, k_2, k_3, t_1, t_2] = *values[Layout::SPRING..].first_chunk().expect("a full row");
+            for (offset, good) in [k_1 > 0.0, k_2 > 0.0, k_3 > 0.0, t_1 > 0.0, t_2 > t_1].into_iter().enumerate() {
+                if !good {
+                    return Err(at(offset));
+                }
+            }
+            c.k_3 = k_3;
+            c.k_12 = k_1 - k_2;
+            c.k_23 = k_2 - k_3;
+            c.phi_1 = t_1 / k_1;
+            c.phi_2 = c.phi_1 + (t_2 - t_1) / k_2;
+        }
+    }
+    Ok(())
+}
+
+/// Whether the polynomial's tangent is positive on the whole range.
+fn tangent_is_positive(c: &Constants<f64>) -> bool {
+    let positive = |x: f64| spring::tangent(Spring::Polynomial, c, x) > 0.0;
+    if c.k2 == 0.0 && c.k4 == 0.0 {
+        let vertex = (-0.3 * c.k3 / c.k5).max(0.0).sqrt();
+        return positive(c.phi_max) && (vertex.is_nan() || vertex >= c.phi_max || positive(vertex));
+    }
+    (0..=256).all(|step| positive(c.phi_max * (f64::from(step) / 128.0 - 1.0)))
+}

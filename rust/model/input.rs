@@ -1,0 +1,109 @@
+//! The inputs in force, in lanes.
+
+use super::constants::per_lane;
+use super::{Drive, Row, Segment};
+use crate::real::{Mask, Real};
+
+per_lane! {
+    /// Straight lines over the time since the segment's start.
+    Lines {
+        start,
+        torque,
+        torque_slope,
+        reference,
+        reference_slope,
+        load,
+        load_slope,
+        acceleration,
+        acceleration_slope,
+    }
+}
+
+/// The inputs of every lane, and which of them is in force.
+#[derive(Clone, Copy, Debug)]
+pub struct Input<R: Real> {
+    lines: Lines<R>,
+    speed: u64,
+    motion: u64,
+}
+
+/// The inputs at one instant.
+pub struct Inputs<R> {
+    /// Motor torque of torque-driven lanes [N m].
+    pub torque: R,
+    /// Speed reference [rad/s].
+    pub reference: R,
+    /// Load torque [N m].
+    pub load: R,
+    /// Imposed acceleration [rad/s^2].
+    pub acceleration: R,
+}
+
+impl<R: Real> Input<R> {
+    /// No input at all.
+    pub fn none() -> Self {
+        let zero = Lines {
+            start: 0.0,
+            torque: 0.0,
+            torque_slope: 0.0,
+            reference: 0.0,
+            reference_slope: 0.0,
+            load: 0.0,
+            load_slope: 0.0,
+            acceleration: 0.0,
+            acceleration_slope: 0.0,
+        };
+        Self { lines: Lines::splat(&zero), speed: 0, motion: 0 }
+    }
+
+    /// Puts a segment in force in one lane.
+    pub fn set_lane(&mut self, lane: usize, segment: &Segment, row: &Row) {
+        let torque = segment.motor_torque(row);
+        let reference = segment.reference(row);
+        let load = segment.load_torque(row);
+        let acceleration = match segment.drive {
+            Drive::Motion { angle } => [2.0 * angle[2], 6.0 * angle[3]],
+            _ => [0.0; 2],
+        };
+        let lines = Lines {
+            start: segment.start,
+            torque: torque.value,
+            torque_slope: torque.slope,
+            reference: reference.value,
+            reference_slope: reference.slope,
+            load: load.value,
+            load_slope: load.slope,
+            acceleration: acceleration[0],
+            acceleration_slope: acceleration[1],
+        };
+        self.lines.set_lane(lane, &lines);
+        let bit = 1 << lane;
+        self.speed = self.speed & !bit | if matches!(segment.drive, Drive::Speed { .. }) { bit } else { 0 };
+        self.motion = self.motion & !bit | if matches!(segment.drive, Drive::Motion { .. }) { bit } else { 0 };
+    }
+
+    /// The inputs at time `t`.
+    #[inline(always)]
+    pub fn at(&self, t: R) -> Inputs<R> {
+        let l = &self.lines;
+        let elapsed = t - l.start;
+        Inputs {
+            torque: l.torque_slope.mul_add(elapsed, l.torque),
+            reference: l.reference_slope.mul_add(elapsed, l.reference),
+            load: l.load_slope.mul_add(elapsed, l.load),
+            acceleration: l.acceleration_slope.mul_add(elapsed, l.acceleration),
+        }
+    }
+
+    /// The lanes under speed control, if any.
+    #[inline(always)]
+    pub fn speed(&self) -> Option<R::Mask> {
+        (self.speed != 0).then(|| R::Mask::from_bits(self.speed))
+    }
+
+    /// The lanes with imposed motion, if any.
+    #[inline(always)]
+    pub fn motion(&self) -> Option<R::Mask> {
+        (self.motion != 0).then(|| R::Mask::from_bits(self.motion))
+    }
+}

@@ -1,0 +1,263 @@
+//! The parameters of a model: the one table from which every other room reads names, units and ranges.
+
+use super::{Base, Spring};
+
+/// Who sets a parameter.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Group {
+    /// A property of the drive: a column of the parameter array.
+    Drive,
+    /// A property of the scenario that a row may override.
+    Scenario,
+}
+
+/// One parameter as users see it.
+#[derive(Clone, Debug)]
+pub struct Parameter {
+    /// Column name.
+    pub name: String,
+    /// Symbol in the equations.
+    pub symbol: String,
+    /// SI unit.
+    pub unit: &'static str,
+    /// Value for the SHF-25-120 unit.
+    pub default: f64,
+    /// Lower end of the plausible range.
+    pub low: f64,
+    /// Upper end of the plausible range.
+    pub high: f64,
+    /// One sentence.
+    pub meaning: String,
+    /// Where default and range come from.
+    pub source: &'static str,
+    /// Who sets it.
+    pub group: Group,
+}
+
+/// Why a row cannot be simulated.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct BadParameter {
+    /// Index of the offending parameter.
+    pub index: usize,
+}
+
+type Entry = (&'static str, &'static str, &'static str, f64, f64, f64, &'static str, &'static str);
+
+const CHOICE: &str = "chosen for the reconstructed model of the SHF-25-120 bench";
+const CATALOGUE: &str = "maker's catalogue, size 25, ratio above 50";
+const FIT: &str = "odd fit of the catalogue stiffness curve over +-67 N m";
+
+const DRIVE: [Entry; 8] = [
+    (
+        "ratio",
+        "i",
+        "1",
+        121.0,
+        31.0,
+        161.0,
+        "reduction ratio, output turns with the input",
+        "article: SHF-25-120, flexspline fixed",
+    ),
+    (
+        "J_m",
+        "J_m",
+        "kg m^2",
+        3.0e-4,
+        1.0e-4,
+        1.0e-3,
+        "motor and wave-generator inertia",
+        "wave generator 1.07e-4 from the catalogue, rest chosen",
+    ),
+    ("J_l", "J_l", "kg m^2", 0.5, 0.05, 12.0, "load inertia at the output", CHOICE),
+    ("B_m", "B_m", "N m s/rad", 6e-4, 1e-4, 3e-3, "viscous damping of the motor", CHOICE),
+    ("B_l", "B_l", "N m s/rad", 0.5, 0.0, 5.0, "viscous damping of the load", CHOICE),
+    ("B_ml", "B_ml", "N m s/rad", 6e-4, 1e-4, 3e-3, "damping between wave generator and cup", CHOICE),
+    ("B_sp", "B_sp", "N m s/rad", 20.0, 2.0, 100.0, "damping of the mesh, on the windup rate", CHOICE),
+    ("s", "s", "1", 0.0, 0.0, 1.0, "share of the load speed in the wave-generator slip", CHOICE),
+];
+
+const POLYNOMIAL: [Entry; 6] = [
+    ("k1", "k_1", "N m/rad", 3.102e4, 1.0e4, 6.0e4, "spring, linear coefficient", FIT),
+    ("k2", "k_2", "N m/rad^2", 0.0, -1.0e6, 1.0e6, "spring, quadratic coefficient", FIT),
+    ("k3", "k_3", "N m/rad^3", 1.3445e10, 0.0, 2.0e10, "spring, cubic coefficient", FIT),
+    ("k4", "k_4", "N m/rad^4", 0.0, -1.0e12, 1.0e12, "spring, quartic coefficient", FIT),
+    ("k5", "k_5", "N m/rad^5", -3.211e15, -4.0e15, 1.0e15, "spring, quintic coefficient", FIT),
+    ("phi_max", "phi_max", "rad", 1.465e-3, 1.0e-3, 3.3e-3, "end of the fitted range, linear beyond", FIT),
+];
+
+const PIECEWISE: [Entry; 5] = [
+    ("K1", "K_1", "N m/rad", 3.1e4, 1.0e4, 6.0e4, "stiffness up to T1", CATALOGUE),
+    ("K2", "K_2", "N m/rad", 5.0e4, 1.0e4, 8.0e4, "stiffness between T1 and T2", CATALOGUE),
+    ("K3", "K_3", "N m/rad", 5.7e4, 1.0e4, 9.0e4, "stiffness beyond T2", CATALOGUE),
+    ("T1", "T_1", "N m", 14.0, 1.0, 40.0, "torque at which K1 ends", CATALOGUE),
+    ("T2", "T_2", "N m", 48.0, 20.0, 120.0, "torque at which K2 ends", CATALOGUE),
+];
+
+const SCENARIO: [Entry; 6] = [
+    (
+        "omega_set",
+        "Omega_set",
+        "rad/s",
+        10.471975511965978,
+        -63.0,
+        63.0,
+        "set speed of the motor",
+        "article: 15 to 600 r/min",
+    ),
+    (
+        "tau_load",
+        "tau_load",
+        "N m",
+        0.0,
+        -167.0,
+        167.0,
+        "load torque, positive resists",
+        "catalogue: start-stop limit 167 N m",
+    ),
+    ("K_p", "K_p", "N m s/rad", 0.05, 0.0, 1.0, "proportional gain of the speed controller", CHOICE),
+    ("K_i", "K_i", "N m/rad", 0.8, 0.0, 20.0, "integral gain of the speed controller", CHOICE),
+    ("tau_max", "tau_max", "N m", 2.0, 0.1, 10.0, "torque limit of the speed controller", CHOICE),
+    ("theta_m0", "theta_m0", "rad", 0.0, -1.0e3, 1.0e3, "motor angle at the start", CHOICE),
+];
+
+/// Amplitude [1e-6 rad] and phase [rad] of the default kinematic error, orders 1 to 15.
+const KINEMATIC_ERROR: [(f64, f64); 15] = [
+    (20.0, 5.97),
+    (90.0, 0.91),
+    (6.0, 5.96),
+    (22.0, 1.96),
+    (1.7888543819998317, 2.66),
+    (8.0, 5.20),
+    (1.5118578920369088, 2.57),
+    (1.4142135623730951, 3.45),
+    (1.3333333333333333, 0.17),
+    (1.2649110640673518, 4.73),
+    (1.2060453783110545, 3.38),
+    (1.1547005383792515, 2.07),
+    (1.1094003924504583, 4.95),
+    (1.0690449676496976, 1.91),
+    (1.0327955589886444, 2.85),
+];
+
+/// Positions of the scenario's columns, counted from the end of the drive's.
+#[derive(Clone, Copy, Debug)]
+#[repr(usize)]
+pub enum ScenarioColumn {
+    /// Set speed.
+    OmegaSet,
+    /// Load torque.
+    TauLoad,
+    /// Proportional gain.
+    Kp,
+    /// Integral gain.
+    Ki,
+    /// Torque limit.
+    TauMax,
+    /// Motor angle at the start.
+    ThetaM0,
+}
+
+/// Which parameters a model has, and where each stands in a row.
+#[derive(Clone, Debug)]
+pub struct Layout {
+    /// Base model.
+    pub base: Base,
+    /// Spring law.
+    pub spring: Spring,
+    /// Orders of the kinematic error per motor revolution.
+    pub orders: Vec<f64>,
+}
+
+impl Layout {
+    /// Position of the first spring parameter.
+    pub const SPRING: usize = DRIVE.len();
+
+    /// Position of `te_scale`; the cosine coefficients follow, then the sine coefficients.
+    pub fn te_scale(&self) -> usize {
+        Self::SPRING + self.spring_entries().len()
+    }
+
+    /// Position of the first cosine coefficient.
+    pub fn te_cos(&self) -> usize {
+        self.te_scale() + 1
+    }
+
+    /// Position of the first sine coefficient.
+    pub fn te_sin(&self) -> usize {
+        self.te_cos() + self.orders.len()
+    }
+
+    /// Position of a scenario column.
+    pub fn scenario(&self, column: ScenarioColumn) -> usize {
+        self.te_sin() + self.orders.len() + column as usize
+    }
+
+    /// How many parameters there are, the scenario's included.
+    pub fn len(&self) -> usize {
+        self.te_sin() + self.orders.len() + SCENARIO.len()
+    }
+
+    /// Never: every model has parameters.
+    pub fn is_empty(&self) -> bool {
+        false
+    }
+
+    fn spring_entries(&self) -> &'static [Entry] {
+        match self.spring {
+            Spring::Polynomial => &POLYNOMIAL,
+            Spring::Piecewise => &PIECEWISE,
+        }
+    }
+
+    /// The table of parameters in row order; `labels` are the orders as users write them.
+    pub fn parameters(&self, labels: &[String]) -> Vec<Parameter> {
+        let entry = |group: Group| {
+            move |&(name, symbol, unit, default, low, high, meaning, source): &Entry| Parameter {
+                name: name.into(),
+                symbol: symbol.into(),
+                unit,
+                default,
+                low,
+                high,
+                meaning: meaning.into(),
+                source,
+                group,
+            }
+        };
+        let mut table: Vec<Parameter> = DRIVE.iter().chain(self.spring_entries()).map(entry(Group::Drive)).collect();
+        table.push(Parameter {
+            name: "te_scale".into(),
+            symbol: "A".into(),
+            unit: "1",
+            default: 1.0,
+            low: 0.0,
+            high: 3.0,
+            meaning: "factor on the whole kinematic error".into(),
+            source: CHOICE,
+            group: Group::Drive,
+        });
+        for (wave, symbol) in [("cos", "a"), ("sin", "b")] {
+            table.extend(self.orders.iter().zip(labels).map(|(&order, label)| Parameter {
+                name: format!("te_{wave}_{label}"),
+                symbol: format!("{symbol}_{label}"),
+                unit: "rad",
+                default: default_coefficient(order, wave),
+                low: -1.5e-4,
+                high: 1.5e-4,
+                meaning: format!("kinematic error, {wave}ine coefficient of order {label}"),
+                source: CHOICE,
+                group: Group::Drive,
+            }));
+        }
+        table.extend(SCENARIO.iter().map(entry(Group::Scenario)));
+        table
+    }
+}
+
+fn default_coefficient(order: f64, wave: &str) -> f64 {
+    if order.fract() != 0.0 || !(1.0..=15.0).contains(&order) {
+        return 0.0;
+    }
+    let (amplitude, phase) = KINEMATIC_ERROR[order as usize - 1];
+    1e-6 * amplitude * if wave == "cos" { phase.sin() } else { phase.cos() }
+}

@@ -1,0 +1,85 @@
+//! What is simulated: parameters, inputs, equations of motion.
+
+mod constants;
+mod harmonics;
+mod input;
+mod layout;
+mod one_inertia;
+mod program;
+pub mod spring;
+mod two_inertia;
+
+pub use constants::{Constants, Row};
+pub use harmonics::{Harmonics, MAX_POLYNOMIAL_ORDER};
+pub use input::Input;
+pub use layout::{BadParameter, Group, Layout, Parameter, ScenarioColumn};
+pub use one_inertia::OneInertia;
+pub use program::{Drive, Line, Program, Segment};
+pub use spring::{Spring, SpringLaw};
+pub use two_inertia::TwoInertia;
+
+use crate::real::Real;
+
+/// Which equations of motion.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Base {
+    /// Motor and load inertia joined by the gear spring.
+    TwoInertia,
+    /// The rigid limit: one inertia at the motor, with kinematic error.
+    OneInertia,
+}
+
+/// Everything a row and its present input contribute to the right-hand side.
+pub struct Drivetrain<'a, R: Real> {
+    /// Parameters in the form the equations use them.
+    pub constants: &'a Constants<R>,
+    /// Kinematic error.
+    pub harmonics: &'a Harmonics<R>,
+    /// The input in force.
+    pub input: &'a Input<R>,
+    /// Which spring law the constants describe.
+    pub spring: SpringLaw,
+}
+
+/// The right-hand side and the quantities it passes through.
+#[derive(Clone, Copy)]
+pub struct Rates<R, const N: usize> {
+    /// Time derivative of the state.
+    pub slope: [R; N],
+    /// Windup phi at the output [rad].
+    pub windup: R,
+    /// Its rate [rad/s].
+    pub windup_rate: R,
+    /// Transmission error theta_m/i - theta_l [rad].
+    pub te: R,
+    /// Load speed [rad/s].
+    pub omega_l: R,
+    /// Load acceleration [rad/s^2].
+    pub alpha_l: R,
+    /// Local ratio of the rigid gear.
+    pub upsilon: R,
+    /// Gear torque at the output [N m].
+    pub gear_torque: R,
+    /// Motor torque [N m].
+    pub motor_torque: R,
+    /// External load torque [N m].
+    pub load_torque: R,
+}
+
+/// Equations of motion with `N` states; state 0 is theta_m, state 1 omega_m, the last one the
+/// integrator of the speed controller.
+pub trait Model<const N: usize> {
+    /// Which base model this is.
+    const BASE: Base;
+    /// The natural size of each state, below which relative accuracy is not asked for.
+    const SCALES: [f64; N];
+
+    /// Which of theta_m, omega_m, te, omega_l, z are states of their own.
+    const STATES: [usize; N];
+
+    /// The size of each state, against which its error is measured.
+    fn sizes<R: Real>(state: &[R; N], windup: R) -> [R; N];
+
+    /// The right-hand side at time `t`.
+    fn rates<R: Real>(drive: &Drivetrain<R>, t: R, state: &[R; N]) -> Rates<R, N>;
+}

@@ -1,0 +1,62 @@
+//! The rigid limit in the motor coordinate: a joint of which only the motor side is seen.
+//!
+//! (J_m + Y^2 J_l) omega_m' = tau_m - Y tau_load - (B_m + (1 - s Y)^2 B_ml + Y^2 B_l) omega_m + J_l Y theta_e'' omega_m^2.
+//! States: theta_m, omega_m, z.
+
+use super::two_inertia::controlled;
+use super::{Base, Drivetrain, Model, Rates};
+use crate::real::Real;
+
+/// One inertia with kinematic error.
+pub struct OneInertia;
+
+impl Model<3> for OneInertia {
+    const BASE: Base = Base::OneInertia;
+    const SCALES: [f64; 3] = [0.1, 0.1, 1e-2];
+
+    const STATES: [usize; 3] = [0, 1, 4];
+
+    #[inline(always)]
+    fn sizes<R: Real>(state: &[R; 3], _windup: R) -> [R; 3] {
+        [R::zero(), state[1].abs(), state[2].abs()]
+    }
+
+    #[inline(always)]
+    fn rates<R: Real>(drive: &Drivetrain<R>, t: R, state: &[R; 3]) -> Rates<R, 3> {
+        let [theta_m, omega_m, z] = *state;
+        let c = drive.constants;
+        let (error, error_slope) = drive.harmonics.value_and_slope(theta_m);
+        let curvature = drive.harmonics.curvature(theta_m);
+        let upsilon = c.inverse_ratio - error_slope;
+        let omega_l = upsilon * omega_m;
+
+        let inputs = drive.input.at(t);
+        let (mut motor_torque, z_rate) = controlled(drive, inputs.torque, inputs.reference, omega_m, z);
+        let slip = (-c.s).mul_add(upsilon, R::splat(1.0));
+        let reflected = upsilon * c.j_l;
+        let damping = upsilon.mul_add(upsilon * c.b_l, slip.mul_add(slip * c.b_ml, c.b_m));
+        let centrifugal = reflected * curvature * omega_m;
+        let resisting = (damping - centrifugal).mul_add(omega_m, upsilon * inputs.load);
+        let inertia = upsilon.mul_add(reflected, c.j_m);
+        let mut alpha_m = (motor_torque - resisting) / inertia;
+        if let Some(motion) = drive.input.motion() {
+            alpha_m = R::select(motion, inputs.acceleration, alpha_m);
+            motor_torque = R::select(motion, inertia.mul_add(alpha_m, resisting), motor_torque);
+        }
+        let alpha_l = upsilon.mul_add(alpha_m, -(curvature * omega_m * omega_m));
+        let slip_torque = c.s * c.b_ml * slip * omega_m;
+        let gear_torque = c.j_l.mul_add(alpha_l, c.b_l.mul_add(omega_l, inputs.load)) - slip_torque;
+        Rates {
+            slope: [omega_m, alpha_m, z_rate],
+            windup: R::zero(),
+            windup_rate: R::zero(),
+            te: error,
+            omega_l,
+            alpha_l,
+            upsilon,
+            gear_torque,
+            motor_torque,
+            load_torque: inputs.load,
+        }
+    }
+}

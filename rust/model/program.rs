@@ -1,0 +1,136 @@
+//! What drives a row: piecewise-linear inputs with breakpoints, and the phases they mark.
+
+use super::Row;
+
+/// A straight line over the time since the start of its segment.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Line {
+    /// Value at the start.
+    pub value: f64,
+    /// Change per second.
+    pub slope: f64,
+}
+
+impl Line {
+    fn plus(self, factor: f64, other: Self) -> Self {
+        Self { value: self.value + factor * other.value, slope: self.slope + factor * other.slope }
+    }
+
+    fn at(self, elapsed: f64) -> f64 {
+        self.value + self.slope * elapsed
+    }
+}
+
+/// What moves the motor during a segment.
+#[derive(Clone, Copy, Debug)]
+pub enum Drive {
+    /// A torque.
+    Torque {
+        /// Absolute [N m].
+        absolute: Line,
+        /// In multiples of the row's sustaining torque.
+        sustaining: Line,
+    },
+    /// The speed controller.
+    Speed {
+        /// Reference [rad/s].
+        absolute: Line,
+        /// Reference in multiples of the row's set speed.
+        set: Line,
+        /// Whether the controller takes over without a jump of the torque.
+        bumpless: bool,
+    },
+    /// An imposed motor angle.
+    Motion {
+        /// Ascending coefficients [rad] in the time since the segment's start.
+        angle: [f64; 4],
+    },
+}
+
+/// The inputs between two breakpoints.
+#[derive(Clone, Copy, Debug)]
+pub struct Segment {
+    /// Start [s].
+    pub start: f64,
+    /// Motor side.
+    pub drive: Drive,
+    /// Load torque [N m].
+    pub load: Line,
+    /// Load torque as a multiple of the row's.
+    pub load_set: Line,
+}
+
+impl Segment {
+    /// The load torque [N m] of a row.
+    pub fn load_torque(&self, row: &Row) -> Line {
+        self.load.plus(row.tau_load, self.load_set)
+    }
+
+    /// The motor torque of a torque-driven row.
+    pub fn motor_torque(&self, row: &Row) -> Line {
+        match self.drive {
+            Drive::Torque { absolute, sustaining } => absolute.plus(row.sustaining_torque, sustaining),
+            _ => Line::default(),
+        }
+    }
+
+    /// The speed reference of a speed-controlled row.
+    pub fn reference(&self, row: &Row) -> Line {
+        match self.drive {
+            Drive::Speed { absolute, set, .. } => absolute.plus(row.omega_set, set),
+            _ => Line::default(),
+        }
+    }
+}
+
+/// Inputs from time 0 to `end`, and the marks that separate start, run and stop.
+#[derive(Clone, Debug)]
+pub struct Program {
+    /// In order of time; the first starts at 0.
+    pub segments: Vec<Segment>,
+    /// End of the simulation [s].
+    pub end: f64,
+    /// Start of the motion [s].
+    pub on: f64,
+    /// Start of the stop [s].
+    pub off: f64,
+    /// Start of the steady run [s]; automatic where absent.
+    pub run: Option<f64>,
+    /// From `off` to the window of the residual ring [s].
+    pub ring_delay: f64,
+    /// Length of that window [s].
+    pub ring_width: f64,
+    /// Whether the ring is read from the load speed instead of the windup rate.
+    pub ring_on_load: bool,
+}
+
+impl Program {
+    /// Start of the steady run of a row: the last whole number of set-speed revolutions before `off`
+    /// that last at least half a second, or half of the motion where not one revolution fits.
+    pub fn run_start(&self, omega_set: f64) -> f64 {
+        if let Some(run) = self.run {
+            return run;
+        }
+        let revolution = std::f64::consts::TAU / omega_set.abs();
+        let window = (0.5 / revolution).ceil() * revolution;
+        if window <= self.off - self.on { self.off - window } else { 0.5 * (self.on + self.off) }
+    }
+
+    /// Whether the inputs of a row jump where `index` starts.
+    pub fn jumps_at(&self, index: usize, row: &Row) -> bool {
+        let (before, after) = (&self.segments[index - 1], &self.segments[index]);
+        let elapsed = after.start - before.start;
+        let differs = |left: Line, right: Line| left.at(elapsed) != right.value;
+        match (&before.drive, &after.drive) {
+            (Drive::Torque { .. }, Drive::Torque { .. }) => {
+                differs(before.motor_torque(row), after.motor_torque(row))
+                    || differs(before.load_torque(row), after.load_torque(row))
+            }
+            (Drive::Speed { .. }, Drive::Speed { .. }) => {
+                differs(before.reference(row), after.reference(row))
+                    || differs(before.load_torque(row), after.load_torque(row))
+            }
+            _ => true,
+        }
+    }
+}

@@ -1,0 +1,103 @@
+//! The gear spring: torque and stored energy over windup.
+
+use super::Constants;
+use crate::real::{Mask, Real};
+
+/// Which spring law a model has.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Spring {
+    /// Polynomial of order 5 inside +-phi_max, linear with the same tangent beyond.
+    Polynomial,
+    /// Slopes K1, K2, K3 that change at the torques T1 and T2.
+    Piecewise,
+}
+
+/// The spring law as the kernel branches on it.
+pub type SpringLaw = Spring;
+
+/// Torque at a windup.
+#[inline(always)]
+pub fn torque<R: Real>(law: SpringLaw, c: &Constants<R>, windup: R) -> R {
+    match law {
+        Spring::Polynomial => {
+            let inside = windup.clamp_abs(c.phi_max);
+            let value =
+                c.k5.mul_add(inside, c.k4).mul_add(inside, c.k3).mul_add(inside, c.k2).mul_add(inside, c.k1) * inside;
+            let beyond = windup - inside;
+            let within = beyond.abs().le(R::zero());
+            if within.all() {
+                return value;
+            }
+            R::select(within, value, beyond.mul_add(polynomial_tangent(c, inside), value))
+        }
+        Spring::Piecewise => {
+            let first = windup.clamp_abs(c.phi_1);
+            let second = windup.clamp_abs(c.phi_2);
+            c.k_3.mul_add(windup, c.k_12.mul_add(first, c.k_23 * second))
+        }
+    }
+}
+
+/// Energy stored at a windup, zero when relaxed.
+pub fn energy(law: SpringLaw, c: &Constants<f64>, windup: f64) -> f64 {
+    match law {
+        Spring::Polynomial => {
+            let x = windup.clamp(-c.phi_max, c.phi_max);
+            let beyond = windup - x;
+            let inside = x * x * (c.k1 / 2.0 + x * (c.k2 / 3.0 + x * (c.k3 / 4.0 + x * (c.k4 / 5.0 + x * c.k5 / 6.0))));
+            inside + torque(law, c, x) * beyond + 0.5 * polynomial_tangent(c, x) * beyond * beyond
+        }
+        Spring::Piecewise => {
+            let part = |slope: f64, end: f64| {
+                let x = windup.abs().min(end);
+                slope * x * (windup.abs() - 0.5 * x)
+            };
+            0.5 * c.k_3 * windup * windup + part(c.k_12, c.phi_1) + part(c.k_23, c.phi_2)
+        }
+    }
+}
+
+/// Stiffness at a windup.
+pub fn tangent(law: SpringLaw, c: &Constants<f64>, windup: f64) -> f64 {
+    match law {
+        Spring::Polynomial => polynomial_tangent(c, windup.clamp(-c.phi_max, c.phi_max)),
+        Spring::Piecewise => {
+            let inside = |end: f64, slope: f64| if windup.abs() < end { slope } else { 0.0 };
+            c.k_3 + inside(c.phi_1, c.k_12) + inside(c.phi_2, c.k_23)
+        }
+    }
+}
+
+/// The windup at which the spring carries a torque: Newton's method kept inside a bracket.
+pub fn windup_at(law: SpringLaw, c: &Constants<f64>, wanted: f64) -> f64 {
+    let mut windup = 0.0;
+    let (mut low, mut high) = (f64::NEG_INFINITY, f64::INFINITY);
+    for _ in 0..100 {
+        let excess = torque(law, c, windup) - wanted;
+        if excess == 0.0 {
+            break;
+        }
+        if excess < 0.0 {
+            low = windup
+        } else {
+            high = windup
+        }
+        let newton = windup - excess / tangent(law, c, windup);
+        let next = if newton > low && newton < high { newton } else { 0.5 * (low + high) };
+        if next == windup || !next.is_finite() {
+            break;
+        }
+        windup = next;
+    }
+    windup
+}
+
+#[inline(always)]
+fn polynomial_tangent<R: Real>(c: &Constants<R>, x: R) -> R {
+    let weighted = |k: R, n: f64| k * R::splat(n);
+    weighted(c.k5, 5.0)
+        .mul_add(x, weighted(c.k4, 4.0))
+        .mul_add(x, weighted(c.k3, 3.0))
+        .mul_add(x, weighted(c.k2, 2.0))
+        .mul_add(x, c.k1)
+}

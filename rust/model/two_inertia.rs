@@ -1,0 +1,70 @@
+//! Motor and load inertia joined by the gear spring.
+//!
+//! States: theta_m, omega_m, te = theta_m/i - theta_l, omega_l, z. The load angle is integrated
+//! relative to the motor's, so that windup (1e-6 rad) never is a difference of two large angles.
+
+use super::{Base, Drivetrain, Model, Rates, spring};
+use crate::real::Real;
+
+/// The default model.
+pub struct TwoInertia;
+
+impl Model<5> for TwoInertia {
+    const BASE: Base = Base::TwoInertia;
+    const SCALES: [f64; 5] = [0.1, 0.1, 1e-5, 1e-3, 1e-2];
+
+    const STATES: [usize; 5] = [0, 1, 2, 3, 4];
+
+    #[inline(always)]
+    fn sizes<R: Real>(state: &[R; 5], windup: R) -> [R; 5] {
+        [R::zero(), state[1].abs(), windup.abs(), state[3].abs(), state[4].abs()]
+    }
+
+    #[inline(always)]
+    fn rates<R: Real>(drive: &Drivetrain<R>, t: R, state: &[R; 5]) -> Rates<R, 5> {
+        let [theta_m, omega_m, te, omega_l, z] = *state;
+        let c = drive.constants;
+        let (error, error_slope) = drive.harmonics.value_and_slope(theta_m);
+        let windup = te - error;
+        let upsilon = c.inverse_ratio - error_slope;
+        let windup_rate = upsilon.mul_add(omega_m, -omega_l);
+        let gear_torque = c.b_sp.mul_add(windup_rate, spring::torque(drive.spring, c, windup));
+
+        let inputs = drive.input.at(t);
+        let (mut motor_torque, z_rate) = controlled(drive, inputs.torque, inputs.reference, omega_m, z);
+        let resisting = c.d_mm.mul_add(omega_m, upsilon.mul_add(gear_torque, -(c.d_ml * omega_l)));
+        let mut alpha_m = (motor_torque - resisting) * c.inverse_j_m;
+        if let Some(motion) = drive.input.motion() {
+            alpha_m = R::select(motion, inputs.acceleration, alpha_m);
+            motor_torque = R::select(motion, c.j_m.mul_add(alpha_m, resisting), motor_torque);
+        }
+        let driving = c.d_ml.mul_add(omega_m, gear_torque) - c.d_ll.mul_add(omega_l, inputs.load);
+        let alpha_l = driving * c.inverse_j_l;
+        Rates {
+            slope: [omega_m, alpha_m, c.inverse_ratio.mul_add(omega_m, -omega_l), alpha_l, z_rate],
+            windup,
+            windup_rate,
+            te,
+            omega_l,
+            alpha_l,
+            upsilon,
+            gear_torque,
+            motor_torque,
+            load_torque: inputs.load,
+        }
+    }
+}
+
+/// Motor torque and integrator rate, with the speed controller where it is in force.
+#[inline(always)]
+pub(super) fn controlled<R: Real>(drive: &Drivetrain<R>, torque: R, reference: R, omega_m: R, z: R) -> (R, R) {
+    let Some(speed) = drive.input.speed() else {
+        return (torque, R::zero());
+    };
+    let c = drive.constants;
+    let error = reference - omega_m;
+    let asked = c.k_p.mul_add(error, c.k_i * z);
+    let given = asked.clamp_abs(c.tau_max);
+    let z_rate = (given - asked).mul_add(c.inverse_k_p, error);
+    (R::select(speed, given, torque), R::select(speed, z_rate, R::zero()))
+}

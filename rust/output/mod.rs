@@ -1,0 +1,18 @@
+//! What is kept of a trajectory: signals at given times, and metrics located inside the steps.
+
+mod catalogue;
+mod crossings;
+mod energy;
+mod extrema;
+mod least_squares;
+mod mode;
+mod orders;
+mod probe;
+mod reduce;
+mod signals;
+mod steady;
+
+pub use catalogue::{Metric, MetricEntry, Phase};
+pub use probe::probe_grid;
+pub use reduce::Reduction;
+pub use signals::Signal;

@@ -1,0 +1,88 @@
+//! The torsional mode after an event: a damped sinusoid fitted to the windup rate.
+
+use super::least_squares::fit;
+use crate::model::{Layout, Row, spring};
+use crate::solve::{Retrace, Seat};
+
+/// Samples over the window of the fit.
+pub const SAMPLES: usize = 128;
+const ITERATIONS: usize = 12;
+
+/// A fitted mode.
+#[derive(Clone, Copy, Debug)]
+pub struct Mode {
+    /// Frequency [Hz].
+    pub frequency: f64,
+    /// Decay rate [1/s].
+    pub decay: f64,
+    /// Amplitude of the output speed at the event [rad/s].
+    pub amplitude: f64,
+}
+
+const MISSING: Mode = Mode { frequency: f64::NAN, decay: f64::NAN, amplitude: f64::NAN };
+
+/// Angular frequency [rad/s] and decay rate [1/s] of the linear free mode without windup.
+pub fn linear_mode(layout: &Layout, row: &Row) -> (f64, f64) {
+    let c = &row.constants;
+    let square = 1.0 / (c.inverse_ratio * c.inverse_ratio);
+    let reflected = square * c.j_m;
+    let total = reflected + c.j_l;
+    let effective = reflected * c.j_l / total;
+    let damping = square * c.d_mm * (c.j_l / total).powi(2) + c.b_l * (reflected / total).powi(2) + c.b_sp;
+    ((spring::tangent(layout.spring, c, 0.0) / effective).sqrt(), damping / (2.0 * effective))
+}
+
+/// The window of the fit after an event [s].
+pub fn window(layout: &Layout, row: &Row) -> f64 {
+    5.0 / linear_mode(layout, row).1
+}
+
+/// Fits the mode in the samples between two times.
+pub fn mode<const N: usize>(layout: &Layout, seat: &Seat<N>, retrace: &mut dyn Retrace<N>, from: f64, to: f64) -> Mode {
+    let row = &seat.assignment.row;
+    let mut times = Vec::with_capacity(SAMPLES);
+    let mut data = Vec::with_capacity(SAMPLES);
+    let mut angles = Vec::with_capacity(SAMPLES);
+    for (&t, state) in seat.assignment.grids[1].iter().zip(&seat.samples[1]) {
+        if t > from && t <= to {
+            times.push(t - from);
+            angles.push(state[0]);
+            data.push(retrace.rates(seat, t, state).windup_rate);
+        }
+    }
+    if times.len() < SAMPLES / 2 {
+        return MISSING;
+    }
+    let mut background = vec![vec![1.0; times.len()], times.clone()];
+    let travel = angles[angles.len() - 1] - angles[0];
+    for order in row.strongest_orders.iter().filter(|order| (*order * travel).abs() > 1.0) {
+        background.push(angles.iter().map(|angle| (order * angle).cos()).collect());
+        background.push(angles.iter().map(|angle| (order * angle).sin()).collect());
+    }
+    let (mut omega, mut decay) = linear_mode(layout, row);
+    for _ in 0..ITERATIONS {
+        let waves: Vec<(f64, f64)> =
+            times.iter().map(|t| ((-decay * t).exp(), omega * t)).map(|(e, p)| (e * p.cos(), e * p.sin())).collect();
+        let mut columns: Vec<Vec<f64>> = vec![
+            waves.iter().map(|w| w.0).collect(),
+            waves.iter().map(|w| w.1).collect(),
+            waves.iter().zip(&times).map(|(w, t)| t * w.0).collect(),
+            waves.iter().zip(&times).map(|(w, t)| t * w.1).collect(),
+        ];
+        columns.extend(background.iter().cloned());
+        let Some(found) = fit(&columns, &data) else { return MISSING };
+        let [a, b, c, d] = [found[0], found[1], found[2], found[3]];
+        let square = a * a + b * b;
+        let (omega_change, decay_change) = ((c * b - d * a) / square, -(c * a + d * b) / square);
+        let limit = 0.2 * omega;
+        omega += omega_change.clamp(-limit, limit);
+        decay += decay_change.clamp(-limit, limit);
+        if omega_change.abs() + decay_change.abs() < 1e-9 * omega {
+            let constants = &row.constants;
+            let reflected = constants.j_m / (constants.inverse_ratio * constants.inverse_ratio);
+            let share = reflected / (reflected + constants.j_l);
+            return Mode { frequency: omega / std::f64::consts::TAU, decay, amplitude: share * square.sqrt() };
+        }
+    }
+    MISSING
+}

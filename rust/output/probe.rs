@@ -1,0 +1,44 @@
+//! Times at which metrics look at the state while a row runs.
+
+use super::catalogue::{Metric, Phase};
+use super::mode;
+use crate::model::{Layout, Program, Row};
+use std::f64::consts::TAU;
+use std::sync::Arc;
+
+/// Samples per period of the highest order.
+const SAMPLES_PER_PERIOD: f64 = 5.0;
+const MOST_SAMPLES: f64 = 20_000.0;
+/// The steady run is found afterwards and may begin a little before the expected time.
+const EARLIER: f64 = 1.05;
+
+/// The times the metrics need, ascending.
+pub fn probe_grid(metrics: &[Metric], layout: &Layout, row: &Row, program: &Program) -> Arc<[f64]> {
+    let mut times = Vec::new();
+    let highest = metrics
+        .iter()
+        .filter_map(|metric| if let Metric::Order(_, order) = metric { Some(*order) } else { None })
+        .fold(f64::NAN, f64::max);
+    if !highest.is_nan() {
+        let highest = layout.orders.iter().copied().fold(highest, f64::max);
+        let start = program.off - EARLIER * (program.off - program.run_start(row.omega_set));
+        let start = start.max(program.on);
+        let periods = highest * (program.off - start) * row.omega_set.abs() / TAU;
+        let unknowns = 2 * (layout.orders.len() + metrics.len()) + 2;
+        let count = (SAMPLES_PER_PERIOD * periods).clamp(2.0 * unknowns as f64, MOST_SAMPLES);
+        add_uniform(&mut times, start, program.off, count as usize);
+    }
+    for (phase, event, end) in [(Phase::Start, program.on, program.off), (Phase::Stop, program.off, program.end)] {
+        if metrics.iter().any(|metric| metric.looks_at_mode(phase)) {
+            let end = end.min(event + mode::window(layout, row));
+            add_uniform(&mut times, event, end, mode::SAMPLES);
+        }
+    }
+    times.retain(|t| (0.0..=program.end).contains(t));
+    times.sort_by(f64::total_cmp);
+    times.into()
+}
+
+fn add_uniform(times: &mut Vec<f64>, from: f64, to: f64, count: usize) {
+    times.extend((1..=count).map(|k| from + (to - from) * k as f64 / count as f64));
+}

@@ -1,0 +1,214 @@
+//! All metrics of one finished row.
+
+use super::catalogue::{Metric, ModePart, Phase};
+use super::crossings::{Wanted, crossing};
+use super::extrema::largest;
+use super::mode::{self, Mode};
+use super::orders::amplitudes;
+use super::steady::{Steady, steady};
+use super::{Signal, energy};
+use crate::model::Layout;
+use crate::solve::{Integral, Mark, Retrace, Seat};
+
+const RISE_LEVELS: (f64, f64) = (0.05, 0.95);
+const HALF: f64 = 0.5;
+const INITIAL: f64 = 0.5;
+
+/// A finished row on its way to numbers.
+pub struct Reduction<'a, const N: usize> {
+    layout: &'a Layout,
+    seat: &'a Seat<N>,
+    retrace: &'a mut dyn Retrace<N>,
+    end: (f64, [f64; N]),
+    steady: Option<Steady>,
+    modes: [Option<Mode>; 2],
+}
+
+impl<'a, const N: usize> Reduction<'a, N> {
+    /// For a row that ended at a time in a state.
+    pub fn new(
+        layout: &'a Layout,
+        seat: &'a Seat<N>,
+        retrace: &'a mut dyn Retrace<N>,
+        t: f64,
+        state: [f64; N],
+    ) -> Self {
+        Self { layout, seat, retrace, end: (t, state), steady: None, modes: [None; 2] }
+    }
+
+    /// The metrics' values, in their order.
+    pub fn values(&mut self, metrics: &[Metric], out: &mut [f64]) {
+        for (metric, value) in metrics.iter().zip(out.iter_mut()) {
+            if !matches!(metric, Metric::Order(..)) {
+                *value = self.value(*metric);
+            }
+        }
+        for signal in [Signal::Te, Signal::OmegaL] {
+            self.orders(signal, metrics, out);
+        }
+    }
+
+    fn value(&mut self, metric: Metric) -> f64 {
+        match metric {
+            Metric::SteadySpeed => self.steady().omega_m,
+            Metric::RiseTime(signal) => self.rise(signal, RISE_LEVELS.1) - self.rise(signal, RISE_LEVELS.0),
+            Metric::DeadTime => self.rise(Signal::OmegaM, RISE_LEVELS.0) - self.seat.time_of(Mark::On),
+            Metric::RiseShape => {
+                let half = self.rise(Signal::OmegaM, HALF);
+                (half - self.rise(Signal::OmegaM, RISE_LEVELS.0)) / (self.rise(Signal::OmegaM, RISE_LEVELS.1) - half)
+            }
+            Metric::StopTime(signal) => self.fall(signal, RISE_LEVELS.0) - self.fall(signal, RISE_LEVELS.1),
+            Metric::StopShape => {
+                let half = self.fall(Signal::OmegaM, HALF);
+                (half - self.fall(Signal::OmegaM, RISE_LEVELS.1)) / (self.fall(Signal::OmegaM, RISE_LEVELS.0) - half)
+            }
+            Metric::PeakWindup => self.farthest(Signal::Windup, (0.0, self.end.0)),
+            Metric::InitialTePeak => {
+                let on = self.seat.time_of(Mark::On);
+                self.farthest(Signal::Windup, (on, on + INITIAL))
+            }
+            Metric::TeMean(phase) => self.mean(Integral::Te, phase),
+            Metric::TePeak(phase) => self.farthest(Signal::Te, self.window(phase)),
+            Metric::TePeakToPeak(phase) => self.peak_to_peak(Signal::Te, phase),
+            Metric::TeRms(phase) => self.deviation(Integral::Te, Integral::TeSquare, phase),
+            Metric::SpeedRipple => self.peak_to_peak(Signal::OmegaL, Phase::Run),
+            Metric::SpeedRippleRms => self.deviation(Integral::OmegaL, Integral::OmegaLSquare, Phase::Run),
+            Metric::Order(..) => f64::NAN,
+            Metric::Mode(part, phase) => self.mode(part, phase),
+            Metric::ResidualRing => self.residual_ring(),
+            Metric::EnergyIn(phase) => {
+                self.integral(Integral::MotorPower, phase) - self.integral(Integral::LoadPower, phase)
+            }
+            Metric::Loss(which, phase) => self.integral(which, phase),
+            Metric::EnergyResidual => energy::residual(self.layout, self.seat, self.retrace, self.end.0, &self.end.1),
+            Metric::TimeOutsideRange => self.time_outside_range(),
+            Metric::UpsilonMin => self.upsilon_min(),
+        }
+    }
+
+    fn steady(&mut self) -> Steady {
+        *self.steady.get_or_insert_with(|| steady(self.seat, self.retrace))
+    }
+
+    fn window(&self, phase: Phase) -> (f64, f64) {
+        let (from, to) = phase.marks();
+        (self.seat.time_of(from), self.seat.time_of(to))
+    }
+
+    fn integral(&self, which: Integral, phase: Phase) -> f64 {
+        let (from, to) = phase.marks();
+        self.seat.integral(from, to, which)
+    }
+
+    fn mean(&self, which: Integral, phase: Phase) -> f64 {
+        let (from, to) = self.window(phase);
+        self.integral(which, phase) / (to - from)
+    }
+
+    fn deviation(&self, value: Integral, square: Integral, phase: Phase) -> f64 {
+        let mean = self.mean(value, phase);
+        (self.mean(square, phase) - mean * mean).max(0.0).sqrt()
+    }
+
+    fn largest(&mut self, signal: Signal, sign: f64, window: (f64, f64)) -> f64 {
+        largest(self.seat, self.retrace, signal, sign, window)
+    }
+
+    fn farthest(&mut self, signal: Signal, window: (f64, f64)) -> f64 {
+        self.largest(signal, 1.0, window).abs().max(self.largest(signal, -1.0, window).abs())
+    }
+
+    fn peak_to_peak(&mut self, signal: Signal, phase: Phase) -> f64 {
+        let window = self.window(phase);
+        self.largest(signal, 1.0, window) - self.largest(signal, -1.0, window)
+    }
+
+    /// Time of the first upward crossing of a share of the signal's own steady mean.
+    fn rise(&mut self, signal: Signal, share: f64) -> f64 {
+        let mean = self.steady_mean(signal);
+        let window = (self.seat.time_of(Mark::On), self.seat.time_of(Mark::Off));
+        crossing(self.seat, self.retrace, signal, mean.signum(), share * mean.abs(), window, Wanted::FirstUp)
+    }
+
+    /// Time of the downward crossing after the stop: the last one for the lower level, else the first.
+    fn fall(&mut self, signal: Signal, share: f64) -> f64 {
+        let mean = self.steady_mean(signal);
+        let window = (self.seat.time_of(Mark::Off), self.seat.time_of(Mark::End));
+        let wanted = if share == RISE_LEVELS.0 { Wanted::LastDown } else { Wanted::FirstDown };
+        crossing(self.seat, self.retrace, signal, mean.signum(), share * mean.abs(), window, wanted)
+    }
+
+    fn steady_mean(&mut self, signal: Signal) -> f64 {
+        let steady = self.steady();
+        if signal == Signal::OmegaM { steady.omega_m } else { steady.omega_l }
+    }
+
+    fn orders(&mut self, signal: Signal, metrics: &[Metric], out: &mut [f64]) {
+        let order_of = |metric: &Metric| match metric {
+            Metric::Order(of, order) if *of == signal => Some(*order),
+            _ => None,
+        };
+        let wanted: Vec<f64> = metrics.iter().filter_map(order_of).collect();
+        if wanted.is_empty() {
+            return;
+        }
+        let steady = self.steady();
+        let found = amplitudes(self.seat, self.retrace, signal, &wanted, &self.layout.orders, &steady);
+        let places = metrics.iter().zip(out).filter(|(metric, _)| order_of(metric).is_some());
+        for ((_, place), value) in places.zip(found) {
+            *place = value;
+        }
+    }
+
+    fn mode(&mut self, part: ModePart, phase: Phase) -> f64 {
+        let event = usize::from(phase == Phase::Stop);
+        let found = match self.modes[event] {
+            Some(found) => found,
+            None => {
+                let (from, end) = if event == 0 { (Mark::On, Mark::Off) } else { (Mark::Off, Mark::End) };
+                let from = self.seat.time_of(from);
+                let to = self.seat.time_of(end).min(from + mode::window(self.layout, &self.seat.assignment.row));
+                mode::mode(self.layout, self.seat, self.retrace, from, to)
+            }
+        };
+        self.modes[event] = Some(found);
+        match part {
+            ModePart::Frequency => found.frequency,
+            ModePart::Decay => found.decay,
+            ModePart::Amplitude => found.amplitude,
+        }
+    }
+
+    fn residual_ring(&self) -> f64 {
+        let width = self.seat.time_of(Mark::RingEnd) - self.seat.time_of(Mark::RingStart);
+        let square =
+            if self.seat.assignment.program.ring_on_load { Integral::OmegaLSquare } else { Integral::WindupRateSquare };
+        (self.seat.integral(Mark::RingStart, Mark::RingEnd, square) / width).sqrt()
+    }
+
+    fn time_outside_range(&self) -> f64 {
+        let limit = self.seat.assignment.row.constants.phi_max;
+        self.seat
+            .records
+            .windows(2)
+            .map(|pair| {
+                let (start, end) = (pair[0].windup.abs() - limit, pair[1].windup.abs() - limit);
+                let share = match (start > 0.0, end > 0.0) {
+                    (true, true) => 1.0,
+                    (false, false) => 0.0,
+                    (true, false) => start / (start - end),
+                    (false, true) => end / (end - start),
+                };
+                share * pair[1].step
+            })
+            .sum()
+    }
+
+    fn upsilon_min(&self) -> f64 {
+        let points = 64.0 * self.layout.orders.iter().copied().fold(1.0, f64::max);
+        let steepest = (0..points as usize)
+            .map(|k| self.retrace.kinematic_error(std::f64::consts::TAU * k as f64 / points).1)
+            .fold(f64::NEG_INFINITY, f64::max);
+        self.seat.assignment.row.constants.inverse_ratio - steepest
+    }
+}

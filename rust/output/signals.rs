@@ -1,0 +1,75 @@
+//! Time signals a user can ask for.
+
+use crate::solve::{Retrace, Seat};
+
+/// One signal of a trajectory.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Signal {
+    /// Motor angle.
+    ThetaM,
+    /// Motor speed.
+    OmegaM,
+    /// Load angle.
+    ThetaL,
+    /// Load speed.
+    OmegaL,
+    /// Transmission error theta_m/i - theta_l.
+    Te,
+    /// Windup of the gear spring.
+    Windup,
+    /// Its rate.
+    WindupRate,
+    /// Kinematic error.
+    ThetaE,
+    /// Motor torque.
+    MotorTorque,
+    /// Gear torque at the output.
+    GearTorque,
+}
+
+impl Signal {
+    /// All signals with name, unit and meaning.
+    pub const ALL: [(Self, &str, &str, &str); 10] = [
+        (Self::ThetaM, "theta_m", "rad", "motor angle"),
+        (Self::OmegaM, "omega_m", "rad/s", "motor speed"),
+        (Self::ThetaL, "theta_l", "rad", "load angle"),
+        (Self::OmegaL, "omega_l", "rad/s", "load speed"),
+        (Self::Te, "te", "rad", "transmission error theta_m/ratio - theta_l"),
+        (Self::Windup, "windup", "rad", "windup of the gear spring at the output"),
+        (Self::WindupRate, "windup_rate", "rad/s", "rate of the windup"),
+        (Self::ThetaE, "theta_e", "rad", "kinematic error of the rigid gear at the output"),
+        (Self::MotorTorque, "tau_m", "N m", "motor torque; with imposed motion the torque it takes"),
+        (Self::GearTorque, "gear_torque", "N m", "torque of spring and mesh damping at the output"),
+    ];
+
+    /// The signal of a name.
+    pub fn from_name(name: &str) -> Option<Self> {
+        Self::ALL.iter().find(|entry| entry.1 == name).map(|entry| entry.0)
+    }
+
+    /// The signal at an instant of a row.
+    pub fn value<const N: usize>(self, seat: &Seat<N>, retrace: &mut dyn Retrace<N>, t: f64, state: &[f64; N]) -> f64 {
+        let inverse_ratio = seat.assignment.row.constants.inverse_ratio;
+        match (self, N) {
+            (Self::ThetaM, _) => return state[0],
+            (Self::OmegaM, _) => return state[1],
+            (Self::ThetaL, 5) => return state[0] * inverse_ratio - state[2],
+            (Self::Te, 5) => return state[2],
+            (Self::OmegaL, 5) => return state[3],
+            _ => {}
+        }
+        let rates = retrace.rates(seat, t, state);
+        match self {
+            Self::ThetaM => state[0],
+            Self::OmegaM => state[1],
+            Self::ThetaL => state[0] * inverse_ratio - rates.te,
+            Self::OmegaL => rates.omega_l,
+            Self::Te => rates.te,
+            Self::Windup => rates.windup,
+            Self::WindupRate => rates.windup_rate,
+            Self::ThetaE => rates.te - rates.windup,
+            Self::MotorTorque => rates.motor_torque,
+            Self::GearTorque => rates.gear_torque,
+        }
+    }
+}

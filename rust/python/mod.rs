@@ -1,0 +1,18 @@
+//! The extension module: converts, releases the interpreter, calls one function, converts back.
+
+mod program;
+mod sweep;
+mod tables;
+
+use pyo3::prelude::*;
+
+/// The compiled core of hdfast.
+#[pymodule]
+mod _core {
+    #[pymodule_export]
+    use super::program::PyProgram;
+    #[pymodule_export]
+    use super::sweep::sweep;
+    #[pymodule_export]
+    use super::tables::{build_info, layout, methods, metrics, signals, statuses};
+}

@@ -1,0 +1,225 @@
+//! `sweep`: arrays in, arrays out, the interpreter free in between.
+
+use super::program::PyProgram;
+use super::tables::{layout_of, method_of, path_in_force};
+use crate::batch::{Job, Outputs, Progress, SetupError, StartKind, sweep as run};
+use crate::model::Harmonics;
+use crate::output::{Metric, Signal};
+use crate::solve::{Demand, Integrands};
+use numpy::ndarray::{ArrayView1, ArrayView2};
+use numpy::{IntoPyArray, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2};
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use std::sync::Arc;
+use std::time::Instant;
+
+/// Asks Python whether to go on, and tells it how far the sweep is.
+struct Attendant {
+    callback: Option<Py<PyAny>>,
+    failure: Option<PyErr>,
+    interrupted: bool,
+}
+
+impl Progress for Attendant {
+    fn keep_going(&mut self, done: usize, rows: usize) -> bool {
+        if self.interrupted || self.failure.is_some() {
+            return false;
+        }
+        Python::attach(|py| {
+            if py.check_signals().is_err() {
+                self.interrupted = true;
+            } else if let Some(callback) = &self.callback
+                && let Err(error) = callback.call1(py, (done, rows))
+            {
+                self.failure = Some(error);
+            }
+        });
+        !self.interrupted && self.failure.is_none()
+    }
+}
+
+fn range(what: &'static str, detail: String) -> PyErr {
+    SetupError::Range { what, detail }.into()
+}
+
+/// Runs all rows of a parameter table through one model.
+#[pyfunction]
+#[pyo3(signature = (*, base, spring, orders, defaults, columns, rows, programs, program_index, initial, initial_state,
+    grids, grid_index, signals, metrics, method, rtol, atol, max_steps, max_step, threads, progress))]
+#[allow(clippy::too_many_arguments)] // the one boundary: every argument of a sweep
+pub fn sweep<'py>(
+    py: Python<'py>,
+    base: &str,
+    spring: &str,
+    orders: Vec<f64>,
+    defaults: PyReadonlyArray1<'py, f64>,
+    columns: Vec<(usize, PyReadonlyArray1<'py, f64>)>,
+    rows: usize,
+    programs: Vec<PyRef<'py, PyProgram>>,
+    program_index: Option<PyReadonlyArray1<'py, u32>>,
+    initial: &str,
+    initial_state: Option<PyReadonlyArray2<'py, f64>>,
+    grids: Vec<PyReadonlyArray1<'py, f64>>,
+    grid_index: Option<PyReadonlyArray1<'py, u32>>,
+    signals: Vec<String>,
+    metrics: Vec<String>,
+    method: &str,
+    rtol: f64,
+    atol: f64,
+    max_steps: u32,
+    max_step: f64,
+    threads: usize,
+    progress: Option<Py<PyAny>>,
+) -> PyResult<Bound<'py, PyDict>> {
+    let layout = layout_of(base, spring, orders)?;
+    let defaults: Vec<f64> = defaults.as_array().to_vec();
+    if defaults.len() != layout.len() {
+        return Err(range("defaults", format!("{} values, allowed {}", defaults.len(), layout.len())));
+    }
+    for (index, values) in &columns {
+        if *index >= layout.len() || values.as_array().len() != rows {
+            let length = values.as_array().len();
+            return Err(range(
+                "columns",
+                format!("column {index} of length {length}, allowed 0..{} of length {rows}", layout.len()),
+            ));
+        }
+    }
+    let program_index = checked_index("program_index", program_index.as_ref(), rows, programs.len())?;
+    let grid_index = checked_index("grid_index", grid_index.as_ref(), rows, grids.len().max(1))?;
+    let signals = signals
+        .iter()
+        .map(|name| Signal::from_name(name).ok_or_else(|| SetupError::Unknown { what: "signal", name: name.clone() }))
+        .collect::<Result<Vec<_>, _>>()?;
+    let metrics = metrics
+        .iter()
+        .map(|name| {
+            Metric::from_name(name, parse_order)
+                .map(|entry| entry.metric)
+                .ok_or_else(|| SetupError::Unknown { what: "metric", name: name.clone() })
+        })
+        .collect::<Result<Vec<_>, _>>()?;
+    let mut demand =
+        Demand { rtol, floor: atol, max_steps, max_step, integrands: Integrands::default(), record: false };
+    metrics.iter().for_each(|metric| metric.require(&mut demand));
+
+    let views: Vec<(usize, ArrayView1<'_, f64>)> =
+        columns.iter().map(|(index, values)| (*index, values.as_array())).collect();
+    let error_columns = layout.te_cos()..layout.te_sin() + layout.orders.len();
+    let own_error = views.iter().any(|(index, _)| error_columns.contains(index));
+    let count = layout.orders.len();
+    let shared_error = (!own_error).then(|| {
+        let coefficients = &defaults[layout.te_cos()..];
+        Harmonics::new(&layout.orders, &coefficients[..count], &coefficients[count..2 * count])
+    });
+    let states: Option<ArrayView2<'_, f64>> = initial_state.as_ref().map(|values| values.as_array());
+    let full = if layout.base == crate::model::Base::TwoInertia { 4 } else { 2 };
+    if let Some(states) = &states
+        && (states.nrows() != rows || !(full..=full + 1).contains(&states.ncols()))
+    {
+        return Err(range(
+            "initial_state",
+            format!("shape {:?}, allowed ({rows}, {full}) or ({rows}, {})", states.dim(), full + 1),
+        ));
+    }
+    let ratio = |row: usize| views.iter().find(|(index, _)| *index == 0).map_or(defaults[0], |(_, values)| values[row]);
+    let initial_of = |row: usize| states.as_ref().map(|states| start_state(states, row, full, ratio(row)));
+    let parameters = |row: usize, out: &mut [f64]| {
+        out.copy_from_slice(&defaults);
+        for (index, values) in &views {
+            out[*index] = values[row];
+        }
+    };
+    let job = Job {
+        layout,
+        rows,
+        parameters: &parameters,
+        shared_error,
+        programs: programs.iter().map(|program| program.0.clone()).collect(),
+        program_of: &|row| program_index.map_or(0, |index| index[row] as usize),
+        start: match initial {
+            "relaxed" => StartKind::Relaxed,
+            "zero_angle" => StartKind::ZeroAngle,
+            _ => return Err(SetupError::Unknown { what: "initial", name: initial.into() }.into()),
+        },
+        initial_state: &initial_of,
+        grids: grids.iter().map(|grid| Arc::from(grid.as_array().to_vec())).collect(),
+        grid_of: &|row| grid_index.map_or(0, |index| index[row] as usize),
+        signals,
+        metrics,
+        method: method_of(method)?,
+        demand,
+        threads: threads.max(1),
+        path: path_in_force()?,
+    };
+    let mut attendant = Attendant { callback: progress, failure: None, interrupted: false };
+    let started = Instant::now();
+    let (outputs, _) = py.detach(|| run(&job, &mut attendant));
+    if let Some(failure) = attendant.failure {
+        return Err(failure);
+    }
+    let (path, used) = (job.path.name(), job.threads);
+    let result = converted(py, outputs, &job)?;
+    result.set_item("interrupted", attendant.interrupted)?;
+    result.set_item("seconds", started.elapsed().as_secs_f64())?;
+    result.set_item("threads", used)?;
+    result.set_item("simd", path)?;
+    Ok(result)
+}
+
+fn checked_index<'a>(
+    what: &'static str,
+    index: Option<&'a PyReadonlyArray1<'_, u32>>,
+    rows: usize,
+    choices: usize,
+) -> PyResult<Option<ArrayView1<'a, u32>>> {
+    let Some(index) = index else { return Ok(None) };
+    let view = index.as_array();
+    if view.len() != rows || view.iter().any(|choice| *choice as usize >= choices) {
+        return Err(range(what, format!("length {}, allowed {rows} values below {choices}", view.len())));
+    }
+    Ok(Some(view))
+}
+
+/// A user's state as theta_m, omega_m, theta_l, omega_l, z.
+fn start_state(states: &ArrayView2<'_, f64>, row: usize, full: usize, ratio: f64) -> [f64; 5] {
+    let value = |index: usize| states[(row, index)];
+    let z = if states.ncols() > full { value(full) } else { 0.0 };
+    if full == 4 {
+        [value(0), value(1), value(2), value(3), z]
+    } else {
+        [value(0), value(1), value(0) / ratio, value(1) / ratio, z]
+    }
+}
+
+/// An order as users write it: "2", "1.5" or "120/121".
+fn parse_order(label: &str) -> Option<f64> {
+    match label.split_once('/') {
+        Some((over, under)) => Some(over.parse::<f64>().ok()? / under.parse::<f64>().ok()?),
+        None => label.parse().ok(),
+    }
+    .filter(|order: &f64| order.is_finite())
+}
+
+fn converted<'py>(py: Python<'py>, outputs: Outputs, job: &Job) -> PyResult<Bound<'py, PyDict>> {
+    let result = PyDict::new(py);
+    let rows = job.rows;
+    let shape_error = |error: PyErr| PyValueError::new_err(format!("internal shape: {error}"));
+    result.set_item(
+        "metrics",
+        outputs.metrics.into_pyarray(py).reshape([job.metrics.len(), rows]).map_err(shape_error)?,
+    )?;
+    result.set_item(
+        "final_state",
+        outputs.final_state.into_pyarray(py).reshape([rows, outputs.states]).map_err(shape_error)?,
+    )?;
+    let samples = outputs.samples.into_pyarray(py).reshape([job.signals.len(), rows, outputs.times]);
+    result.set_item("samples", samples.map_err(shape_error)?)?;
+    result.set_item("status", outputs.status.into_pyarray(py))?;
+    result.set_item("detail", outputs.detail.into_pyarray(py))?;
+    result.set_item("steps", outputs.steps.into_pyarray(py))?;
+    result.set_item("rejected", outputs.rejected.into_pyarray(py))?;
+    result.set_item("time", outputs.time.into_pyarray(py))?;
+    Ok(result)
+}

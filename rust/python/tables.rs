@@ -1,0 +1,145 @@
+//! The tables of the core as Python lists and dicts.
+
+use crate::batch::{MethodName, SetupError, SimdPath, lanes_of_path, paths};
+use crate::model::{Base, Group, Layout, Spring};
+use crate::output::{Metric, Signal};
+use crate::solve::{Bs3, Dop853, Dopri5, Method, Status, Tsit5};
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+impl From<SetupError> for PyErr {
+    fn from(error: SetupError) -> Self {
+        PyValueError::new_err(error.to_string())
+    }
+}
+
+fn unknown(what: &'static str, name: &str) -> SetupError {
+    SetupError::Unknown { what, name: name.into() }
+}
+
+pub(super) fn base_of(name: &str) -> Result<Base, SetupError> {
+    match name {
+        "two_inertia" => Ok(Base::TwoInertia),
+        "one_inertia" => Ok(Base::OneInertia),
+        _ => Err(unknown("base", name)),
+    }
+}
+
+pub(super) fn layout_of(base: &str, spring: &str, orders: Vec<f64>) -> Result<Layout, SetupError> {
+    let base = base_of(base)?;
+    let spring = match spring {
+        "polynomial" => Spring::Polynomial,
+        "piecewise" => Spring::Piecewise,
+        _ => return Err(unknown("spring", spring)),
+    };
+    if let Some(order) = orders.iter().find(|order| !(order.is_finite() && **order > 0.0)) {
+        return Err(SetupError::Range { what: "orders", detail: format!("{order} is not a positive number") });
+    }
+    Ok(Layout { base, spring, orders })
+}
+
+pub(super) fn method_of(name: &str) -> Result<MethodName, SetupError> {
+    match name {
+        "bs3" => Ok(MethodName::Bs3),
+        "tsit5" => Ok(MethodName::Tsit5),
+        "dopri5" => Ok(MethodName::Dopri5),
+        "dop853" => Ok(MethodName::Dop853),
+        _ => Err(unknown("method", name)),
+    }
+}
+
+/// The CPU path in force: `HDFAST_SIMD`, or the fastest one this CPU has.
+pub(super) fn path_in_force() -> Result<SimdPath, SetupError> {
+    match std::env::var("HDFAST_SIMD") {
+        Ok(name) if !name.is_empty() => SimdPath::from_name(&name).ok_or_else(|| {
+            let known: Vec<_> = paths().into_iter().map(SimdPath::name).collect();
+            SetupError::Range { what: "HDFAST_SIMD", detail: format!("'{name}' is not one of {}", known.join(", ")) }
+        }),
+        _ => Ok(paths()[0]),
+    }
+}
+
+/// How the core was built and which CPU path it takes.
+#[pyfunction]
+pub fn build_info(py: Python<'_>) -> PyResult<Bound<'_, PyDict>> {
+    let path = path_in_force()?;
+    let info = PyDict::new(py);
+    info.set_item("version", env!("CARGO_PKG_VERSION"))?;
+    info.set_item("profile", if cfg!(debug_assertions) { "debug" } else { "release" })?;
+    info.set_item("debug", cfg!(debug_assertions))?;
+    info.set_item("target", format!("{}-{}", std::env::consts::ARCH, std::env::consts::OS))?;
+    info.set_item("simd", path.name())?;
+    info.set_item("lanes", lanes_of_path(path))?;
+    info.set_item("simd_available", paths().into_iter().map(SimdPath::name).collect::<Vec<_>>())?;
+    Ok(info)
+}
+
+/// The integration methods.
+#[pyfunction]
+pub fn methods(py: Python<'_>) -> PyResult<Vec<Bound<'_, PyDict>>> {
+    fn entry<T: Method>(py: Python<'_>) -> PyResult<Bound<'_, PyDict>> {
+        let item = PyDict::new(py);
+        item.set_item("name", T::NAME)?;
+        item.set_item("order", T::ORDER)?;
+        item.set_item("dense_order", T::DENSE_ORDER)?;
+        item.set_item("stages", T::STAGES)?;
+        Ok(item)
+    }
+    Ok(vec![entry::<Bs3>(py)?, entry::<Tsit5>(py)?, entry::<Dopri5>(py)?, entry::<Dop853>(py)?])
+}
+
+/// Status codes with names and remedies.
+#[pyfunction]
+pub fn statuses() -> Vec<(u8, &'static str, &'static str)> {
+    Status::ALL.iter().map(|status| (*status as u8, status.name(), status.remedy())).collect()
+}
+
+/// The metrics with fixed names.
+#[pyfunction]
+pub fn metrics(py: Python<'_>) -> PyResult<Vec<Bound<'_, PyDict>>> {
+    Metric::catalogue().into_iter().map(|entry| named(py, &entry.name, entry.unit, &entry.meaning)).collect()
+}
+
+/// The signals that can be sampled.
+#[pyfunction]
+pub fn signals(py: Python<'_>) -> PyResult<Vec<Bound<'_, PyDict>>> {
+    Signal::ALL.iter().map(|(_, name, unit, meaning)| named(py, name, unit, meaning)).collect()
+}
+
+fn named<'py>(py: Python<'py>, name: &str, unit: &str, meaning: &str) -> PyResult<Bound<'py, PyDict>> {
+    let item = PyDict::new(py);
+    item.set_item("name", name)?;
+    item.set_item("unit", unit)?;
+    item.set_item("meaning", meaning)?;
+    Ok(item)
+}
+
+/// The parameters of a model in row order.
+#[pyfunction]
+pub fn layout<'py>(
+    py: Python<'py>,
+    base: &str,
+    spring: &str,
+    orders: Vec<f64>,
+    labels: Vec<String>,
+) -> PyResult<Vec<Bound<'py, PyDict>>> {
+    if labels.len() != orders.len() {
+        return Err(PyValueError::new_err(format!("{} labels for {} orders", labels.len(), orders.len())));
+    }
+    let layout = layout_of(base, spring, orders)?;
+    layout
+        .parameters(&labels)
+        .into_iter()
+        .map(|parameter| {
+            let item = named(py, &parameter.name, parameter.unit, &parameter.meaning)?;
+            item.set_item("symbol", parameter.symbol)?;
+            item.set_item("default", parameter.default)?;
+            item.set_item("low", parameter.low)?;
+            item.set_item("high", parameter.high)?;
+            item.set_item("source", parameter.source)?;
+            item.set_item("group", if parameter.group == Group::Drive { "drive" } else { "scenario" })?;
+            Ok(item)
+        })
+        .collect()
+}

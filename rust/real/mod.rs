@@ -1,0 +1,95 @@
+//! The numbers a model may compute with: one `f64`, or lanes of them.
+//!
+//! Every operation is IEEE-exact or built from such operations in one fixed order, so a lane and the
+//! scalar give the same bits on every CPU.
+
+mod elementary;
+mod mask;
+mod pack;
+mod path;
+mod scalar;
+#[cfg(target_arch = "x86_64")]
+mod x86;
+
+pub use mask::{Mask, lanes_of};
+pub use pack::Pack;
+pub use path::{Path, Task};
+#[cfg(target_arch = "x86_64")]
+pub use x86::{F64x4, F64x8};
+
+use std::ops::{Add, Div, Mul, Neg, Sub};
+
+/// A number, or lanes of numbers that share one instruction stream.
+pub trait Real:
+    Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self> + Neg<Output = Self>
+{
+    /// The result of a comparison, lane by lane.
+    type Mask: Mask;
+    /// How many independent numbers there are.
+    const LANES: usize;
+
+    /// The same number in every lane.
+    fn splat(value: f64) -> Self;
+    /// The number in one lane.
+    fn get(&self, lane: usize) -> f64;
+    /// Replaces the number in one lane.
+    fn set(&mut self, lane: usize, value: f64);
+    /// `self * factor + addend`, rounded once.
+    fn mul_add(self, factor: Self, addend: Self) -> Self;
+    /// Square root.
+    fn sqrt(self) -> Self;
+    /// Absolute value.
+    fn abs(self) -> Self;
+    /// `self < other`; false where either is NaN.
+    fn lt(self, other: Self) -> Self::Mask;
+    /// `self <= other`; false where either is NaN.
+    fn le(self, other: Self) -> Self::Mask;
+    /// `yes` where the mask is set, `no` elsewhere.
+    fn select(mask: Self::Mask, yes: Self, no: Self) -> Self;
+    /// Whether bit `index` of the IEEE representation is set.
+    fn bit(self, index: u32) -> Self::Mask;
+    /// The IEEE representation and-ed with `bits`.
+    fn and_bits(self, bits: u64) -> Self;
+    /// The IEEE representation or-ed with `bits`.
+    fn or_bits(self, bits: u64) -> Self;
+    /// The IEEE representation shifted left by the 52 fraction bits.
+    fn shift_left_52(self) -> Self;
+    /// The IEEE representation shifted right by the 52 fraction bits.
+    fn shift_right_52(self) -> Self;
+
+    /// Zero in every lane.
+    #[inline(always)]
+    fn zero() -> Self {
+        Self::splat(0.0)
+    }
+    /// The smaller of two numbers, `other` where either is NaN.
+    #[inline(always)]
+    fn min(self, other: Self) -> Self {
+        Self::select(self.lt(other), self, other)
+    }
+    /// The larger of two numbers, `other` where either is NaN.
+    #[inline(always)]
+    fn max(self, other: Self) -> Self {
+        Self::select(other.lt(self), self, other)
+    }
+    /// `self` limited to `[-bound, bound]`.
+    #[inline(always)]
+    fn clamp_abs(self, bound: Self) -> Self {
+        self.min(bound).max(-bound)
+    }
+    /// Sine and cosine; accurate to about 1 ulp for arguments up to 1e9.
+    #[inline(always)]
+    fn sin_cos(self) -> (Self, Self) {
+        elementary::sin_cos(self)
+    }
+    /// Base-2 logarithm of a positive normal number to 1e-5: for step-size control.
+    #[inline(always)]
+    fn rough_log2(self) -> Self {
+        elementary::rough_log2(self)
+    }
+    /// Two to the power of `self` within ±1000, to 1e-6: for step-size control.
+    #[inline(always)]
+    fn rough_exp2(self) -> Self {
+        elementary::rough_exp2(self)
+    }
+}

@@ -1,0 +1,65 @@
+//! `f64` as the one-lane number.
+
+use super::Real;
+
+impl Real for f64 {
+    type Mask = bool;
+    const LANES: usize = 1;
+
+    #[inline(always)]
+    fn splat(value: f64) -> Self {
+        value
+    }
+    #[inline(always)]
+    fn get(&self, _lane: usize) -> f64 {
+        *self
+    }
+    #[inline(always)]
+    fn set(&mut self, _lane: usize, value: f64) {
+        *self = value;
+    }
+    #[inline(always)]
+    fn mul_add(self, factor: Self, addend: Self) -> Self {
+        f64::mul_add(self, factor, addend)
+    }
+    #[inline(always)]
+    fn sqrt(self) -> Self {
+        f64::sqrt(self)
+    }
+    #[inline(always)]
+    fn abs(self) -> Self {
+        f64::abs(self)
+    }
+    #[inline(always)]
+    fn lt(self, other: Self) -> bool {
+        self < other
+    }
+    #[inline(always)]
+    fn le(self, other: Self) -> bool {
+        self <= other
+    }
+    #[inline(always)]
+    fn select(mask: bool, yes: Self, no: Self) -> Self {
+        if mask { yes } else { no }
+    }
+    #[inline(always)]
+    fn bit(self, index: u32) -> bool {
+        self.to_bits() >> index & 1 == 1
+    }
+    #[inline(always)]
+    fn and_bits(self, bits: u64) -> Self {
+        f64::from_bits(self.to_bits() & bits)
+    }
+    #[inline(always)]
+    fn or_bits(self, bits: u64) -> Self {
+        f64::from_bits(self.to_bits() | bits)
+    }
+    #[inline(always)]
+    fn shift_left_52(self) -> Self {
+        f64::from_bits(self.to_bits() << 52)
+    }
+    #[inline(always)]
+    fn shift_right_52(self) -> Self {
+        f64::from_bits(self.to_bits() >> 52)
+    }
+}

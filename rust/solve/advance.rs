@@ -1,0 +1,321 @@
+//! The loop: every lane takes its own steps through its own row and takes the next row when done.
+
+use super::Method;
+use super::controller::{Controller, fit_to_stop, stuck};
+use super::integrals::{INTEGRALS, Integrands};
+use super::record::Record;
+use super::replay::{Replay, Retrace};
+use super::seat::{Assignment, Memory, Seat};
+use super::status::Status;
+use super::stepper::{Stepper, Trial};
+use crate::model::{Harmonics, Layout, Model, Rates};
+use crate::real::{Mask, Path, Real, lanes_of};
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// What is asked of every row.
+#[derive(Clone, Debug)]
+pub struct Demand {
+    /// Relative tolerance.
+    pub rtol: f64,
+    /// Factor on the sizes below which relative accuracy is not asked for.
+    pub floor: f64,
+    /// Attempts per row.
+    pub max_steps: u32,
+    /// Longest step [s].
+    pub max_step: f64,
+    /// Quadratures.
+    pub integrands: Integrands,
+    /// Whether steps are recorded.
+    pub record: bool,
+}
+
+/// Where rows come from and where they go.
+pub trait Rows<const N: usize> {
+    /// The next row to simulate.
+    fn next(&mut self) -> Option<Assignment<N>>;
+    /// Takes a row that ended in the given state.
+    fn finish(&mut self, seat: &Seat<N>, t: f64, state: &[f64; N], status: Status, replay: &mut dyn Retrace<N>);
+}
+
+/// All lanes of one thread.
+pub struct Advance<'a, P: Path, M: Model<N>, T: Method, const N: usize> {
+    demand: &'a Demand,
+    layout: &'a Layout,
+    harmonics: &'a Harmonics<f64>,
+    cancelled: &'a AtomicBool,
+    stepper: Stepper<P::Lanes, N>,
+    controller: Controller<P::Lanes>,
+    replay: Replay<P, M, T, N>,
+    seats: Vec<Option<Seat<N>>>,
+    spare: Vec<Memory<N>>,
+    step: P::Lanes,
+    stop: P::Lanes,
+    sample: P::Lanes,
+    attempts: P::Lanes,
+    accepted: P::Lanes,
+    first_share: f64,
+    occupied: u64,
+    stale: u64,
+}
+
+impl<'a, P: Path, M: Model<N>, T: Method, const N: usize> Advance<'a, P, M, T, N> {
+    /// Lanes as empty as `first` lets them be; every lane starts with its constants.
+    pub fn new(
+        demand: &'a Demand,
+        layout: &'a Layout,
+        harmonics: &'a Harmonics<f64>,
+        cancelled: &'a AtomicBool,
+        first: &Assignment<N>,
+    ) -> Self {
+        let zero = P::Lanes::zero();
+        Self {
+            demand,
+            layout,
+            harmonics,
+            cancelled,
+            stepper: Stepper::new(&first.row.constants, harmonics, layout.spring, demand.integrands),
+            controller: Controller::new(),
+            replay: Replay::new(&first.row, harmonics, layout.spring),
+            seats: (0..P::Lanes::LANES).map(|_| None).collect(),
+            spare: Vec::new(),
+            step: P::Lanes::splat(1e-3),
+            stop: P::Lanes::splat(f64::INFINITY),
+            sample: P::Lanes::splat(f64::INFINITY),
+            attempts: zero,
+            accepted: zero,
+            first_share: 3.0 * demand.rtol.powf(1.0 / f64::from(T::ERROR_ORDER)),
+            occupied: 0,
+            stale: 0,
+        }
+    }
+
+    /// Runs rows until there are no more.
+    #[inline(always)]
+    pub fn run(&mut self, rows: &mut impl Rows<N>) {
+        for lane in 0..P::Lanes::LANES {
+            self.seat_next(lane, rows);
+        }
+        while self.occupied != 0 {
+            if self.cancelled.load(Ordering::Relaxed) {
+                self.vacate_all(rows);
+                return;
+            }
+            self.refresh();
+            let (step, landing) = fit_to_stop(self.step, self.stop - self.stepper.t);
+            let mut trial = self.stepper.attempt::<M, T>(step);
+            trial.t = P::Lanes::select(landing, self.stop, trial.t);
+            let error = self.stepper.squared_error::<M, T>(step, &trial, self.demand.rtol, self.demand.floor);
+            let verdict = self.controller.judge::<T>(error);
+            let accepted = verdict.accepted;
+            self.take_samples(accepted, step, &trial);
+            self.stepper.commit(accepted, step, &trial);
+            self.choose_step(step, verdict.factor, accepted & landing);
+            self.count(accepted, step, &trial);
+            let arrived = (accepted & landing).to_bits() & self.occupied;
+            self.fail(arrived, !accepted, step, &trial, rows);
+            self.arrive(arrived, &trial, rows);
+        }
+    }
+
+    /// First slopes of lanes that begin a row or whose input has jumped.
+    #[inline(always)]
+    fn refresh(&mut self) {
+        if self.stale == 0 {
+            return;
+        }
+        let rates = self.stepper.refresh::<M>(<P::Lanes as Real>::Mask::from_bits(self.stale));
+        if self.demand.record {
+            let zero = P::Lanes::zero();
+            self.remember(self.stale, zero, &rates);
+        }
+        self.stale = 0;
+    }
+
+    #[inline(always)]
+    fn choose_step(&mut self, step: P::Lanes, factor: P::Lanes, landed: <P::Lanes as Real>::Mask) {
+        let next = step * factor;
+        let kept = next.max(self.step);
+        self.step = P::Lanes::select(landed, kept, next).min(P::Lanes::splat(self.demand.max_step));
+    }
+
+    /// Counts the attempt and records its end.
+    #[inline(always)]
+    fn count(&mut self, accepted: <P::Lanes as Real>::Mask, step: P::Lanes, trial: &Trial<P::Lanes, N>) {
+        let one = P::Lanes::splat(1.0);
+        self.attempts = self.attempts + one;
+        self.accepted = self.accepted + P::Lanes::select(accepted, one, P::Lanes::zero());
+        if self.demand.record {
+            self.remember(accepted.to_bits(), step, &trial.rates);
+        }
+    }
+
+    #[inline(always)]
+    fn remember(&mut self, lanes: u64, step: P::Lanes, rates: &Rates<P::Lanes, N>) {
+        for lane in lanes_of(lanes & self.occupied) {
+            if let Some(seat) = &mut self.seats[lane] {
+                seat.remember(Record {
+                    t: self.stepper.t.get(lane),
+                    step: step.get(lane),
+                    state: std::array::from_fn(|index| self.stepper.state[index].get(lane)),
+                    alpha_m: rates.slope[1].get(lane),
+                    omega_l: rates.omega_l.get(lane),
+                    alpha_l: rates.alpha_l.get(lane),
+                    te: rates.te.get(lane),
+                    windup: rates.windup.get(lane),
+                    windup_rate: rates.windup_rate.get(lane),
+                });
+            }
+        }
+    }
+
+    /// States at the grid's times inside the accepted steps.
+    #[inline(always)]
+    fn take_samples(&mut self, accepted: <P::Lanes as Real>::Mask, step: P::Lanes, trial: &Trial<P::Lanes, N>) {
+        let due = (accepted & self.sample.le(trial.t)).to_bits() & self.occupied;
+        if due == 0 {
+            return;
+        }
+        let coefficients = self.stepper.dense::<M, T>(step);
+        for lane in lanes_of(due) {
+            let Some(seat) = &mut self.seats[lane] else { continue };
+            let (t, step, end) = (self.stepper.t.get(lane), step.get(lane), trial.t.get(lane));
+            let own: [[f64; 8]; N] =
+                std::array::from_fn(|index| std::array::from_fn(|power| coefficients[index][power].get(lane)));
+            while let Some(time) = seat.take_sample_time(end) {
+                let share = (time - t) / step;
+                seat.push_sample(own.map(|c| c.iter().rev().fold(0.0, |sum: f64, &x| sum.mul_add(share, x))));
+            }
+            self.sample.set(lane, seat.next_sample());
+        }
+    }
+
+    /// Ends rows that cannot go on.
+    #[inline(always)]
+    fn fail(
+        &mut self,
+        arrived: u64,
+        rejected: <P::Lanes as Real>::Mask,
+        step: P::Lanes,
+        trial: &Trial<P::Lanes, N>,
+        rows: &mut impl Rows<N>,
+    ) {
+        let limit = P::Lanes::splat(f64::from(self.demand.max_steps));
+        let exhausted = limit.le(self.attempts).to_bits();
+        let stuck = stuck(rejected, step, self.stepper.t);
+        let failed = (exhausted | stuck) & self.occupied & !arrived;
+        if failed == 0 {
+            return;
+        }
+        let broken = self.stepper.broken(trial);
+        for lane in lanes_of(failed) {
+            let status = match (stuck >> lane & 1 == 1, broken >> lane & 1 == 1) {
+                (true, true) => Status::NotFinite,
+                (true, false) => Status::StepTooSmall,
+                _ => Status::MaxSteps,
+            };
+            self.vacate(lane, status, rows);
+            self.seat_next(lane, rows);
+        }
+    }
+
+    /// Lanes that stand on a stop: a mark, a new segment, or the end.
+    #[inline(always)]
+    fn arrive(&mut self, lanes: u64, trial: &Trial<P::Lanes, N>, rows: &mut impl Rows<N>) {
+        for lane in lanes_of(lanes) {
+            let Some(mut seat) = self.seats[lane].take() else { continue };
+            let t = self.stepper.t.get(lane);
+            let integrals = std::array::from_fn(|index| self.stepper.integrals[index].get(lane));
+            if seat.pass_marks(t, integrals) {
+                for index in 0..INTEGRALS {
+                    self.stepper.integrals[index].set(lane, 0.0);
+                }
+            }
+            if seat.is_done() {
+                self.seats[lane] = Some(seat);
+                self.vacate(lane, Status::Finished, rows);
+                self.seat_next(lane, rows);
+                continue;
+            }
+            if let Some(jumps) = seat.enter_segment(t) {
+                let row = &seat.assignment.row;
+                self.stepper.input.set_lane(lane, seat.segment(), row);
+                if jumps {
+                    let mut state = self.lane_state(lane);
+                    seat.adjust_state(&mut state, trial.rates.motor_torque.get(lane));
+                    self.set_lane_state(lane, &state);
+                    self.step.set(lane, self.step.get(lane).min(self.first_step(&seat)));
+                    self.controller.reset_lane(lane);
+                    self.stale |= 1 << lane;
+                }
+            }
+            self.stop.set(lane, seat.next_stop());
+            self.seats[lane] = Some(seat);
+        }
+    }
+
+    /// A cautious first step: a fraction of the fastest motion the row can make.
+    fn first_step(&self, seat: &Seat<N>) -> f64 {
+        (self.first_share / seat.assignment.row.mode(self.layout)).min(self.demand.max_step)
+    }
+
+    /// Seats the next row that has something to simulate.
+    fn seat_next(&mut self, lane: usize, rows: &mut impl Rows<N>) {
+        let Some(assignment) = rows.next() else { return };
+        let mut seat = Seat::new(assignment, self.spare.pop().unwrap_or_default());
+        seat.load(lane, &mut self.stepper, self.harmonics);
+        self.replay.load(&seat, self.harmonics);
+        let state = self.replay.start(&seat);
+        self.set_lane_state(lane, &state);
+        self.stepper.t.set(lane, 0.0);
+        self.stepper.input.set_lane(lane, seat.segment(), &seat.assignment.row);
+        self.attempts.set(lane, 0.0);
+        self.accepted.set(lane, 0.0);
+        self.controller.reset_lane(lane);
+        for index in 0..INTEGRALS {
+            self.stepper.integrals[index].set(lane, 0.0);
+        }
+        seat.initial = state;
+        while seat.take_sample_time(0.0).is_some() {
+            seat.push_sample(state);
+        }
+        seat.pass_marks(0.0, [0.0; INTEGRALS]);
+        self.step.set(lane, self.first_step(&seat));
+        self.stop.set(lane, seat.next_stop());
+        self.sample.set(lane, seat.next_sample());
+        self.occupied |= 1 << lane;
+        self.stale |= 1 << lane;
+        self.seats[lane] = Some(seat);
+    }
+
+    /// Hands the lane's row over as it is and leaves the lane idle.
+    fn vacate(&mut self, lane: usize, status: Status, rows: &mut impl Rows<N>) {
+        self.occupied &= !(1 << lane);
+        self.stale &= !(1 << lane);
+        self.stop.set(lane, f64::INFINITY);
+        self.sample.set(lane, f64::INFINITY);
+        let state = self.lane_state(lane);
+        if let Some(mut seat) = self.seats[lane].take() {
+            seat.accepted = self.accepted.get(lane) as u32;
+            seat.rejected = self.attempts.get(lane) as u32 - seat.accepted;
+            self.replay.load(&seat, self.harmonics);
+            rows.finish(&seat, self.stepper.t.get(lane), &state, status, &mut self.replay);
+            self.spare.push(seat.into_memory());
+        }
+    }
+
+    fn vacate_all(&mut self, rows: &mut impl Rows<N>) {
+        for lane in lanes_of(self.occupied) {
+            self.vacate(lane, Status::Cancelled, rows);
+        }
+    }
+
+    fn lane_state(&self, lane: usize) -> [f64; N] {
+        std::array::from_fn(|index| self.stepper.state[index].get(lane))
+    }
+
+    fn set_lane_state(&mut self, lane: usize, state: &[f64; N]) {
+        for (lanes, &value) in self.stepper.state.iter_mut().zip(state) {
+            lanes.set(lane, value);
+        }
+    }
+}

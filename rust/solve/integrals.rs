@@ -1,0 +1,94 @@
+//! Quadratures carried along with the stages: exact to the order of the method, no extra evaluation.
+
+use crate::model::{Constants, Rates};
+use crate::real::Real;
+
+/// How many quadratures there are.
+pub const INTEGRALS: usize = 11;
+
+/// What each quadrature integrates over time.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(usize)]
+pub enum Integral {
+    /// Transmission error.
+    Te,
+    /// Its square.
+    TeSquare,
+    /// Square of the windup rate.
+    WindupRateSquare,
+    /// Load speed.
+    OmegaL,
+    /// Its square.
+    OmegaLSquare,
+    /// Power of the motor.
+    MotorPower,
+    /// Power taken by the load torque.
+    LoadPower,
+    /// Power lost in B_m.
+    MotorLoss,
+    /// Power lost in B_ml.
+    WaveGeneratorLoss,
+    /// Power lost in B_l.
+    LoadLoss,
+    /// Power lost in B_sp.
+    MeshLoss,
+}
+
+/// Which quadratures a sweep needs.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Integrands {
+    /// Transmission error and its square.
+    pub te: bool,
+    /// Square of the windup rate.
+    pub ring: bool,
+    /// Load speed and its square.
+    pub speed: bool,
+    /// Powers.
+    pub energy: bool,
+}
+
+impl Integrands {
+    /// Whether any is needed.
+    #[inline(always)]
+    pub fn any(self) -> bool {
+        self.te | self.ring | self.speed | self.energy
+    }
+
+    /// Adds `weight` times the integrands to the sums.
+    #[inline(always)]
+    pub fn add<R: Real, const N: usize>(
+        self,
+        weight: R,
+        rates: &Rates<R, N>,
+        c: &Constants<R>,
+        sums: &mut [R; INTEGRALS],
+    ) {
+        let mut put = |index: Integral, factor: R, value: R| {
+            let sum = &mut sums[index as usize];
+            *sum = factor.mul_add(value, *sum);
+        };
+        if self.te {
+            let weighted = weight * rates.te;
+            put(Integral::Te, weight, rates.te);
+            put(Integral::TeSquare, weighted, rates.te);
+        }
+        if self.ring {
+            put(Integral::WindupRateSquare, weight * rates.windup_rate, rates.windup_rate);
+        }
+        if self.speed {
+            let weighted = weight * rates.omega_l;
+            put(Integral::OmegaL, weight, rates.omega_l);
+            put(Integral::OmegaLSquare, weighted, rates.omega_l);
+        }
+        if self.energy {
+            let omega_m = rates.slope[0];
+            let slip = (-c.s).mul_add(rates.omega_l, omega_m);
+            put(Integral::MotorPower, weight * rates.motor_torque, omega_m);
+            put(Integral::LoadPower, weight * rates.load_torque, rates.omega_l);
+            put(Integral::MotorLoss, weight * c.b_m * omega_m, omega_m);
+            put(Integral::WaveGeneratorLoss, weight * c.b_ml * slip, slip);
+            put(Integral::LoadLoss, weight * c.b_l * rates.omega_l, rates.omega_l);
+            put(Integral::MeshLoss, weight * c.b_sp * rates.windup_rate, rates.windup_rate);
+        }
+    }
+}

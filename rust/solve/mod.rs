@@ -1,0 +1,19 @@
+//! Integration in time: one adaptive step for all lanes, and the loop around it.
+
+mod advance;
+mod controller;
+mod integrals;
+mod record;
+mod replay;
+mod seat;
+mod status;
+mod stepper;
+mod tableau;
+
+pub use advance::{Advance, Demand, Rows};
+pub use integrals::{INTEGRALS, Integral, Integrands};
+pub use record::{Dense, Record};
+pub use replay::{Replay, Retrace};
+pub use seat::{Assignment, Mark, Memory, Seat, Start};
+pub use status::Status;
+pub use tableau::{Bs3, Dop853, Dopri5, Method, Tsit5};

@@ -1,0 +1,45 @@
+//! What is remembered of a row's steps while it runs.
+
+/// The end of one accepted step.
+#[derive(Clone, Copy, Debug)]
+pub struct Record<const N: usize> {
+    /// Time [s].
+    pub t: f64,
+    /// Length of the step that ended here [s]; 0 where a row starts or an input jumps.
+    pub step: f64,
+    /// State.
+    pub state: [f64; N],
+    /// Motor acceleration [rad/s^2].
+    pub alpha_m: f64,
+    /// Load speed [rad/s].
+    pub omega_l: f64,
+    /// Load acceleration [rad/s^2].
+    pub alpha_l: f64,
+    /// Transmission error [rad].
+    pub te: f64,
+    /// Windup [rad].
+    pub windup: f64,
+    /// Windup rate [rad/s].
+    pub windup_rate: f64,
+}
+
+/// Highest degree of a dense output.
+pub const DENSE_TERMS: usize = 8;
+
+/// One step as a polynomial in the elapsed share of the step, ascending coefficients.
+#[derive(Clone, Copy, Debug)]
+pub struct Dense<const N: usize> {
+    /// Start of the step [s].
+    pub t: f64,
+    /// Length of the step [s].
+    pub step: f64,
+    /// Coefficients per state.
+    pub coefficients: [[f64; DENSE_TERMS]; N],
+}
+
+impl<const N: usize> Dense<N> {
+    /// The state after a share of the step.
+    pub fn at(&self, share: f64) -> [f64; N] {
+        self.coefficients.map(|c| c.iter().rev().fold(0.0, |sum, &x| sum * share + x))
+    }
+}

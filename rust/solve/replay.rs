@@ -1,0 +1,110 @@
+//! A finished row, one step or one instant at a time: for extrema, crossings and derived signals.
+
+use super::record::{Dense, Record};
+use super::seat::{Seat, Start};
+use super::stepper::Stepper;
+use super::{Integrands, Method};
+use crate::model::{Drive, Harmonics, Model, Rates, Row, SpringLaw, spring};
+use crate::real::{Path, Task};
+use std::marker::PhantomData;
+
+/// A finished row that can be looked at again, one step or one instant at a time.
+pub trait Retrace<const N: usize> {
+    /// The step between two records as polynomials.
+    fn dense(&mut self, seat: &Seat<N>, start: &Record<N>, end: &Record<N>) -> Dense<N>;
+    /// Everything the equations pass through at an instant.
+    fn rates(&mut self, seat: &Seat<N>, t: f64, state: &[f64; N]) -> Rates<f64, N>;
+    /// The kinematic error [rad] and its slope at a motor angle.
+    fn kinematic_error(&self, angle: f64) -> (f64, f64);
+}
+
+/// Recomputes single steps of the row last loaded, with the same bits as the lanes had.
+pub struct Replay<P, M, T, const N: usize> {
+    stepper: Stepper<f64, N>,
+    methods: PhantomData<(P, M, T)>,
+}
+
+impl<P: Path, M: Model<N>, T: Method, const N: usize> Replay<P, M, T, N> {
+    /// For rows like this one.
+    pub fn new(row: &Row, harmonics: &Harmonics<f64>, spring: SpringLaw) -> Self {
+        Self { stepper: Stepper::new(&row.constants, harmonics, spring, Integrands::default()), methods: PhantomData }
+    }
+
+    /// Makes a row the one that is replayed.
+    pub fn load(&mut self, seat: &Seat<N>, shared: &Harmonics<f64>) {
+        seat.load(0, &mut self.stepper, shared);
+    }
+
+    /// The state at time 0 of a row just loaded.
+    pub fn start(&self, seat: &Seat<N>) -> [f64; N] {
+        let row = &seat.assignment.row;
+        let c = &row.constants;
+        let (angle, speed) = match seat.segment().drive {
+            Drive::Motion { angle } => (angle[0], angle[1]),
+            _ => (row.theta_m0, 0.0),
+        };
+        let full = match seat.assignment.start {
+            Start::Given(full) => full,
+            Start::ZeroAngle => [0.0; 5],
+            Start::Relaxed => {
+                let (error, slope) = self.stepper.harmonics.value_and_slope(angle);
+                let windup = spring::windup_at(self.stepper.spring, c, seat.segment().load_torque(row).value);
+                [angle, speed, error + windup, (c.inverse_ratio - slope) * speed, 0.0]
+            }
+        };
+        M::STATES.map(|index| full[index])
+    }
+}
+
+impl<P: Path, M: Model<N>, T: Method, const N: usize> Retrace<N> for Replay<P, M, T, N> {
+    fn dense(&mut self, seat: &Seat<N>, start: &Record<N>, end: &Record<N>) -> Dense<N> {
+        self.stepper.t = start.t;
+        self.stepper.state = start.state;
+        self.stepper.input.set_lane(0, seat.segment_before(end.t), &seat.assignment.row);
+        let coefficients =
+            P::enter(DenseStep::<M, T, N> { stepper: &mut self.stepper, step: end.step, methods: PhantomData });
+        Dense { t: start.t, step: end.step, coefficients }
+    }
+
+    fn rates(&mut self, seat: &Seat<N>, t: f64, state: &[f64; N]) -> Rates<f64, N> {
+        self.stepper.input.set_lane(0, seat.segment_before(t), &seat.assignment.row);
+        P::enter(Instant::<M, N> { stepper: &self.stepper, t, state, model: PhantomData })
+    }
+
+    fn kinematic_error(&self, angle: f64) -> (f64, f64) {
+        self.stepper.harmonics.value_and_slope(angle)
+    }
+}
+
+struct DenseStep<'a, M, T, const N: usize> {
+    stepper: &'a mut Stepper<f64, N>,
+    step: f64,
+    methods: PhantomData<(M, T)>,
+}
+
+impl<M: Model<N>, T: Method, const N: usize> Task for DenseStep<'_, M, T, N> {
+    type Output = [[f64; super::record::DENSE_TERMS]; N];
+
+    #[inline(always)]
+    fn run(self) -> Self::Output {
+        self.stepper.refresh::<M>(true);
+        self.stepper.attempt::<M, T>(self.step);
+        self.stepper.dense::<M, T>(self.step)
+    }
+}
+
+struct Instant<'a, M, const N: usize> {
+    stepper: &'a Stepper<f64, N>,
+    t: f64,
+    state: &'a [f64; N],
+    model: PhantomData<M>,
+}
+
+impl<M: Model<N>, const N: usize> Task for Instant<'_, M, N> {
+    type Output = Rates<f64, N>;
+
+    #[inline(always)]
+    fn run(self) -> Self::Output {
+        self.stepper.rates::<M>(self.t, self.state)
+    }
+}

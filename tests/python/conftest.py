@@ -1,0 +1,78 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+
+def pytest_addoption(parser):
+    parser.addoption("--long", action="store_true", help="full size of the comparisons against references (minutes)")
+
+
+def pytest_configure(config):
+    config.addinivalue_line("markers", "long: only with --long")
+
+
+def pytest_collection_modifyitems(config, items):
+    if not config.getoption("--long"):
+        for item in items:
+            if "long" in item.keywords:
+                item.add_marker(pytest.mark.skip(reason="needs --long"))
+
+
+@pytest.fixture(scope="session")
+def long(request):
+    """True when the full-size comparisons were asked for."""
+    return request.config.getoption("--long")
+
+
+class Run:
+    """Result of either backend as arrays."""
+
+    def __init__(self, result, metrics, samples, finished):
+        self.result = result
+        self.metrics = {name: np.asarray(values, dtype=float) for name, values in metrics.items()}
+        self.samples = {name: np.asarray(values, dtype=float) for name, values in samples.items()}
+        self.final_state = np.asarray(result.final_state, dtype=float)
+        self.finished = finished
+
+
+class Engine:
+    """`hdfast.sweep`."""
+
+    name = "engine"
+    slow = False
+
+    def __call__(self, data, **options):
+        import hdfast
+
+        result = hdfast.sweep(data, **options)
+        return Run(result, result.metrics, result.samples or {}, np.asarray(result.status) == 0)
+
+
+class Reference:
+    """`hdfast.reference.sweep`: few rows, the same answers."""
+
+    name = "reference"
+    slow = True
+
+    def __call__(self, data, **options):
+        import hdfast.reference
+
+        result = hdfast.reference.sweep(data, **options)
+        return Run(result, result.metrics, result.samples, np.array(result.status) == "finished")
+
+
+@pytest.fixture(params=[Engine(), Reference()], ids=lambda backend: backend.name)
+def sweep(request):
+    """The same call against the engine and against the reference; `sweep.slow` tells plain Python."""
+    return request.param
+
+
+@pytest.fixture
+def engine():
+    return Engine()
+
+
+@pytest.fixture
+def reference():
+    return Reference()

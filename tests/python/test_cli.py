@@ -1,0 +1,189 @@
+from __future__ import annotations
+
+import json
+import os
+import re
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import hdfast
+import pyarrow.parquet as pq
+import pytest
+from hdfast.cli import main
+
+EXAMPLE = Path(__file__).parents[2] / "examples" / "shf-25-120.toml"
+SMALL = """title = "small <drive>"
+[scenario]
+t_end = 1.2
+t_off = 0.8
+[tolerance.J_l]
+distribution = "uniform"
+lower = 0.4
+upper = 0.6
+[spec.te_pp]
+upper = 1.0
+[run]
+rows = 12
+seed = 5
+"""
+
+
+@pytest.fixture
+def small(tmp_path):
+    path = tmp_path / "small.toml"
+    path.write_text(SMALL)
+    return path
+
+
+def test_exact_bare_command_says_what_to_try(capsys):
+    assert main([]) == 0
+    text = capsys.readouterr().out
+    assert len(re.findall(r"^  hdfast ", text, re.MULTILINE)) == 3
+    assert hdfast.__version__ in text
+
+
+@pytest.mark.parametrize("command", ["sweep", "simulate", "params", "info"])
+def test_exact_help_shows_an_example(command, capsys):
+    with pytest.raises(SystemExit) as stop:
+        main([command, "--help"])
+    assert stop.value.code == 0
+    assert f"example:\n  hdfast {command}" in capsys.readouterr().out
+
+
+def test_exact_sweep_writes_the_folder(small, tmp_path, capsys):
+    out = tmp_path / "deep" / "out"
+    assert main(["sweep", str(small), "--out", str(out), "--threads", "1"]) == 0
+    assert sorted(path.name for path in out.iterdir()) == ["index.html", "input.toml", "rows.parquet", "summary.json"]
+    captured = capsys.readouterr()
+    assert "te_pp" in captured.out
+    assert "P95" in captured.out
+    assert captured.err == ""
+    assert (out / "input.toml").read_text() == SMALL
+    table = pq.read_table(out / "rows.parquet")
+    assert table.num_rows == 12
+    assert table.schema.field("te_pp").metadata[b"unit"] == b"rad"
+    assert table.schema.metadata[b"seed"] == b"5"
+    assert table.schema.metadata[b"hdfast_version"] == hdfast.__version__.encode()
+    assert {"J_l", "ratio", "omega_set", "status", "te_pp"} <= set(table.column_names)
+    summary = json.loads((out / "summary.json").read_text())
+    assert summary["version"] == hdfast.__version__
+    assert summary["seed"] == 5
+    assert summary["status"] == {"finished": 12}
+    assert summary["metrics"]["te_pp"]["unit"] == "rad"
+    assert summary["specifications"]["te_pp"]["yield"] == 1
+
+
+def test_exact_same_seed_same_rows(small, tmp_path):
+    for name in ("a", "b"):
+        main(["sweep", str(small), "--out", str(tmp_path / name), "--quiet"])
+    main(["sweep", str(small), "--out", str(tmp_path / "c"), "--quiet", "--seed", "6", "--rows", "7"])
+    first, second, third = (pq.read_table(tmp_path / name / "rows.parquet") for name in "abc")
+    assert first.equals(second)
+    assert third.num_rows == 7
+    assert first["J_l"][0] != third["J_l"][0]
+
+
+def test_exact_json_and_quiet(small, tmp_path, capsys):
+    assert main(["sweep", str(small), "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["rows"] == 12
+    assert main(["sweep", str(small), "--quiet"]) == 0
+    assert capsys.readouterr().out == ""
+    assert main(["simulate", str(small), "--json", "--out", str(tmp_path / "one")]) == 0
+    assert json.loads(capsys.readouterr().out)["status"] == "finished"
+    assert main(["simulate", str(small), "--quiet"]) == 0
+    assert main(["info", "--quiet"]) == 0
+    assert main(["params", "--quiet"]) == 0
+    assert capsys.readouterr().out == ""
+
+
+def test_exact_specification_not_met_is_exit_code_1(small, capsys):
+    small.write_text(SMALL.replace("upper = 1.0", "upper = 1e-9"))
+    assert main(["sweep", str(small)]) == 1
+    assert "NO" in capsys.readouterr().out
+
+
+def test_exact_simulate_writes_the_folder(small, tmp_path, capsys):
+    out = tmp_path / "one"
+    assert main(["simulate", str(small), "--out", str(out)]) == 0
+    assert sorted(p.name for p in out.iterdir()) == ["index.html", "input.toml", "summary.json", "trajectory.parquet"]
+    table = pq.read_table(out / "trajectory.parquet")
+    assert table.schema.field("te").metadata[b"unit"] == b"rad"
+    assert table["t"][-1].as_py() == 1.2
+    assert "te_pp" in capsys.readouterr().out
+
+
+def test_exact_params_and_info(capsys):
+    assert main(["params", "--spring", "piecewise"]) == 0
+    assert "K1" in capsys.readouterr().out
+    assert main(["params", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)[0]["name"] == "ratio"
+    assert main(["info"]) == 0
+    text = capsys.readouterr().out
+    assert "dop853" in text
+    assert "peak_windup" in text
+    assert main(["info", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["build"]["version"] == hdfast.__version__
+
+
+@pytest.mark.parametrize(
+    ("arguments", "text"),
+    [
+        (["sweep", "missing.toml"], "missing.toml: no such file"),
+        (["sweep"], "FILE.toml"),
+        (["swep"], "swep"),
+        (["sweep", str(EXAMPLE), "--rows", "0"], "--rows = 0"),
+        (["sweep", str(EXAMPLE), "--rows", "ten"], "'ten' is not a whole number"),
+        (["sweep", str(EXAMPLE), "--seed", "-1"], "--seed"),
+        (["sweep", str(EXAMPLE), "--threads", "0"], "--threads"),
+        (["sweep", str(EXAMPLE), "--colour"], "--colour"),
+        (["sweep", str(EXAMPLE), "--out", "/dev/null/x"], "cannot be written"),
+        (["params", "--spring", "steel"], "steel"),
+    ],
+)
+def test_exact_wrong_input_is_one_line_and_exit_code_2(arguments, text, capsys):
+    try:
+        code = main(arguments)
+    except SystemExit as stop:
+        code = stop.code
+    captured = capsys.readouterr()
+    assert code == 2
+    assert text in captured.err
+    assert captured.err.count("\n") == 1
+    assert captured.out == ""
+
+
+def test_exact_wrong_file_names_line_and_key(small, capsys):
+    small.write_text(SMALL.replace("t_off", "t_of"))
+    assert main(["sweep", str(small)]) == 2
+    assert "small.toml, line 4: [scenario] unknown key 't_of'; did you mean 't_off'" in capsys.readouterr().err
+
+
+def test_exact_progress_goes_to_stderr_when_asked(small, capsys):
+    assert main(["sweep", str(small), "--progress", "--quiet"]) == 0
+    captured = capsys.readouterr()
+    assert captured.out == ""
+    assert "row" in captured.err
+
+
+def test_exact_interrupt_keeps_finished_rows(small, tmp_path):
+    out = tmp_path / "out"
+    command = [sys.executable, "-m", "hdfast.cli", "sweep", str(small), "--rows", "20000000", "--out", str(out)]
+    process = subprocess.Popen(
+        [*command, "--progress", "--threads", "1"], stderr=subprocess.PIPE, stdout=subprocess.PIPE, env={**os.environ}
+    )
+    seen = b""
+    deadline = time.monotonic() + 60
+    while not re.search(rb"[1-9]\d*/20000000", seen) and time.monotonic() < deadline:
+        seen += os.read(process.stderr.fileno(), 4096)
+    process.send_signal(signal.SIGINT)
+    _, errors = process.communicate(timeout=120)
+    assert process.returncode == 130
+    assert b"of 20000000 rows finished" in errors
+    summary = json.loads((out / "summary.json").read_text())
+    assert summary["interrupted"]
+    assert summary["status"]["finished"] > 0
+    assert summary["status"]["cancelled"] > 0
+    assert not (out / "index.html").exists()

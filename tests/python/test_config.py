@@ -1,0 +1,210 @@
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import hdfast
+import numpy as np
+import pytest
+from hdfast import config, montecarlo
+from hdfast.tolerances import Tolerance, read_tolerance
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy import stats
+
+EXAMPLE = Path(__file__).parents[2] / "examples" / "shf-25-120.toml"
+
+
+def test_exact_example_is_the_default_drive():
+    example = config.load(EXAMPLE)
+    for parameter in hdfast.params():
+        assert example.nominal()[parameter.name] == pytest.approx(parameter.default, rel=1e-3, abs=1e-12), (
+            parameter.name
+        )
+    assert example.run.rows == 10_000
+    assert example.scenario.t_end == 6
+    assert example.text == EXAMPLE.read_text()
+    assert set(example.specs) == {"te_pp", "rise_time", "peak_windup"}
+
+
+def test_exact_example_names_a_source_for_every_drive_value():
+    section = EXAMPLE.read_text().split("[drive]")[1].split("[kinematic_error]")[0]
+    values = [line for line in section.splitlines() if "=" in line and not line.startswith("#")]
+    for line in values:
+        explained = "#" in line or line.split("=")[0].strip() in ("spring", "k1", "k3", "k5")
+        assert explained, line
+
+
+def test_exact_cosine_and_sine_coefficients():
+    parsed = config.parse(
+        '[kinematic_error]\norders = [2, "120/121"]\ncos = [1e-5, 2e-5]\nsin = [3e-5, 4e-5]\nscale = 2\n'
+    )
+    assert parsed.drive == {
+        "te_scale": 2,
+        "te_cos_2": 1e-5,
+        "te_sin_2": 3e-5,
+        "te_cos_120/121": 2e-5,
+        "te_sin_120/121": 4e-5,
+    }
+
+
+def test_exact_scenario_kinds():
+    assert config.parse("[scenario]\nstop = 'none'\nt_end = 2\n").scenario.t_off == 2
+    assert config.parse("[scenario]\nload = [[0, 1], [0, 5]]\n").scenario.segments[-1, 11] > 0
+    profile = config.parse("[scenario]\nkind = 'speed_profile'\nt = [0, 1, 2]\nrelative = [0, 1, 0]\n").scenario
+    assert profile.name == "speed_profile"
+    assert config.parse("[scenario]\ntau_max = inf\n").scenario.values["tau_max"] == math.inf
+
+
+def test_exact_piecewise_drive():
+    parsed = config.parse("[drive]\nspring = 'piecewise'\nK1 = 2.5e4\n")
+    assert parsed.model.spring == "piecewise"
+    assert parsed.nominal()["K1"] == 2.5e4
+
+
+WRONG = [
+    ("[driv]\nJ_l = 1\n", 1, "unknown key 'driv'; did you mean 'drive'"),
+    ("\n[drive]\nJ_m = 1e-4\nJ_L = 0.5\n", 4, r"\[drive\] unknown key 'J_L'; did you mean 'J_l'"),
+    ("[drive]\nJ_l = 'heavy'\n", 2, "J_l = 'heavy' is not a number"),
+    ("[drive]\nJ_l = nan\n", 2, "J_l = nan is out of range"),
+    ("[drive]\nspring = 'steel'\n", 1, "spring = 'steel'"),
+    ("[drive]\nJ_l = 1\nJ_l = 2\n", None, "line 3"),
+    ("drive = 3\n", 1, "not a section"),
+    ("[kinematic_error]\norders = [0]\n", 1, "order 0"),
+    ("[kinematic_error]\norders = [1, 2]\ncos = [1]\nsin = [1, 2]\n", 3, "cos has 1 numbers, orders has 2"),
+    ("[kinematic_error]\norders = [1]\ncos = [1]\n", 1, "cos and sin together"),
+    ("[kinematic_error]\norders = [1]\ncos = [1]\nphase = [1]\n", 1, "either cos and sin or amplitude and phase"),
+    ("[kinematic_error]\norders = [1]\ncos = ['a']\nsin = [1]\n", 3, r"cos\[0\]"),
+    ("[[terms]]\neffect = 'coulomb_friction'\n", 2, "no term 'coulomb_friction' exists"),
+    ("[[terms]]\nefect = 'x'\n", 2, "did you mean 'effect'"),
+    ("[[terms]]\n", 1, "needs the key 'effect'"),
+    ("terms = 1\n", 1, "not a list"),
+    ("[scenario]\nt_end = -1\n", 2, "t_end = -1 s is out of range"),
+    ("[scenario]\nt_of = 1\n", 2, "did you mean 't_off'"),
+    ("[scenario]\nstart = true\n", 2, "start = True"),
+    ("[scenario]\nkind = 'recorded'\n", 2, "kind = 'recorded'"),
+    ("[scenario]\nkind = 'torque_profile'\nt = [0, 1]\n", 1, "needs the key 'torque'"),
+    ("[scenario]\nkind = 'torque_profile'\nt = [0, 1]\ntorque = [0]\n", 4, "torque has 1 samples"),
+    ("[tolerance.J_x]\ndistribution = 'normal'\n", 1, "unknown key 'J_x'"),
+    ("[tolerance.J_l]\nsigma = 1\n", 1, "needs the key 'distribution'"),
+    ("[tolerance.J_l]\ndistribution = 'gauss'\n", 1, "distribution = 'gauss'"),
+    ("[tolerance.J_l]\ndistribution = 'normal'\n", 1, "needs the key 'sigma'"),
+    ("[tolerance.J_l]\ndistribution = 'normal'\nsigma = -1\n", 1, "sigma"),
+    ("[tolerance.J_l]\ndistribution = 'normal'\nsigma = 1\nsgima = 2\n", 4, "did you mean 'sigma'"),
+    ("[tolerance.J_l]\ndistribution = 'uniform'\nlower = 2\nupper = 1\n", 1, "not below upper"),
+    ("[tolerance.J_l]\ndistribution = 'triangular'\nlower = 1\nmode = 5\nupper = 2\n", 1, "mode"),
+    ("[tolerance.J_l]\ndistribution = 'uniform'\nrelative = 1\nlower = 1\nupper = 2\n", 1, "relative"),
+    ("[tolerance.k2]\ndistribution = 'uniform'\nrelative = true\nlower = 1\nupper = 2\n", 1, "nominal value is 0"),
+    ("[tolerance.k2]\ndistribution = 'lognormal'\nsigma_log = 0.1\n", 1, "median"),
+    ("tolerance.J_l = 3\n", 1, "not a section"),
+    ("[spec.te_p]\nupper = 1\n", 1, "did you mean 'te_pp'"),
+    ("[spec.te_pp]\nuper = 1\n", 2, "did you mean 'upper'"),
+    ("[spec.te_pp]\n", 1, "needs lower, upper or both"),
+    ("[spec.te_pp]\nlower = 2\nupper = 1\n", 1, "not below"),
+    ("[spec.te_pp]\nupper = 1\nmin_yield = 95\n", 1, "min_yield"),
+    ("[run]\nrows = 0\n", 2, "rows = 0"),
+    ("[run]\nrtol = 1\n", 2, "rtol"),
+    ("[run]\nmethod = 'euler'\n", 2, "method"),
+    ("[run]\nmetrics = ['te_p']\n", 2, "metrics"),
+    ("[run]\nsede = 1\n", 2, "did you mean 'seed'"),
+    ("title = 3\n", 1, "title"),
+    ("x = [\n", None, "Invalid|Unclosed|Expected"),
+]
+
+
+@pytest.mark.parametrize(("text", "line", "message"), WRONG)
+def test_exact_wrong_files_name_the_line(text, line, message):
+    with pytest.raises(hdfast.ConfigError, match=message) as caught:
+        config.parse(text, "drive.toml")
+    assert caught.value.line == line
+    assert str(caught.value).startswith(f"drive.toml, line {line}: " if line else "drive.toml: ")
+
+
+def test_exact_unreadable_files(tmp_path):
+    with pytest.raises(hdfast.ConfigError, match="no such file"):
+        config.load(tmp_path / "missing.toml")
+    (tmp_path / "binary.toml").write_bytes(b"\xff\xfe")
+    with pytest.raises(hdfast.ConfigError, match="UTF-8"):
+        config.load(tmp_path / "binary.toml")
+    with pytest.raises(hdfast.ConfigError, match=str(tmp_path)):
+        config.load(tmp_path)
+
+
+@settings(max_examples=100, deadline=None)
+@given(st.text(st.sampled_from('[]".=#\n _-1eJldrivtoencspu{},'), max_size=60))
+def test_exact_any_text_is_read_or_refused(text):
+    try:
+        config.parse(text)
+    except hdfast.ConfigError:
+        return
+
+
+def tolerance(entry, nominal=2.0):
+    return read_tolerance("J_l", entry, nominal, lambda found, allowed: None)
+
+
+LAWS = [
+    ({"distribution": "normal", "sigma": 0.1}, stats.norm(2, 0.1)),
+    ({"distribution": "normal", "sigma": 0.1, "relative": True, "mean": 1.5}, stats.norm(3, 0.2)),
+    ({"distribution": "truncated_normal", "sigma": 1, "lower": 1, "upper": 2.5}, stats.truncnorm(-1, 0.5, 2, 1)),
+    ({"distribution": "uniform", "lower": 0.9, "upper": 1.1, "relative": True}, stats.uniform(1.8, 0.4)),
+    ({"distribution": "triangular", "lower": 1, "upper": 4}, stats.triang(1 / 3, 1, 3)),
+    ({"distribution": "lognormal", "sigma_log": 0.3}, stats.lognorm(0.3, scale=2)),
+]
+
+
+@pytest.mark.parametrize(
+    ("entry", "law"), LAWS, ids=lambda value: value.get("distribution") if isinstance(value, dict) else ""
+)
+def test_against_scipy_distributions(entry, law):
+    values = tolerance(entry).sample(20_000, 7)
+    assert stats.kstest(values, law.cdf).pvalue > 1e-3
+    assert tolerance(entry).describe()
+
+
+def test_exact_bounded_lognormal_stays_inside():
+    values = tolerance({"distribution": "lognormal", "sigma_log": 1, "lower": 1.5, "upper": 2.2}).sample(5000, 1)
+    assert 1.5 <= values.min() < 1.52
+    assert 2.18 < values.max() <= 2.2
+
+
+def test_exact_streams_depend_on_seed_and_name_only():
+    text = "[tolerance.J_l]\ndistribution = 'normal'\nsigma = 0.01\n"
+    more = "[tolerance.B_l]\ndistribution = 'normal'\nsigma = 0.01\n" + text
+    first, second = montecarlo.draw(config.parse(text), 50, 3), montecarlo.draw(config.parse(more), 50, 3)
+    assert np.array_equal(first["J_l"], second["J_l"])
+    assert not np.array_equal(second["J_l"] - 0.5, second["B_l"] - 0.5)
+    assert not np.array_equal(first["J_l"], montecarlo.draw(config.parse(text), 50, 4)["J_l"])
+    assert np.array_equal(first["J_l"][:20], montecarlo.draw(config.parse(text), 20, 3)["J_l"])
+
+
+def test_exact_sigma_of_a_negative_nominal_is_positive():
+    relative = tolerance({"distribution": "normal", "sigma": 0.1, "relative": True, "lower": 0.5}, nominal=-2.0)
+    assert relative.width == pytest.approx(0.2)
+    assert (relative.lower, relative.upper) == (-math.inf, -1.0)
+
+
+def test_exact_verdict_counts_failed_rows_as_not_met():
+    parsed = config.parse("[spec.te_pp]\nupper = 1\nmin_yield = 0.6\n[scenario]\nt_end = 0.4\n[run]\nrows = 4\n")
+    rows = {"J_l": [0.5, 0.5, -1.0, 0.5]}
+    result = hdfast.sweep(rows, scenario=parsed.scenario, metrics=["te_pp"], threads=1)
+    [verdict] = montecarlo.judge(parsed, result)
+    assert (verdict.within, verdict.rows, verdict.yield_, verdict.met) == (3, 4, 0.75, True)
+    assert verdict.interval[0] < 0.75 < verdict.interval[1]
+
+
+def test_against_scipy_confidence_interval():
+    expected = stats.binomtest(37, 40).proportion_ci(0.95, method="exact")
+    assert montecarlo._interval(37, 40) == pytest.approx((expected.low, expected.high))
+    assert montecarlo._interval(40, 40)[1] == 1
+
+
+def test_exact_tolerances_without_variation_give_equal_rows():
+    parsed = config.parse("[scenario]\nt_end = 0.4\n[run]\nrows = 3\n")
+    result = montecarlo.simulate_rows(parsed, threads=1)
+    assert len(set(result["te_pp"].tolist())) == 1
+    assert len(result) == 3
+
+
+def test_exact_describe_names_bounds():
+    assert "within 1 to 3" in Tolerance("J_l", "normal", 2.0, 0.1, 1.0, 3.0).describe()

@@ -1,0 +1,388 @@
+"""Statements that follow from the physics alone (T1 to T11), for the engine and for the reference."""
+
+from __future__ import annotations
+
+import math
+
+import hdfast
+import numpy as np
+import pytest
+from drives import AMPLITUDES, RPM, kinematic_error, linear, parameters
+from oracles import closed_forms, lagrange
+from scipy.optimize import curve_fit
+
+Scenario = hdfast.Scenario
+INERTIA_TABLE = {  # J_l: motor-locked Hz, free Hz, decay 1/s, tau_rb s
+    0.05: (125, 126, 207, 0.246),
+    0.1: (88.6, 89.6, 105, 0.249),
+    0.5: (39.6, 41.8, 22.9, 0.271),
+    1.0: (28.0, 31.0, 12.9, 0.298),
+    2.0: (19.8, 23.9, 8.0, 0.354),
+    5.0: (12.5, 18.3, 5.4, 0.520),
+    12.0: (8.1, 15.6, 4.6, 0.907),
+}
+
+
+def one(p, **columns):
+    """Columns for `sweep` from a full set of parameters, some of them arrays."""
+    length = max([np.size(value) for value in columns.values()], default=1)
+    return {name: np.broadcast_to(value, (length,)) for name, value in {**p, **columns}.items()}
+
+
+def order_labels(p):
+    return [name.removeprefix("te_cos_") for name in p if name.startswith("te_cos_")]
+
+
+# T1
+
+
+@pytest.mark.parametrize(
+    ("scenario", "changes"),
+    [
+        (Scenario.start_stop(t_end=2.0), {}),
+        (Scenario.start_stop(start="speed_ramp", stop="brake", t_end=2.0, speed_rpm=300), {"J_l": 5.0, "s": 1.0}),
+        (Scenario.start_stop(t_end=1.0, initial="zero_angle", load=40.0), {"k2": 4e5}),
+    ],
+    ids=["coast", "brake", "loaded"],
+)
+@pytest.mark.parametrize("base", ["two_inertia", "one_inertia"])
+def test_exact_energy_audit(sweep, base, scenario, changes):
+    """T1: the change of energy is what was put in less what was lost, computed here from the final state."""
+    names = ["energy_in", "loss_motor", "loss_wave_generator", "loss_load", "loss_mesh", "energy_residual"]
+    p = parameters(**changes)
+    p = {**p, **scenario.values}
+    start = np.zeros((1, 5 if base == "two_inertia" else 3))
+    start[0, 1] = 4.0
+    residuals = []
+    for rtol in (1e-6, 1e-10):
+        result = sweep(
+            one(p), model=hdfast.Model(base), scenario=scenario, initial_state=start, metrics=names, rtol=rtol
+        )
+        change = stored(p, base, result.final_state[0]) - stored(p, base, start[0])
+        put_in, *losses = (result.metrics[name][0] for name in names[:5])
+        residuals.append(abs(change - put_in + sum(losses)) / max(abs(put_in), sum(losses)))
+        assert residuals[-1] < 300 * rtol
+        assert result.metrics["energy_residual"][0] < 300 * rtol
+        assert losses[-1] == 0.0 or base == "two_inertia"
+    assert residuals[1] < 1e-8
+
+
+def stored(p, base, state):
+    """Energy [J] from a reported state; the spring's share by quadrature of its torque."""
+    drive = lagrange.Lagrangian(p, [float(x) for x in order_labels(p)], order_labels(p), "polynomial")
+    if base == "one_inertia":
+        upsilon = drive.windup_gradient([state[0], 0.0])[0]
+        return 0.5 * (p["J_m"] + p["J_l"] * upsilon**2) * state[1] ** 2
+    theta_m, omega_m, theta_l, omega_l = state[:4]
+    end = drive.windup([theta_m, theta_l])
+    nodes, weights = np.polynomial.legendre.leggauss(200)
+    potential = 0.5 * end * np.sum(weights * drive.spring_torque(0.5 * end * (nodes + 1.0)))
+    return 0.5 * p["J_m"] * omega_m**2 + 0.5 * p["J_l"] * omega_l**2 + potential
+
+
+# T2
+
+
+@pytest.mark.parametrize("slip", [0.0, 1.0])
+def test_exact_two_mass_step(sweep, slip):
+    """T2: without kinematic error and with a linear spring, the step response is a matrix exponential."""
+    p = linear(s=slip)
+    t = np.linspace(0.0, 0.8, 41)
+    torque = 0.03
+    scenario = Scenario.start_stop(stop=None, torque=torque, t_end=0.8)
+    signals = ["theta_m", "omega_m", "theta_l", "omega_l", "windup"]
+    result = sweep(one(p), scenario=scenario, t_eval=t, signals=signals, rtol=1e-10, metrics=["te_pp"])
+    exact = np.array([closed_forms.two_mass_response(p, x, torque) for x in t]).T
+    for name, values in zip(signals, exact, strict=False):
+        np.testing.assert_allclose(result.samples[name][0], values, rtol=1e-9, atol=1e-9 * np.max(np.abs(values)))
+    windup = exact[0] / 121 - exact[2]
+    np.testing.assert_allclose(result.samples["windup"][0], windup, atol=1e-8 * np.max(np.abs(windup)))
+
+
+# T3
+
+
+def test_exact_rigid_limit(sweep):
+    """T3: the load angle approaches the rigid gear as 1/K."""
+    factors = np.array([1.0, 10.0]) if sweep.slow else np.array([1.0, 10.0, 100.0, 1000.0])
+    p = parameters()
+    springs = {name: p[name] * factors for name in ("k1", "k3", "k5")}
+    scenario = Scenario.start_stop(stop=None, t_end=2.0)
+    result = sweep(one(p, **springs), scenario=scenario, rtol=1e-10, metrics=["te_pp"])
+    torque = lagrange.sustaining_torque(p)
+    phasors = {n: p[f"te_cos_{n}"] - 1j * p[f"te_sin_{n}"] for n in range(1, 16)}
+    theta_m, _ = closed_forms.rigid_response(p, phasors, 2.0, torque)
+    drive = lagrange.Lagrangian(p, [float(n) for n in range(1, 16)], order_labels(p), "polynomial")
+    rigid = theta_m / 121 - drive.theta_e(theta_m)
+    difference = result.final_state[:, 2] - rigid - (0.0 - drive.theta_e(0.0)) + (0.0 - drive.theta_e(0.0))
+    np.testing.assert_allclose(difference * factors, -3.9e-7, rtol=0.03)
+    rigid_model = sweep(
+        one(p), model=hdfast.Model("one_inertia"), scenario=scenario, rtol=1e-10, metrics=["te_pp"]
+    )
+    np.testing.assert_allclose(rigid_model.final_state[0, 0], theta_m, rtol=1e-9)
+
+
+# T4
+
+
+@pytest.mark.parametrize("J_l", INERTIA_TABLE)
+def test_exact_table_of_modes(J_l):
+    """T4: the table of section 5 against its own formulas and the eigenvalues."""
+    p = linear(J_l=J_l, k1=3.1e4)
+    locked, free, decay, tau = INERTIA_TABLE[J_l]
+    np.testing.assert_allclose(math.sqrt(p["k1"] / J_l) / (2 * math.pi), locked, rtol=6e-3)
+    np.testing.assert_allclose(closed_forms.undamped_frequency(p), free, rtol=6e-3)
+    np.testing.assert_allclose(closed_forms.decay_rate(p), decay, rtol=1e-2)
+    np.testing.assert_allclose(closed_forms.torsional_mode(p)[1], decay, rtol=3e-2)
+    np.testing.assert_allclose(closed_forms.coast_time_constant(p), tau, rtol=3e-3)
+
+
+def damped(t, amplitude, phase, frequency, decay, offset, slope):
+    return amplitude * np.exp(-decay * t) * np.cos(2 * math.pi * frequency * t + phase) + offset + slope * t
+
+
+def fitted_mode(t, rate, frequency, decay):
+    """(frequency, decay, amplitude) of a windup rate by SciPy's curve fit."""
+    guess = [np.max(np.abs(rate)), 0.0, frequency, decay, 0.0, 0.0]
+    scale = np.max(np.abs(rate))
+    found, _ = curve_fit(damped, t, rate / scale, [1.0, *guess[1:]], maxfev=20_000)
+    return found[2], found[3], abs(found[0]) * scale
+
+
+@pytest.mark.parametrize("J_l", [0.1, 0.5, 2.0, 12.0])
+def test_exact_free_decay(sweep, J_l):
+    """T4: released from a small windup, the drive rings with frequency and decay of its eigenvalues."""
+    p = linear(J_l=J_l, k3=1.3445e10, k5=-3.211e15)
+    frequency, decay = closed_forms.torsional_mode(p)
+    t_end = 5 / decay
+    t = np.linspace(0.0, t_end, 301)
+    scenario = Scenario.torque_profile(t=[0.0, t_end], torque=[0.0, 0.0], t_end=t_end)
+    start = np.array([[0.0, 0.0, -1e-5, 0.0, 0.0]])
+    result = sweep(
+        one(p), scenario=scenario, t_eval=t, signals=["windup_rate"], initial_state=start, rtol=1e-9, metrics=["te_pp"]
+    )
+    found = fitted_mode(t, result.samples["windup_rate"][0], frequency, decay)
+    np.testing.assert_allclose(found[0], frequency, rtol=1e-3)
+    np.testing.assert_allclose(found[1], decay, rtol=2e-2)
+
+
+# T5
+
+
+def test_exact_quasi_static_te(sweep):
+    """T5: at 15 r/min the transmission error is the kinematic error plus B_l omega_l / K."""
+    p = parameters()
+    scenario = Scenario.start_stop(speed_rpm=15, start="speed_ramp", stop=None, t_end=10.0, run_window=(6.0, 10.0))
+    metrics = ["te_mean", "order_1", "order_2", "order_4", "order_15", "te_pp", "te_rms"]
+    result = sweep(one({**p, "omega_set": 15 * RPM}), scenario=scenario, metrics=metrics).metrics
+    np.testing.assert_allclose(result["te_mean"][0], 0.5 * 15 * RPM / 121 / 3.102e4, rtol=2e-2)
+    np.testing.assert_allclose(result["te_mean"][0], 2.1e-7, rtol=3e-2)
+    for order, gain in ((1, 1.000), (2, 1.000), (4, 1.001), (15, 1.009)):
+        np.testing.assert_allclose(result[f"order_{order}"][0] / AMPLITUDES[order - 1], gain, atol=6e-4)
+    np.testing.assert_allclose(result["te_pp"][0], 222.1e-6, rtol=2e-3)
+    np.testing.assert_allclose(result["te_rms"][0], 67.5e-6, rtol=2e-3)
+
+
+# T6
+
+
+@pytest.mark.parametrize(("J_l", "speed"), [(0.5, 100.0), (0.5, 600.0), (2.0, 300.0), (12.0, 150.0)])
+def test_exact_forced_response(sweep, J_l, speed):
+    """T6: with the motor speed held exactly, order amplitudes are A_n |H|."""
+    amplitudes = np.array(AMPLITUDES) * 1e-2
+    p = {**linear(J_l=J_l, te_scale=1.0), **kinematic_error(amplitudes), "omega_set": speed * RPM}
+    settled = 20.0 / (p["B_sp"] / (2 * J_l))
+    t_end = settled + max(0.6, 2 * 60 / speed)
+    t = np.linspace(0.0, t_end, 11)
+    scenario = Scenario.motion(t, speed * RPM * t, t_end=t_end)
+    orders = [1, 2, 4, 8, 15]
+    metrics = [f"{kind}_{n}" for n in orders for kind in ("order", "speed_order")]
+    found = sweep(one(p), scenario=scenario, metrics=metrics, rtol=1e-8).metrics
+    for n in orders:
+        line = amplitudes[n - 1] * closed_forms.forced_gain(p, n * speed * RPM)
+        np.testing.assert_allclose(found[f"order_{n}"][0], line, rtol=1e-3)
+        np.testing.assert_allclose(found[f"speed_order_{n}"][0], line * n * speed * RPM, rtol=1e-3)
+
+
+# T7
+
+
+def test_exact_local_ratio(sweep):
+    """T7: the windup rate is the derivative of the windup, and a positive slope of the error slows the output."""
+    p = parameters(te_scale=5.0, theta_m0=0.4)
+    t = np.linspace(0.4, 0.41, 101)
+    result = sweep(
+        one(p),
+        scenario=Scenario.start_stop(t_end=1.0),
+        t_eval=t,
+        signals=["windup", "windup_rate", "theta_e", "te"],
+        rtol=1e-10,
+        metrics=["te_pp"],
+    )
+    windup, rate, theta_e, te = (result.samples[name][0] for name in ("windup", "windup_rate", "theta_e", "te"))
+    h = t[1] - t[0]
+    slope = (windup[:-4] - 8 * windup[1:-3] + 8 * windup[3:-1] - windup[4:]) / (12 * h)
+    np.testing.assert_allclose(rate[2:-2], slope, atol=1e-7 * np.max(np.abs(rate)) + 1e-10)
+    np.testing.assert_allclose(te, theta_e + windup, atol=1e-18)
+
+
+def test_exact_sign_of_the_kinematic_error(sweep):
+    """T7: an error that grows with the motor angle makes the output slower."""
+    c = 1e-4
+    p = {**linear(te_scale=1.0), "te_cos_1/1000": 0.0, "te_sin_1/1000": 1000 * c}
+    p = {name: value for name, value in p.items() if not name.startswith("te_") or name.endswith(("scale", "1/1000"))}
+    model = hdfast.Model(orders=["1/1000"])
+    t = np.array([0.0, 2.9])
+    result = sweep(
+        one(p), model=model, scenario=Scenario.start_stop(), t_eval=t, signals=["omega_m", "omega_l"], metrics=["te_pp"]
+    )
+    ratio = result.samples["omega_l"][0, 1] / result.samples["omega_m"][0, 1]
+    np.testing.assert_allclose(ratio, 1 / 121 - c, rtol=1e-3)
+    assert ratio < 1 / 121
+
+
+# T8, T9
+
+
+@pytest.mark.parametrize("spring", ["polynomial", "piecewise"])
+def test_exact_symmetry(sweep, spring):
+    """T8: with an odd spring and no kinematic error, reversed inputs give exactly reversed outputs."""
+    p = parameters(spring, te_scale=0.0)
+    sign = np.array([1.0, -1.0])
+    t = np.linspace(0.0, 1.0, 21)
+    signals = ["theta_m", "omega_m", "theta_l", "omega_l", "te", "tau_m", "gear_torque"]
+    scenario = Scenario.start_stop(start="speed_ramp", stop="brake", t_end=1.0)
+    result = sweep(
+        one(p, omega_set=200 * RPM * sign, tau_load=30.0 * sign),
+        model=hdfast.Model(spring=spring),
+        scenario=scenario,
+        t_eval=t,
+        signals=signals,
+        metrics=["peak_windup", "steady_speed", "te_mean"],
+    )
+    for name in signals:
+        np.testing.assert_array_equal(result.samples[name][0], -result.samples[name][1], err_msg=name)
+    np.testing.assert_array_equal(result.final_state[0], -result.final_state[1])
+    assert result.metrics["peak_windup"][0] == result.metrics["peak_windup"][1]
+    np.testing.assert_allclose(result.metrics["steady_speed"][0], -result.metrics["steady_speed"][1], rtol=1e-12)
+
+
+def test_exact_scaling(sweep):
+    """T9: with a linear drive, doubled inputs under doubled floors of the error control double every bit of the answer."""
+    p = linear()
+    t = np.linspace(0.0, 1.0, 21)
+    answers = []
+    for factor in (1.0, 2.0):
+        answers.append(
+            sweep(
+                one(p, omega_set=100 * RPM * factor, tau_load=10.0 * factor),
+                scenario=Scenario.start_stop(t_end=1.0),
+                t_eval=t,
+                signals=["omega_m", "te"],
+                atol=factor,
+                metrics=["te_pp"],
+            )
+        )
+    for name in ("omega_m", "te"):
+        np.testing.assert_array_equal(2.0 * answers[0].samples[name], answers[1].samples[name])
+
+
+# T10
+
+
+@pytest.mark.parametrize("J_l", [0.05, 0.5, 12.0])
+@pytest.mark.parametrize("base", ["two_inertia", "one_inertia"])
+def test_exact_coast(sweep, base, J_l):
+    """T10: without kinematic error the speed decays with tau_rb, whatever the speed."""
+    p = linear(J_l=J_l)
+    tau = closed_forms.coast_time_constant(p)
+    t_off = 2.1 + 16 * tau
+    scenario = Scenario.start_stop(t_off=t_off, t_end=t_off + 4 * tau)
+    result = sweep(
+        one(p, omega_set=np.array([30.0, 100.0, 600.0]) * RPM),
+        model=hdfast.Model(base),
+        scenario=scenario,
+        metrics=["stop_time", "stop_shape", "rise_time"],
+        rtol=1e-8,
+    ).metrics
+    close = 1e-4 if base == "one_inertia" else 5e-3
+    np.testing.assert_allclose(result["stop_time"], tau * math.log(19), rtol=close)
+    np.testing.assert_allclose(result["rise_time"], tau * math.log(19), rtol=close)
+    np.testing.assert_allclose(result["stop_shape"], math.log(1.9) / math.log(10), rtol=close * 3)
+    if J_l == 0.5:
+        np.testing.assert_allclose(result["stop_time"], 0.797, rtol=5e-3)
+
+
+# T11
+
+
+@pytest.mark.parametrize("J_l", [0.25, 0.5, 2.0, 12.0, 60.0])
+def test_exact_event_amplitude(sweep, J_l):
+    """T11: fitted mode amplitudes against the formulas for a torque step (a) and a released windup (b)."""
+    p = linear(J_l=J_l)
+    step = closed_forms.step_amplitude(p, lagrange.sustaining_torque({**p, "omega_set": 300 * RPM}))
+    _, decay = closed_forms.torsional_mode(p)
+    scenario = Scenario.start_stop(speed_rpm=300, stop=None, t_end=6 / decay)
+    names = ["mode_amplitude_start", "mode_frequency_start", "mode_decay_start"]
+    columns = one(p, omega_set=300 * RPM)
+    found = sweep(columns, scenario=scenario, metrics=names, rtol=1e-8).metrics
+    np.testing.assert_allclose(found["mode_amplitude_start"][0], step, rtol=1e-2)
+    np.testing.assert_allclose(found["mode_frequency_start"][0], closed_forms.torsional_mode(p)[0], rtol=2e-3)
+    np.testing.assert_allclose(found["mode_decay_start"][0], decay, rtol=2e-2)
+    if J_l == 0.5:
+        np.testing.assert_allclose(step, 3.65e-3, rtol=2e-2)
+
+
+@pytest.mark.parametrize("J_l", [0.25, 0.5, 2.0, 12.0])
+def test_exact_release_amplitude(sweep, J_l):
+    """T11 (b): the kinematic error at zero angle, released at 15 r/min under a slow torque ramp."""
+    p = parameters(J_l=J_l, omega_set=15 * RPM)
+    drive = lagrange.Lagrangian(p, [float(n) for n in range(1, 16)], order_labels(p), "polynomial")
+    released = closed_forms.release_amplitude(p, drive.theta_e(0.0))
+    _, decay = closed_forms.torsional_mode(p)
+    scenario = Scenario.start_stop(
+        speed_rpm=15, stop=None, torque_ramp=0.5, t_end=max(0.5, 6 / decay), initial="zero_angle"
+    )
+    found = sweep(one(p), scenario=scenario, metrics=["mode_amplitude_start"], rtol=1e-8).metrics
+    np.testing.assert_allclose(found["mode_amplitude_start"][0], released, rtol=1.5e-2)
+    if J_l == 0.5:
+        np.testing.assert_allclose(released, 1.83e-2, rtol=1e-2)
+
+
+@pytest.mark.parametrize(("J_l", "peak"), [(0.5, 2.8), (2.0, 12.0), (12.0, 39.0)])
+def test_exact_brake_torque(sweep, J_l, peak):
+    """Case (e): spring torque of a 20 ms brake at 100 r/min, below its bound."""
+    p = parameters(J_l=J_l)
+    scenario = Scenario.start_stop(start="speed_ramp", stop="brake", t_off=2.0, t_end=3.0)
+    t = np.linspace(2.0, 3.0, 2001)
+    result = sweep(one(p), scenario=scenario, t_eval=t, signals=["gear_torque"], metrics=["te_pp"])
+    torque = np.max(np.abs(result.samples["gear_torque"]))
+    assert torque < closed_forms.brake_torque_bound(p, 100 * RPM)
+    np.testing.assert_allclose(torque, peak, rtol=0.05)
+
+
+TE_TABLE = {  # J_l: {r/min: (peak to peak, rms, mean) in 1e-6 rad}
+    0.5: {15: (222.1, 67.5, 0.21), 100: (225.9, 68.1, 1.39), 300: (242.3, 73.8, 4.2), 600: (395.5, 111, 8.1)},
+    2.0: {50: (225.9, 68.1, None), 300: (348.5, 100, None), 600: (610, 207, None)},
+    12.0: {100: (268.7, 83.7, None), 300: (279.5, 87.4, None), 600: (125.6, 38.5, None)},
+}
+
+
+@pytest.mark.parametrize("J_l", TE_TABLE)
+def test_exact_table_of_te(sweep, J_l):
+    """Transmission error against speed, the table of section 11 (PI-held, run-in of 2 s, whole revolutions)."""
+    p = parameters(J_l=J_l)
+    for speed, (peak_to_peak, rms, mean) in TE_TABLE[J_l].items():
+        if sweep.slow and speed not in (100, 300):
+            continue
+        revolution = 60 / speed
+        end = 2.0 + revolution * max(3, math.ceil(0.5 / revolution))
+        scenario = Scenario.start_stop(
+            speed_rpm=speed, start="speed_ramp", stop=None, t_end=end, run_window=(2.0, end)
+        )
+        names = ["te_pp", "te_rms", "te_mean"]
+        found = sweep(one({**p, "omega_set": speed * RPM}), scenario=scenario, metrics=names).metrics
+        np.testing.assert_allclose(found["te_pp"][0], peak_to_peak * 1e-6, rtol=2e-2, err_msg=f"{speed} r/min")
+        np.testing.assert_allclose(found["te_rms"][0], rms * 1e-6, rtol=2e-2)
+        if mean is not None:
+            np.testing.assert_allclose(found["te_mean"][0], mean * 1e-6, rtol=4e-2)

@@ -1,0 +1,184 @@
+from __future__ import annotations
+
+import xml.etree.ElementTree as ET
+from html.parser import HTMLParser
+from pathlib import Path
+
+import hdfast
+import numpy as np
+import pytest
+from hdfast import config, montecarlo
+from hdfast.report import folder, html, plots, tables
+
+TEXT = """title = "a <b> & c"
+[scenario]
+t_end = 4.0
+t_off = 2.5
+[tolerance.J_l]
+distribution = "normal"
+sigma = 0.05
+[tolerance.k1]
+distribution = "uniform"
+relative = true
+lower = 0.9
+upper = 1.1
+[spec.te_pp]
+upper = 3e-4
+[spec.mode_frequency_start]
+lower = 10
+upper = 1e4
+"""
+
+
+@pytest.fixture(scope="module")
+def settings():
+    return config.parse(TEXT)
+
+
+@pytest.fixture(scope="module")
+def result(settings):
+    return montecarlo.simulate_rows(settings, rows=40)
+
+
+@pytest.fixture(scope="module")
+def nominal(settings):
+    return hdfast.simulate(settings.drive, scenario=settings.scenario)
+
+
+class Reader(HTMLParser):
+    """Collects tags and references."""
+
+    def __init__(self):
+        super().__init__()
+        self.tags = []
+        self.references = []
+
+    def handle_starttag(self, tag, attrs):
+        self.tags.append(tag)
+        self.references += [value for name, value in attrs if name in ("src", "href", "xlink:href", "srcset")]
+
+
+@pytest.fixture(scope="module")
+def page(settings, result, nominal):
+    return html.sweep_page(settings, result, montecarlo.judge(settings, result), nominal, 1)
+
+
+def test_exact_page_needs_nothing_else(page):
+    reader = Reader()
+    reader.feed(page)
+    assert all(reference.startswith("#") for reference in reader.references)
+    assert "script" not in reader.tags
+    assert "link" not in reader.tags
+    assert "@import" not in page
+    assert reader.tags.count("svg") == 4
+    assert reader.tags.count("h1") == 1
+
+
+def test_exact_text_of_the_input_is_escaped(page):
+    assert "<title>a &lt;b&gt; &amp; c</title>" in page
+    assert "a <b> & c" not in page
+
+
+def test_exact_page_has_every_metric_with_its_unit(page, result):
+    for name, unit in result.units.items():
+        assert f"<td>{name}</td><td>{unit}</td>" in page
+
+
+def test_exact_references_inside_a_picture_exist(nominal):
+    root = ET.fromstring(plots.svg(plots.speeds(nominal)))
+    known = {element.get("id") for element in root.iter()}
+    used = {element.get("{http://www.w3.org/1999/xlink}href") for element in root.iter()} - {None}
+    assert used
+    assert {name.removeprefix("#") for name in used} <= known
+
+
+def test_exact_pictures_are_reproducible(nominal, result, settings):
+    assert plots.svg(plots.speeds(nominal)) == plots.svg(plots.speeds(nominal))
+    first, second = (plots.svg(plots.histograms(result, settings.specs)) for _ in range(2))
+    assert first == second
+
+
+def test_exact_every_axis_has_a_label_with_unit(nominal, result, settings):
+    for figure in (plots.speeds(nominal), plots.transmission_error(nominal), plots.trajectory(nominal)):
+        for axes in figure.axes:
+            assert "[" in axes.get_ylabel()
+    for axes in plots.histograms(result, settings.specs).axes:
+        assert "[" in axes.get_xlabel()
+        assert axes.get_ylabel() == "rows"
+
+
+def test_exact_pictures_ignore_the_settings_of_the_user(nominal):
+    import matplotlib as mpl
+
+    plain = plots.svg(plots.speeds(nominal))
+    with mpl.rc_context({"axes.facecolor": "black", "font.size": 30, "text.usetex": False}):
+        assert plots.svg(plots.speeds(nominal)) == plain
+
+
+def test_exact_histograms_survive_missing_and_constant_metrics(settings):
+    bad = hdfast.sweep({"J_l": [-1.0, -2.0]}, scenario=settings.scenario)
+    assert plots.svg(plots.histograms(bad, {}))
+    same = hdfast.sweep({"J_l": [0.5, 0.5]}, scenario=settings.scenario, metrics=["te_pp"])
+    assert plots.svg(plots.histograms(same, {}))
+    none = hdfast.sweep({"J_l": [0.5, 0.5]}, scenario=settings.scenario, metrics=[])
+    assert plots.svg(plots.histograms(none, {}))
+    assert tables.metric_rows(bad)[0][2] == "-"
+
+
+def test_exact_order_spectrum_of_a_known_signal():
+    """Lines of a signal built from two orders, over whole revolutions of a speed that is not constant."""
+
+    class Run:
+        scenario = hdfast.Scenario.start_stop()
+        t = np.linspace(0, 6, 60001)
+
+        def __getitem__(self, name):
+            angle = 30 * self.t + np.sin(self.t)
+            return {"theta_m": angle, "te": 3e-5 * np.cos(2 * angle) + 1e-6 * np.sin(5 * angle), "theta_e": 0 * angle}[
+                name
+            ]
+
+    revolutions, te, _ = plots.whole_revolutions(Run())
+    turns = round(revolutions[-1] - revolutions[0])
+    lines = 2 / (len(te) - 1) * np.abs(np.fft.rfft(te[:-1]))
+    assert turns == 3
+    assert lines[2 * turns] == pytest.approx(3e-5, rel=1e-4)
+    assert lines[5 * turns] == pytest.approx(1e-6, rel=1e-3)
+    assert lines[3 * turns] < 1e-9
+
+
+def test_exact_short_run_has_no_revolution():
+    short = hdfast.simulate(scenario=hdfast.Scenario.start_stop(t_end=0.2))
+    assert plots.whole_revolutions(short)[0].size == 0
+    assert plots.svg(plots.transmission_error(short))
+
+
+def test_exact_prefixes():
+    assert plots.scaled(np.array([2e-4]), "rad") == (pytest.approx(1e6), "µrad")
+    assert plots.scaled(np.array([0.8]), "s") == (pytest.approx(1e3), "ms")
+    assert plots.scaled(np.array([12.0]), "N m") == (1.0, "N m")
+    assert plots.scaled(np.array([40.0]), "Hz") == (1.0, "Hz")
+    assert plots.scaled(np.array([np.nan]), "rad") == (1.0, "rad")
+
+
+def test_exact_files_appear_whole_or_not_at_all(tmp_path):
+    path = tmp_path / "x.json"
+    folder.write_atomically(path, lambda stream: stream.write(b"old"))
+
+    def fail(stream):
+        stream.write(b"half")
+        raise RuntimeError("disk")
+
+    with pytest.raises(RuntimeError):
+        folder.write_atomically(path, fail)
+    assert path.read_bytes() == b"old"
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_exact_nobody_imports_report():
+    package = Path(hdfast.__file__).parent
+    for file in package.rglob("*.py"):
+        if file.parent.name == "report" or file.name == "cli.py":
+            continue
+        assert "from hdfast.report" not in file.read_text(), file
+        assert "import hdfast.report" not in file.read_text(), file

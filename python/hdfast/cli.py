@@ -51,7 +51,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         print(f"hdfast: {error}", file=sys.stderr)
         return WRONG_INPUT
     except KeyboardInterrupt as stop:
-        print(f"hdfast: {stop or 'interrupted'}", file=sys.stderr)
+        print(f"hdfast: {str(stop) or 'interrupted'}", file=sys.stderr)
         return INTERRUPTED
     except BrokenPipeError:
         sys.stderr.close()

@@ -1,7 +1,7 @@
 //! The metrics by name: the one table of what can be computed, in which unit, and what it needs.
 
 use super::signals::Signal;
-use crate::solve::{Demand, Integral, Mark};
+use crate::solve::{Demand, Integral, Mark, Watched};
 
 /// A part of the motion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -279,6 +279,7 @@ impl Metric {
 
     /// Adds what the metric needs to what is asked of the integration.
     pub fn require(self, demand: &mut Demand) {
+        let watch = |demand: &mut Demand, signal: Watched| demand.watched[signal as usize] = true;
         match self {
             Self::TeMean(_) | Self::TeRms(_) => demand.integrands.te = true,
             Self::SpeedRippleRms => demand.integrands.speed = true,
@@ -287,8 +288,17 @@ impl Metric {
                 demand.integrands.speed = true;
             }
             Self::EnergyIn(_) | Self::Loss(..) | Self::EnergyResidual => demand.integrands.energy = true,
+            Self::PeakWindup | Self::InitialTePeak | Self::TimeOutsideRange => watch(demand, Watched::Windup),
+            Self::TePeak(_) | Self::TePeakToPeak(_) => watch(demand, Watched::Te),
+            Self::SpeedRipple => watch(demand, Watched::OmegaL),
             Self::UpsilonMin | Self::Mode(..) => {}
-            _ => demand.record = true,
+            Self::SteadySpeed
+            | Self::RiseTime(_)
+            | Self::DeadTime
+            | Self::RiseShape
+            | Self::StopTime(_)
+            | Self::StopShape
+            | Self::Order(..) => demand.record = true,
         }
     }
 

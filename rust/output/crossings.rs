@@ -42,7 +42,7 @@ pub fn crossing<const N: usize>(
         if end.step == 0.0 {
             return end.t;
         }
-        let dense = retrace.dense(seat, start, end);
+        let dense = retrace.dense(seat, start, end.step);
         let excess = |share: f64| {
             let state = dense.at(share);
             sign * signal.value(seat, retrace, dense.t + share * dense.step, &state) - level

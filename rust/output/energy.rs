@@ -25,7 +25,7 @@ pub fn residual<const N: usize>(
     t: f64,
     state: &[f64; N],
 ) -> f64 {
-    let total = |which| first_interval(seat, which) + seat.integral(seat.marks[0].1, Mark::End, which);
+    let total = |which| seat.integral(Mark::Begin, Mark::End, which);
     let losses: f64 = [Integral::MotorLoss, Integral::WaveGeneratorLoss, Integral::LoadLoss, Integral::MeshLoss]
         .map(total)
         .iter()
@@ -35,9 +35,4 @@ pub fn residual<const N: usize>(
     let change = stored(layout, seat, retrace, t, state) - before;
     let exchanged = motor.abs().max(load.abs()).max(losses).max(change.abs());
     (change - (motor - load - losses)).abs() / exchanged
-}
-
-/// The integral from time 0 to the first mark.
-fn first_interval<const N: usize>(seat: &Seat<N>, which: Integral) -> f64 {
-    seat.intervals.first().map_or(f64::NAN, |part| part[which as usize])
 }

@@ -8,11 +8,10 @@ use super::orders::amplitudes;
 use super::steady::{Steady, steady};
 use super::{Signal, energy};
 use crate::model::Layout;
-use crate::solve::{Integral, Mark, Retrace, Seat};
+use crate::solve::{Integral, Mark, Retrace, Seat, Watched};
 
 const RISE_LEVELS: (f64, f64) = (0.05, 0.95);
 const HALF: f64 = 0.5;
-const INITIAL: f64 = 0.5;
 
 /// A finished row on its way to numbers.
 pub struct Reduction<'a, const N: usize> {
@@ -62,16 +61,13 @@ impl<'a, const N: usize> Reduction<'a, N> {
                 let half = self.fall(Signal::OmegaM, HALF);
                 (half - self.fall(Signal::OmegaM, RISE_LEVELS.1)) / (self.fall(Signal::OmegaM, RISE_LEVELS.0) - half)
             }
-            Metric::PeakWindup => self.farthest(Signal::Windup, (0.0, self.end.0)),
-            Metric::InitialTePeak => {
-                let on = self.seat.time_of(Mark::On);
-                self.farthest(Signal::Windup, (on, on + INITIAL))
-            }
+            Metric::PeakWindup => self.farthest(Watched::Windup, (Mark::Begin, Mark::End)),
+            Metric::InitialTePeak => self.farthest(Watched::Windup, (Mark::On, Mark::Settled)),
             Metric::TeMean(phase) => self.mean(Integral::Te, phase),
-            Metric::TePeak(phase) => self.farthest(Signal::Te, self.window(phase)),
-            Metric::TePeakToPeak(phase) => self.peak_to_peak(Signal::Te, phase),
+            Metric::TePeak(phase) => self.farthest(Watched::Te, phase.marks()),
+            Metric::TePeakToPeak(phase) => self.peak_to_peak(Watched::Te, phase),
             Metric::TeRms(phase) => self.deviation(Integral::Te, Integral::TeSquare, phase),
-            Metric::SpeedRipple => self.peak_to_peak(Signal::OmegaL, Phase::Run),
+            Metric::SpeedRipple => self.peak_to_peak(Watched::OmegaL, Phase::Run),
             Metric::SpeedRippleRms => self.deviation(Integral::OmegaL, Integral::OmegaLSquare, Phase::Run),
             Metric::Order(..) => f64::NAN,
             Metric::Mode(part, phase) => self.mode(part, phase),
@@ -81,7 +77,7 @@ impl<'a, const N: usize> Reduction<'a, N> {
             }
             Metric::Loss(which, phase) => self.integral(which, phase),
             Metric::EnergyResidual => energy::residual(self.layout, self.seat, self.retrace, self.end.0, &self.end.1),
-            Metric::TimeOutsideRange => self.time_outside_range(),
+            Metric::TimeOutsideRange => self.seat.outside,
             Metric::UpsilonMin => self.upsilon_min(),
         }
     }
@@ -110,17 +106,16 @@ impl<'a, const N: usize> Reduction<'a, N> {
         (self.mean(square, phase) - mean * mean).max(0.0).sqrt()
     }
 
-    fn largest(&mut self, signal: Signal, sign: f64, window: (f64, f64)) -> f64 {
+    fn largest(&mut self, signal: Watched, sign: f64, window: (Mark, Mark)) -> f64 {
         largest(self.seat, self.retrace, signal, sign, window)
     }
 
-    fn farthest(&mut self, signal: Signal, window: (f64, f64)) -> f64 {
+    fn farthest(&mut self, signal: Watched, window: (Mark, Mark)) -> f64 {
         self.largest(signal, 1.0, window).abs().max(self.largest(signal, -1.0, window).abs())
     }
 
-    fn peak_to_peak(&mut self, signal: Signal, phase: Phase) -> f64 {
-        let window = self.window(phase);
-        self.largest(signal, 1.0, window) - self.largest(signal, -1.0, window)
+    fn peak_to_peak(&mut self, signal: Watched, phase: Phase) -> f64 {
+        self.largest(signal, 1.0, phase.marks()) + self.largest(signal, -1.0, phase.marks())
     }
 
     /// Time of the first upward crossing of a share of the signal's own steady mean.
@@ -184,24 +179,6 @@ impl<'a, const N: usize> Reduction<'a, N> {
         let square =
             if self.seat.assignment.program.ring_on_load { Integral::OmegaLSquare } else { Integral::WindupRateSquare };
         (self.seat.integral(Mark::RingStart, Mark::RingEnd, square) / width).sqrt()
-    }
-
-    fn time_outside_range(&self) -> f64 {
-        let limit = self.seat.assignment.row.constants.phi_max;
-        self.seat
-            .records
-            .windows(2)
-            .map(|pair| {
-                let (start, end) = (pair[0].windup.abs() - limit, pair[1].windup.abs() - limit);
-                let share = match (start > 0.0, end > 0.0) {
-                    (true, true) => 1.0,
-                    (false, false) => 0.0,
-                    (true, false) => start / (start - end),
-                    (false, true) => end / (end - start),
-                };
-                share * pair[1].step
-            })
-            .sum()
     }
 
     fn upsilon_min(&self) -> f64 {

@@ -50,11 +50,12 @@ pub fn steady<const N: usize>(seat: &Seat<N>, retrace: &mut dyn Retrace<N>) -> S
     let state = state_at(seat, retrace, start);
     let theta_l = |theta_m: f64, te: f64| theta_m * seat.assignment.row.constants.inverse_ratio - te;
     let first = retrace.rates(seat, start, &state);
+    let final_te = retrace.rates(seat, end, &last.state).te;
     let mean = |from: f64, to: f64| (to - from) / (end - start);
     Steady {
         window: (start, end),
         omega_m: mean(state[0], last.state[0]),
-        omega_l: mean(theta_l(state[0], first.te), theta_l(last.state[0], last.te)),
+        omega_l: mean(theta_l(state[0], first.te), theta_l(last.state[0], final_te)),
         revolutions: revolutions as u32,
     }
 }
@@ -66,7 +67,7 @@ fn passing_time<const N: usize>(seat: &Seat<N>, retrace: &mut dyn Retrace<N>, in
         return end.t;
     }
     let start = &seat.records[index - 1];
-    let dense = retrace.dense(seat, start, end);
+    let dense = retrace.dense(seat, start, end.step);
     let share = root(|share| dense.at(share)[0] - angle, start.state[0] - angle, end.state[0] - angle);
     dense.t + share * dense.step
 }
@@ -78,6 +79,6 @@ fn state_at<const N: usize>(seat: &Seat<N>, retrace: &mut dyn Retrace<N>, t: f64
     if index == 0 || end.t == t || end.step == 0.0 {
         return end.state;
     }
-    let dense = retrace.dense(seat, &seat.records[index - 1], end);
+    let dense = retrace.dense(seat, &seat.records[index - 1], end.step);
     dense.at((t - dense.t) / dense.step)
 }

@@ -5,7 +5,7 @@ use super::tables::{layout_of, method_of, path_in_force};
 use crate::batch::{Job, Outputs, Progress, SetupError, StartKind, sweep as run};
 use crate::model::Harmonics;
 use crate::output::{Metric, Signal};
-use crate::solve::{Demand, Integrands};
+use crate::solve::{Demand, Integrands, WatchList};
 use numpy::ndarray::{ArrayView1, ArrayView2};
 use numpy::{IntoPyArray, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::exceptions::PyValueError;
@@ -100,8 +100,15 @@ pub fn sweep<'py>(
                 .ok_or_else(|| SetupError::Unknown { what: "metric", name: name.clone() })
         })
         .collect::<Result<Vec<_>, _>>()?;
-    let mut demand =
-        Demand { rtol, floor: atol, max_steps, max_step, integrands: Integrands::default(), record: false };
+    let mut demand = Demand {
+        rtol,
+        floor: atol,
+        max_steps,
+        max_step,
+        integrands: Integrands::default(),
+        watched: WatchList::default(),
+        record: false,
+    };
     metrics.iter().for_each(|metric| metric.require(&mut demand));
 
     let views: Vec<(usize, ArrayView1<'_, f64>)> =

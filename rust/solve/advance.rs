@@ -8,7 +8,8 @@ use super::replay::{Replay, Retrace};
 use super::seat::{Assignment, Memory, Seat};
 use super::status::Status;
 use super::stepper::{Stepper, Trial};
-use crate::model::{Harmonics, Layout, Model, Rates};
+use super::watch::{Candidate, WatchList, Watched};
+use crate::model::{Harmonics, Layout, Model};
 use crate::real::{Mask, Path, Real, lanes_of};
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -25,6 +26,8 @@ pub struct Demand {
     pub max_step: f64,
     /// Quadratures.
     pub integrands: Integrands,
+    /// Signals whose extrema are located.
+    pub watched: WatchList,
     /// Whether steps are recorded.
     pub record: bool,
 }
@@ -73,7 +76,7 @@ impl<'a, P: Path, M: Model<N>, T: Method, const N: usize> Advance<'a, P, M, T, N
             layout,
             harmonics,
             cancelled,
-            stepper: Stepper::new(&first.row.constants, harmonics, layout.spring, demand.integrands),
+            stepper: Stepper::new(&first.row.constants, harmonics, layout.spring, demand.integrands, demand.watched),
             controller: Controller::new(),
             replay: Replay::new(&first.row, harmonics, layout.spring),
             seats: (0..P::Lanes::LANES).map(|_| None).collect(),
@@ -108,6 +111,7 @@ impl<'a, P: Path, M: Model<N>, T: Method, const N: usize> Advance<'a, P, M, T, N
             let verdict = self.controller.judge::<T>(error);
             let accepted = verdict.accepted;
             self.take_samples(accepted, step, &trial);
+            self.watch(accepted, step, &trial);
             self.stepper.commit(accepted, step, &trial);
             self.choose_step(step, verdict.factor, accepted & landing);
             self.count(accepted, step, &trial);
@@ -124,11 +128,23 @@ impl<'a, P: Path, M: Model<N>, T: Method, const N: usize> Advance<'a, P, M, T, N
             return;
         }
         let rates = self.stepper.refresh::<M>(<P::Lanes as Real>::Mask::from_bits(self.stale));
+        for lane in lanes_of(self.stale) {
+            self.open_windows(lane);
+        }
         if self.demand.record {
-            let zero = P::Lanes::zero();
-            self.remember(self.stale, zero, &rates);
+            self.remember(self.stale, P::Lanes::zero(), rates.omega_l);
         }
         self.stale = 0;
+    }
+
+    /// The first windows of a row that begins.
+    fn open_windows(&mut self, lane: usize) {
+        let Some(seat) = &mut self.seats[lane] else { return };
+        if self.stepper.t.get(lane) == 0.0 {
+            self.stepper.watch.close_window(lane);
+            seat.pass_marks(0.0, [0.0; INTEGRALS], self.stepper.watch.close_window(lane));
+            self.stop.set(lane, seat.next_stop());
+        }
     }
 
     #[inline(always)]
@@ -145,27 +161,44 @@ impl<'a, P: Path, M: Model<N>, T: Method, const N: usize> Advance<'a, P, M, T, N
         self.attempts = self.attempts + one;
         self.accepted = self.accepted + P::Lanes::select(accepted, one, P::Lanes::zero());
         if self.demand.record {
-            self.remember(accepted.to_bits(), step, &trial.rates);
+            self.remember(accepted.to_bits(), step, trial.rates.omega_l);
         }
     }
 
     #[inline(always)]
-    fn remember(&mut self, lanes: u64, step: P::Lanes, rates: &Rates<P::Lanes, N>) {
+    fn remember(&mut self, lanes: u64, step: P::Lanes, omega_l: P::Lanes) {
         for lane in lanes_of(lanes & self.occupied) {
+            let record = self.record(lane, step.get(lane), omega_l.get(lane));
             if let Some(seat) = &mut self.seats[lane] {
-                seat.remember(Record {
-                    t: self.stepper.t.get(lane),
-                    step: step.get(lane),
-                    state: std::array::from_fn(|index| self.stepper.state[index].get(lane)),
-                    alpha_m: rates.slope[1].get(lane),
-                    omega_l: rates.omega_l.get(lane),
-                    alpha_l: rates.alpha_l.get(lane),
-                    te: rates.te.get(lane),
-                    windup: rates.windup.get(lane),
-                    windup_rate: rates.windup_rate.get(lane),
-                });
+                seat.records.push(record);
             }
         }
+    }
+
+    #[inline(always)]
+    fn record(&self, lane: usize, step: f64, omega_l: f64) -> Record<N> {
+        Record { t: self.stepper.t.get(lane), step, state: self.lane_state(lane), omega_l }
+    }
+
+    /// Extrema inside the accepted steps.
+    #[inline(always)]
+    fn watch(&mut self, accepted: <P::Lanes as Real>::Mask, step: P::Lanes, trial: &Trial<P::Lanes, N>) {
+        let Self { stepper, seats, occupied, .. } = self;
+        let Stepper { watch, constants, t, state, .. } = stepper;
+        watch.step(accepted, step, &trial.rates, constants, |lanes, signal, sign, at_most| {
+            for lane in lanes_of(lanes & *occupied) {
+                let start = Record {
+                    t: t.get(lane),
+                    step: 0.0,
+                    state: std::array::from_fn(|index| state[index].get(lane)),
+                    omega_l: f64::NAN,
+                };
+                let signal = [Watched::Windup, Watched::Te, Watched::OmegaL][signal];
+                if let Some(seat) = &mut seats[lane] {
+                    seat.propose(Candidate { start, step: step.get(lane), signal, sign, at_most: at_most.get(lane) });
+                }
+            }
+        });
     }
 
     /// States at the grid's times inside the accepted steps.
@@ -224,11 +257,10 @@ impl<'a, P: Path, M: Model<N>, T: Method, const N: usize> Advance<'a, P, M, T, N
         for lane in lanes_of(lanes) {
             let Some(mut seat) = self.seats[lane].take() else { continue };
             let t = self.stepper.t.get(lane);
-            let integrals = std::array::from_fn(|index| self.stepper.integrals[index].get(lane));
-            if seat.pass_marks(t, integrals) {
-                for index in 0..INTEGRALS {
-                    self.stepper.integrals[index].set(lane, 0.0);
-                }
+            if seat.is_at_mark(t) {
+                let integrals = std::array::from_fn(|index| self.stepper.integrals[index].get(lane));
+                seat.pass_marks(t, integrals, self.stepper.watch.close_window(lane));
+                self.clear_integrals(lane);
             }
             if seat.is_done() {
                 self.seats[lane] = Some(seat);
@@ -271,14 +303,12 @@ impl<'a, P: Path, M: Model<N>, T: Method, const N: usize> Advance<'a, P, M, T, N
         self.attempts.set(lane, 0.0);
         self.accepted.set(lane, 0.0);
         self.controller.reset_lane(lane);
-        for index in 0..INTEGRALS {
-            self.stepper.integrals[index].set(lane, 0.0);
-        }
+        self.clear_integrals(lane);
+        self.stepper.watch.reset_lane(lane);
         seat.initial = state;
         while seat.take_sample_time(0.0).is_some() {
             seat.push_sample(state);
         }
-        seat.pass_marks(0.0, [0.0; INTEGRALS]);
         self.step.set(lane, self.first_step(&seat));
         self.stop.set(lane, seat.next_stop());
         self.sample.set(lane, seat.next_sample());
@@ -295,6 +325,7 @@ impl<'a, P: Path, M: Model<N>, T: Method, const N: usize> Advance<'a, P, M, T, N
         self.sample.set(lane, f64::INFINITY);
         let state = self.lane_state(lane);
         if let Some(mut seat) = self.seats[lane].take() {
+            seat.outside = self.stepper.watch.outside(lane);
             seat.accepted = self.accepted.get(lane) as u32;
             seat.rejected = self.attempts.get(lane) as u32 - seat.accepted;
             self.replay.load(&seat, self.harmonics);
@@ -309,6 +340,13 @@ impl<'a, P: Path, M: Model<N>, T: Method, const N: usize> Advance<'a, P, M, T, N
         }
     }
 
+    fn clear_integrals(&mut self, lane: usize) {
+        for integral in &mut self.stepper.integrals {
+            integral.set(lane, 0.0);
+        }
+    }
+
+    #[inline(always)]
     fn lane_state(&self, lane: usize) -> [f64; N] {
         std::array::from_fn(|index| self.stepper.state[index].get(lane))
     }

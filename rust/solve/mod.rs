@@ -9,6 +9,7 @@ mod seat;
 mod status;
 mod stepper;
 mod tableau;
+mod watch;
 
 pub use advance::{Advance, Demand, Rows};
 pub use integrals::{INTEGRALS, Integral, Integrands};
@@ -17,3 +18,4 @@ pub use replay::{Replay, Retrace};
 pub use seat::{Assignment, Mark, Memory, Seat, Start};
 pub use status::Status;
 pub use tableau::{Bs3, Dop853, Dopri5, Method, Tsit5};
+pub use watch::{Candidate, Range, WATCHED, WatchList, Watched};

@@ -9,21 +9,11 @@ pub struct Record<const N: usize> {
     pub step: f64,
     /// State.
     pub state: [f64; N],
-    /// Motor acceleration [rad/s^2].
-    pub alpha_m: f64,
     /// Load speed [rad/s].
     pub omega_l: f64,
-    /// Load acceleration [rad/s^2].
-    pub alpha_l: f64,
-    /// Transmission error [rad].
-    pub te: f64,
-    /// Windup [rad].
-    pub windup: f64,
-    /// Windup rate [rad/s].
-    pub windup_rate: f64,
 }
 
-/// Highest degree of a dense output.
+/// Highest degree of a dense output, plus one.
 pub const DENSE_TERMS: usize = 8;
 
 /// One step as a polynomial in the elapsed share of the step, ascending coefficients.

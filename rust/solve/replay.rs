@@ -3,6 +3,7 @@
 use super::record::{Dense, Record};
 use super::seat::{Seat, Start};
 use super::stepper::Stepper;
+use super::watch::WATCHED;
 use super::{Integrands, Method};
 use crate::model::{Drive, Harmonics, Model, Rates, Row, SpringLaw, spring};
 use crate::real::{Path, Task};
@@ -10,8 +11,8 @@ use std::marker::PhantomData;
 
 /// A finished row that can be looked at again, one step or one instant at a time.
 pub trait Retrace<const N: usize> {
-    /// The step between two records as polynomials.
-    fn dense(&mut self, seat: &Seat<N>, start: &Record<N>, end: &Record<N>) -> Dense<N>;
+    /// A step from a record as polynomials.
+    fn dense(&mut self, seat: &Seat<N>, start: &Record<N>, step: f64) -> Dense<N>;
     /// Everything the equations pass through at an instant.
     fn rates(&mut self, seat: &Seat<N>, t: f64, state: &[f64; N]) -> Rates<f64, N>;
     /// The kinematic error [rad] and its slope at a motor angle.
@@ -27,7 +28,10 @@ pub struct Replay<P, M, T, const N: usize> {
 impl<P: Path, M: Model<N>, T: Method, const N: usize> Replay<P, M, T, N> {
     /// For rows like this one.
     pub fn new(row: &Row, harmonics: &Harmonics<f64>, spring: SpringLaw) -> Self {
-        Self { stepper: Stepper::new(&row.constants, harmonics, spring, Integrands::default()), methods: PhantomData }
+        Self {
+            stepper: Stepper::new(&row.constants, harmonics, spring, Integrands::default(), [false; WATCHED]),
+            methods: PhantomData,
+        }
     }
 
     /// Makes a row the one that is replayed.
@@ -47,7 +51,7 @@ impl<P: Path, M: Model<N>, T: Method, const N: usize> Replay<P, M, T, N> {
             Start::Given(full) => full,
             Start::ZeroAngle => [0.0; 5],
             Start::Relaxed => {
-                let (error, slope) = self.stepper.harmonics.value_and_slope(angle);
+                let (error, slope) = self.kinematic_error(angle);
                 let windup = spring::windup_at(self.stepper.spring, c, seat.segment().load_torque(row).value);
                 [angle, speed, error + windup, (c.inverse_ratio - slope) * speed, 0.0]
             }
@@ -57,13 +61,12 @@ impl<P: Path, M: Model<N>, T: Method, const N: usize> Replay<P, M, T, N> {
 }
 
 impl<P: Path, M: Model<N>, T: Method, const N: usize> Retrace<N> for Replay<P, M, T, N> {
-    fn dense(&mut self, seat: &Seat<N>, start: &Record<N>, end: &Record<N>) -> Dense<N> {
+    fn dense(&mut self, seat: &Seat<N>, start: &Record<N>, step: f64) -> Dense<N> {
         self.stepper.t = start.t;
         self.stepper.state = start.state;
-        self.stepper.input.set_lane(0, seat.segment_before(end.t), &seat.assignment.row);
-        let coefficients =
-            P::enter(DenseStep::<M, T, N> { stepper: &mut self.stepper, step: end.step, methods: PhantomData });
-        Dense { t: start.t, step: end.step, coefficients }
+        self.stepper.input.set_lane(0, seat.segment_before(start.t + step), &seat.assignment.row);
+        let coefficients = P::enter(DenseStep::<M, T, N> { stepper: &mut self.stepper, step, methods: PhantomData });
+        Dense { t: start.t, step, coefficients }
     }
 
     fn rates(&mut self, seat: &Seat<N>, t: f64, state: &[f64; N]) -> Rates<f64, N> {
@@ -72,7 +75,18 @@ impl<P: Path, M: Model<N>, T: Method, const N: usize> Retrace<N> for Replay<P, M
     }
 
     fn kinematic_error(&self, angle: f64) -> (f64, f64) {
-        self.stepper.harmonics.value_and_slope(angle)
+        P::enter(KinematicError(&self.stepper.harmonics, angle))
+    }
+}
+
+struct KinematicError<'a>(&'a Harmonics<f64>, f64);
+
+impl Task for KinematicError<'_> {
+    type Output = (f64, f64);
+
+    #[inline(always)]
+    fn run(self) -> Self::Output {
+        self.0.value_and_slope(self.1)
     }
 }
 

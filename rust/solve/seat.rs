@@ -3,15 +3,23 @@
 use super::integrals::INTEGRALS;
 use super::record::Record;
 use super::stepper::Stepper;
+use super::watch::{Candidate, Range, WATCHED};
 use crate::model::{Drive, Harmonics, Program, Row, Segment};
 use crate::real::Real;
 use std::sync::Arc;
 
+/// What counts as the very start of a motion [s].
+const SETTLING: f64 = 0.5;
+
 /// Times that separate the windows over which integrals are taken.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Mark {
+    /// Time 0.
+    Begin,
     /// Start of the motion.
     On,
+    /// Half a second after it.
+    Settled,
     /// Start of the steady run.
     Run,
     /// Start of the stop.
@@ -53,6 +61,7 @@ pub struct Assignment<const N: usize> {
 #[derive(Default)]
 pub struct Memory<const N: usize> {
     records: Vec<Record<N>>,
+    candidates: Vec<(usize, Candidate<N>)>,
     samples: [Vec<[f64; N]>; 2],
 }
 
@@ -64,6 +73,12 @@ pub struct Seat<const N: usize> {
     pub marks: Vec<(f64, Mark)>,
     /// Integrals over the intervals between consecutive marks, from time 0.
     pub intervals: Vec<[f64; INTEGRALS]>,
+    /// Ranges of the watched signals over the same intervals.
+    pub ranges: Vec<[Range; WATCHED]>,
+    /// Steps that may hold an extremum, with their interval.
+    pub candidates: Vec<(usize, Candidate<N>)>,
+    /// Time with the windup outside the spring's range [s].
+    pub outside: f64,
     /// Steps, where they are recorded.
     pub records: Vec<Record<N>>,
     /// States at the grids' times so far.
@@ -81,12 +96,15 @@ pub struct Seat<const N: usize> {
 impl<const N: usize> Seat<N> {
     /// Seats a row.
     pub fn new(assignment: Assignment<N>, memory: Memory<N>) -> Self {
-        let Memory { mut records, mut samples } = memory;
+        let Memory { mut records, mut candidates, mut samples } = memory;
         records.clear();
+        candidates.clear();
         samples.iter_mut().for_each(Vec::clear);
         let program = &assignment.program;
         let mut marks = vec![
+            (0.0, Mark::Begin),
             (program.on, Mark::On),
+            (program.on + SETTLING, Mark::Settled),
             (program.run_start(assignment.row.omega_set), Mark::Run),
             (program.off, Mark::Off),
             (program.off + program.ring_delay, Mark::RingStart),
@@ -100,7 +118,10 @@ impl<const N: usize> Seat<N> {
         Self {
             assignment,
             marks,
-            intervals: Vec::with_capacity(6),
+            intervals: Vec::with_capacity(8),
+            ranges: Vec::with_capacity(8),
+            candidates,
+            outside: 0.0,
             records,
             samples,
             initial: [0.0; N],
@@ -113,7 +134,7 @@ impl<const N: usize> Seat<N> {
 
     /// Gives the memory back.
     pub fn into_memory(self) -> Memory<N> {
-        Memory { records: self.records, samples: self.samples }
+        Memory { records: self.records, candidates: self.candidates, samples: self.samples }
     }
 
     /// The segment in force.
@@ -165,20 +186,35 @@ impl<const N: usize> Seat<N> {
         self.marks[self.position(mark)].0
     }
 
-    /// An integral between two marks; NaN where the row did not get that far.
-    pub fn integral(&self, from: Mark, to: Mark, which: super::integrals::Integral) -> f64 {
-        let window = self.position(from) + 1..self.position(to) + 1;
-        self.intervals.get(window).map_or(f64::NAN, |parts| parts.iter().map(|part| part[which as usize]).sum())
+    /// The intervals between two marks.
+    pub fn between(&self, from: Mark, to: Mark) -> std::ops::Range<usize> {
+        self.position(from) + 1..self.position(to) + 1
     }
 
-    /// Closes the windows that end at `t`; true where integrals were taken.
-    pub fn pass_marks(&mut self, t: f64, mut integrals: [f64; INTEGRALS]) -> bool {
-        let before = self.intervals.len();
-        while self.intervals.len() < self.marks.len() && self.marks[self.intervals.len()].0 <= t {
+    /// An integral between two marks; NaN where the row did not get that far.
+    pub fn integral(&self, from: Mark, to: Mark, which: super::integrals::Integral) -> f64 {
+        self.intervals
+            .get(self.between(from, to))
+            .map_or(f64::NAN, |parts| parts.iter().map(|part| part[which as usize]).sum())
+    }
+
+    /// Whether a window ends at `t`.
+    pub fn is_at_mark(&self, t: f64) -> bool {
+        self.marks.get(self.intervals.len()).is_some_and(|mark| mark.0 <= t)
+    }
+
+    /// Closes the windows that end at `t`, all but the first of which are empty.
+    pub fn pass_marks(&mut self, t: f64, mut integrals: [f64; INTEGRALS], ranges: [Range; WATCHED]) {
+        while self.is_at_mark(t) {
             self.intervals.push(integrals);
+            self.ranges.push(ranges);
             integrals = [0.0; INTEGRALS];
         }
-        self.intervals.len() > before
+    }
+
+    /// Notes a step of the present interval that may hold an extremum.
+    pub fn propose(&mut self, candidate: Candidate<N>) {
+        self.candidates.push((self.intervals.len(), candidate));
     }
 
     /// Whether every mark has been passed.

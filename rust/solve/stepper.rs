@@ -3,6 +3,7 @@
 use super::Method;
 use super::integrals::{INTEGRALS, Integrands};
 use super::record::DENSE_TERMS;
+use super::watch::{Watch, WatchList};
 use crate::model::{Constants, Drivetrain, Harmonics, Input, Model, Rates, SpringLaw};
 use crate::real::{Mask, Real};
 
@@ -22,6 +23,7 @@ pub struct Stepper<R: Real, const N: usize> {
     pub integrands: Integrands,
     /// Integrals since the last mark.
     pub integrals: [R; INTEGRALS],
+    pub watch: Watch<R>,
     slopes: [[R; N]; SLOPES],
     starting: [R; INTEGRALS],
     step_integrals: [R; INTEGRALS],
@@ -69,6 +71,7 @@ impl<R: Real, const N: usize> Stepper<R, N> {
         harmonics: &Harmonics<f64>,
         spring: SpringLaw,
         integrands: Integrands,
+        watched: WatchList,
     ) -> Self {
         Self {
             t: R::zero(),
@@ -80,6 +83,7 @@ impl<R: Real, const N: usize> Stepper<R, N> {
             spring,
             integrands,
             integrals: [R::zero(); INTEGRALS],
+            watch: Watch::new(watched),
             slopes: [[R::zero(); N]; SLOPES],
             starting: [R::zero(); INTEGRALS],
             step_integrals: [R::zero(); INTEGRALS],
@@ -112,6 +116,7 @@ impl<R: Real, const N: usize> Stepper<R, N> {
             self.slopes[0][index] = R::select(lanes, rates.slope[index], self.slopes[0][index]);
         }
         self.windup = R::select(lanes, rates.windup, self.windup);
+        self.watch.begin(lanes, rates, &self.constants);
         if self.integrands.any() {
             let mut values = [R::zero(); INTEGRALS];
             self.integrands.add(R::splat(1.0), rates, &self.constants, &mut values);

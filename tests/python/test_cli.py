@@ -81,7 +81,7 @@ def test_exact_same_seed_same_rows(small, tmp_path):
         main(["sweep", str(small), "--out", str(tmp_path / name), "--quiet"])
     main(["sweep", str(small), "--out", str(tmp_path / "c"), "--quiet", "--seed", "6", "--rows", "7"])
     first, second, third = (pq.read_table(tmp_path / name / "rows.parquet") for name in "abc")
-    assert first.equals(second)
+    assert first.to_pandas().equals(second.to_pandas())
     assert third.num_rows == 7
     assert first["J_l"][0] != third["J_l"][0]
 
@@ -169,21 +169,33 @@ def test_exact_progress_goes_to_stderr_when_asked(small, capsys):
 
 
 def test_exact_interrupt_keeps_finished_rows(small, tmp_path):
+    small.write_text(SMALL + 'metrics = ["te_pp"]\n')
     out = tmp_path / "out"
-    command = [sys.executable, "-m", "hdfast.cli", "sweep", str(small), "--rows", "20000000", "--out", str(out)]
+    command = [sys.executable, "-m", "hdfast.cli", "sweep", str(small), "--rows", "1000000", "--out", str(out)]
     process = subprocess.Popen(
         [*command, "--progress", "--threads", "1"], stderr=subprocess.PIPE, stdout=subprocess.PIPE, env={**os.environ}
     )
     seen = b""
     deadline = time.monotonic() + 60
-    while not re.search(rb"[1-9]\d*/20000000", seen) and time.monotonic() < deadline:
+    while not re.search(rb"[1-9]\d*/1000000", seen) and time.monotonic() < deadline:
         seen += os.read(process.stderr.fileno(), 4096)
     process.send_signal(signal.SIGINT)
     _, errors = process.communicate(timeout=120)
     assert process.returncode == 130
-    assert b"of 20000000 rows finished" in errors
+    assert b"of 1000000 rows finished" in errors
     summary = json.loads((out / "summary.json").read_text())
     assert summary["interrupted"]
     assert summary["status"]["finished"] > 0
     assert summary["status"]["cancelled"] > 0
     assert not (out / "index.html").exists()
+
+
+def test_exact_unknown_vector_code_is_one_line_and_exit_code_2(small, monkeypatch, capsys):
+    monkeypatch.setenv("HDFAST_SIMD", "mmx")
+    for arguments in (["info"], ["sweep", str(small)]):
+        assert main(arguments) == 2
+        error = capsys.readouterr().err
+        assert "HDFAST_SIMD" in error
+        assert "'mmx'" in error
+        assert error.count("\n") == 1
+    assert main(["params", "--quiet"]) == 0

@@ -37,6 +37,10 @@ class Segment:
         return c0 + s * (c1 + s * (c2 + s * c3)), c1 + s * (2 * c2 + s * 3 * c3), 2 * c2 + 6 * c3 * s
 
 
+ZERO = (0.0, 0.0)
+NOTHING = Segment(0.0, TORQUE, False, ZERO, ZERO, ZERO, (0.0, 0.0, 0.0, 0.0))
+
+
 def sustaining_torque(p: dict[str, float]) -> float:
     """Motor torque [N m] that holds the set speed against the viscous losses and the load."""
     i = p["ratio"]

@@ -4,7 +4,7 @@ import math
 from dataclasses import dataclass, field
 
 from .drive import Drive
-from .inputs import MOTION, SPEED, Segment, read_segments
+from .inputs import MOTION, NOTHING, SPEED, Segment, read_segments
 from .methods import METHODS
 from .problem import Problem
 from .stepper import Attempt, Dense, Slope, Vector, attempt, dense_output, error_norm, position
@@ -20,7 +20,7 @@ class Trajectory:
     problem: Problem
     drive: Drive
     start: Vector
-    first_segment: Segment | None = None
+    first_segment: Segment
     steps: list[Dense] = field(default_factory=list)
     segments: list[Segment] = field(default_factory=list)
     end: Vector = field(default_factory=list)
@@ -134,7 +134,7 @@ def advance(
     drive = Drive(problem)
     if problem.impossible():
         state = [math.nan] * (3 if drive.rigid else 5)
-        return Trajectory(problem, drive, state, end=state, status="bad_parameters")
+        return Trajectory(problem, drive, state, NOTHING, end=state, status="bad_parameters")
     segments = read_segments(problem.segments, problem.parameters)
     tolerance = Tolerance(drive, rtol, atol)
     alpha, beta = 0.7 / (pair.error_order + 1), 0.4 / (pair.error_order + 1)

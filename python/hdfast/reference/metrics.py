@@ -22,11 +22,6 @@ class Metrics:
         self.run, self.problem, self.drive = run, run.problem, run.drive
         self.scan = Scan(run)
         p = self.problem
-        self.phases = {
-            "start": (p.t_on, p.run_start()),
-            "run": (p.run_start(), p.t_off),
-            "stop": (p.t_off, p.t_end),
-        }
         self.table: dict[str, Callable[[], float]] = {
             "steady_speed": lambda: self.steady["omega_m"],
             "rise_time": lambda: self.rise("omega_m")[2] - self.rise("omega_m")[0],
@@ -70,6 +65,12 @@ class Metrics:
                 f"metric must be one of {', '.join(self.table)}, order_<o> or speed_order_<o>, got {name!r}"
             )
         return self.table[name]()
+
+    @cached_property
+    def phases(self) -> dict[str, tuple[float, float]]:
+        """Start and end [s] of every phase."""
+        p = self.problem
+        return {"start": (p.t_on, p.run_start()), "run": (p.run_start(), p.t_off), "stop": (p.t_off, p.t_end)}
 
     @cached_property
     def moments(self) -> dict[str, Vector]:

@@ -65,7 +65,7 @@ def sample(run: Trajectory, name: str, times: list[float]) -> list[float]:
     """One signal at the times asked for; NaN beyond the time the row reached."""
     values = []
     for t in times:
-        if t > run.time:
+        if t > run.time or run.status == "bad_parameters":
             values.append(float("nan"))
         else:
             y, segment = run.at(t)
@@ -76,4 +76,6 @@ def sample(run: Trajectory, name: str, times: list[float]) -> list[float]:
 def reported_state(run: Trajectory) -> Vector:
     """theta_m, omega_m, theta_l, omega_l, z of the last accepted step (theta_m, omega_m, z with one inertia)."""
     y = run.end
+    if run.status == "bad_parameters":
+        return y
     return list(y) if run.drive.rigid else [y[0], y[1], y[0] / run.drive.ratio - y[2], y[3], y[4]]

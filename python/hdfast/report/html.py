@@ -71,7 +71,10 @@ def nominal_section(run: Trajectory) -> Section:
                 "by order. Grey: what the gear would show unloaded and infinitely slowly; the difference is the "
                 "windup of the spring.",
             ),
-            picture(plots.trajectory(run), "The whole run of the nominal drive."),
+            picture(
+                plots.trajectory(run, ("windup", "te", "tau_m")),
+                "Windup, transmission error and motor torque over the whole run of the nominal drive.",
+            ),
         ],
         texts=[] if run.status == catalogue.FINISHED else [run.message],
     )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import io
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from functools import wraps
 from typing import Any, ParamSpec
 
@@ -118,11 +118,14 @@ def histograms(result: SweepResult, specs: Mapping[str, Spec]) -> Figure:
 def _histogram(axes: Any, result: SweepResult, name: str, spec: Spec | None) -> None:
     values = result[name][result.finished]
     values = values[np.isfinite(values)]
+    factor, unit = scaled(values, result.units[name])
     axes.set_title(TITLES.get(name, name.replace("_", " ")), loc="left")
+    axes.set_xlabel(f"{name} [{unit}]")
+    axes.set_ylabel("rows")
+    axes.locator_params(axis="x", nbins=5)
     if not values.size:
         axes.text(0.5, 0.5, "no row has this metric", ha="center", va="center", transform=axes.transAxes, color=GREY)
         return
-    factor, unit = scaled(values, result.units[name])
     spread = float(np.ptp(values))
     bins = 1 if spread <= 1e-12 * abs(float(values[0])) else int(np.clip(np.sqrt(values.size), 8, 60))
     axes.hist(values * factor, bins=bins, color=BLUE, alpha=0.75, linewidth=0.0)
@@ -133,8 +136,6 @@ def _histogram(axes: Any, result: SweepResult, name: str, spec: Spec | None) -> 
     for side, limit in (("right", spec.upper), ("left", spec.lower)) if spec else ():
         if math.isfinite(limit):
             _limit(axes, limit * factor, unit, side)
-    axes.set_xlabel(f"{name} [{unit}]")
-    axes.set_ylabel("rows")
 
 
 def _limit(axes: Any, limit: float, unit: str, side: str) -> None:
@@ -147,13 +148,15 @@ def _limit(axes: Any, limit: float, unit: str, side: str) -> None:
     text = f"limit {limit:.4g} {unit}"
     note = f"{text} \u2192" if side == "right" else f"\u2190 {text}"
     at = 0.99 if side == "right" else 0.01
-    axes.text(at, 0.97, note, ha=side, va="top", transform=axes.transAxes, color=RED, fontsize=8.0, backgroundcolor="white")
+    axes.text(
+        at, 0.97, note, ha=side, va="top", transform=axes.transAxes, color=RED, fontsize=8.0, backgroundcolor="white"
+    )
 
 
 @styled
-def trajectory(run: Trajectory) -> Figure:
-    """Speeds, windup, transmission error and motor torque over time, as far as they were sampled."""
-    panels = [(name, *PANELS[name]) for name in PANELS if name in run.signals]
+def trajectory(run: Trajectory, names: Sequence[str] = ("omega_m", "omega_l", "windup", "te", "tau_m")) -> Figure:
+    """The named signals over time, as far as they were sampled; all sampled signals when none of them was."""
+    panels = [(name, *PANELS[name]) for name in names if name in run.signals]
     if not panels:
         panels = [(name, name, 1.0, run.units[name]) for name in run.signals]
     figure = Figure(figsize=(9.6, 1.75 * len(panels)), layout="constrained")
@@ -192,9 +195,13 @@ def _legend_above(axes: Any) -> None:
 @styled
 def speeds(run: Trajectory) -> Figure:
     """Input and output speed over time, the output also drawn at the input's scale."""
-    ratio = run.parameters["ratio"]
     figure = Figure(figsize=(9.6, 3.9), layout="constrained")
-    upper, lower = figure.subplots(2, 1, sharex=True)
+    _speeds(run, *figure.subplots(2, 1, sharex=True))
+    return figure
+
+
+def _speeds(run: Trajectory, upper: Any, lower: Any) -> None:
+    ratio = run.parameters["ratio"]
     upper.plot(run.t, run["omega_l"] * RPM * ratio, color=ORANGE, linewidth=0.9, label=f"load speed times {ratio:g}")
     upper.plot(run.t, run["omega_m"] * RPM, color=BLUE, label="motor speed")
     upper.set_ylabel("motor speed\n[r/min]")
@@ -204,6 +211,18 @@ def speeds(run: Trajectory) -> Figure:
     lower.set_xlabel("time [s]")
     for axes in (upper, lower):
         _mark_phases(axes, run)
+
+
+@styled
+def overview(result: SweepResult, run: Trajectory, specs: Mapping[str, Spec]) -> Figure:
+    """A run on one picture: speeds, transmission error with its orders, and three distributions."""
+    figure = Figure(figsize=(10.4, 7.6), layout="constrained")
+    parts: Any = figure.subfigures(3, 1, height_ratios=(1.35, 1.0, 0.95))
+    top, middle, bottom = parts
+    _speeds(run, *top.subplots(2, 1, sharex=True))
+    _transmission_error(run, *middle.subplots(1, 2, width_ratios=(3, 2)))
+    for axes, name in zip(bottom.subplots(1, 3), ("te_pp", "rise_time", "mode_frequency_start"), strict=True):
+        _histogram(axes, result, name, specs.get(name))
     return figure
 
 
@@ -211,7 +230,11 @@ def speeds(run: Trajectory) -> Figure:
 def transmission_error(run: Trajectory) -> Figure:
     """Transmission error over motor revolutions of the run phase, and its order spectrum."""
     figure = Figure(figsize=(9.6, 3.2), layout="constrained")
-    left, right = figure.subplots(1, 2, width_ratios=(3, 2))
+    _transmission_error(run, *figure.subplots(1, 2, width_ratios=(3, 2)))
+    return figure
+
+
+def _transmission_error(run: Trajectory, left: Any, right: Any) -> None:
     revolutions, te, kinematic = whole_revolutions(run)
     left.set_xlabel("motor revolutions before the stop")
     left.set_ylabel("transmission error [µrad]")
@@ -219,8 +242,8 @@ def transmission_error(run: Trajectory) -> Figure:
     right.set_ylabel("amplitude [µrad]")
     if not te.size:
         left.text(0.5, 0.5, "less than one revolution", ha="center", va="center", transform=left.transAxes, color=GREY)
-        return figure
-    left.plot(revolutions, kinematic * 1e6, color=GREY, linewidth=1.0, label="kinematic error alone")
+        return
+    left.plot(revolutions, kinematic * 1e6, color="#c3c9cf", linewidth=3.5, label="kinematic error alone")
     left.plot(revolutions, te * 1e6, color=BLUE, label="transmission error")
     _legend_above(left)
     turns = round(float(revolutions[-1] - revolutions[0]))
@@ -236,7 +259,6 @@ def transmission_error(run: Trajectory) -> Figure:
     right.grid(visible=False, axis="x")
     _legend_above(right)
     right.set_ylim(bottom=max(right.get_ylim()[0], 1e-3))
-    return figure
 
 
 def whole_revolutions(run: Trajectory, longest: int = 3) -> tuple[Floats, Floats, Floats]:

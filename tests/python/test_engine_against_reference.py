@@ -1,0 +1,288 @@
+"""The engine against the plain-Python reference over the whole parameter space, and against SciPy on random rows."""
+
+from __future__ import annotations
+
+import math
+
+import hdfast
+import numpy as np
+import pytest
+from drives import LABELS, ORDERS, RPM, parameters
+from hypothesis import HealthCheck, Phase, given, settings
+from hypothesis import strategies as st
+from oracles import lagrange
+
+MODELS = [
+    hdfast.Model(),
+    hdfast.Model(spring="piecewise", orders=[1, 2, 4, 6]),
+    hdfast.Model(orders=["1/121", "120/121", 2, "240/121", "7/2"]),
+    hdfast.Model(orders=range(1, 25), spring="piecewise"),
+    hdfast.Model(orders=[]),
+    hdfast.Model("one_inertia"),
+    hdfast.Model("one_inertia", orders=[2, 0.5]),
+]
+SIGNALS = {  # size against which differences are measured
+    "theta_m": 1.0,
+    "omega_m": 1.0,
+    "theta_l": 0.01,
+    "omega_l": 0.01,
+    "te": 2e-5,
+    "windup": 2e-5,
+    "windup_rate": 0.01,
+    "theta_e": 2e-5,
+    "tau_m": 0.05,
+    "gear_torque": 1.0,
+}
+STEADFAST = {  # metrics whose conditioning does not depend on the row, with the size of their differences
+    "peak_windup": 2e-5,
+    "initial_te_peak": 2e-5,
+    **{f"te_{kind}{phase}": 2e-5 for kind in ("mean", "peak", "pp", "rms") for phase in ("", "_start", "_stop")},
+    "speed_ripple": 0.01,
+    "speed_ripple_rms": 0.01,
+    "steady_speed": 1.0,
+    **{
+        f"{name}{phase}": 0.1
+        for name in ("energy_in", "loss_motor", "loss_wave_generator", "loss_load", "loss_mesh")
+        for phase in ("", "_start", "_run", "_stop")
+    },
+    "upsilon_min": 1e-3,
+}
+SPRINGS = [  # fits of the catalogue curve
+    (3.102e4, 1.3445e10, -3.211e15, 1.465e-3),
+    (3.542e4, 5.843e9, -5.980e14, 2.395e-3),
+    (3.901e4, 3.027e9, -1.8125e14, 3.219e-3),
+]
+
+
+def between(low, high):
+    return st.floats(low, high, allow_nan=False, width=64)
+
+
+@st.composite
+def drives(draw, model):
+    """One row anywhere in the plausible ranges; polynomial springs are scaled fits so that their tangent stays positive."""
+    row = {}
+    for parameter in hdfast.params(model):
+        if parameter.name.startswith("te_c") or parameter.name.startswith("te_s") and parameter.name != "te_scale":
+            row[parameter.name] = draw(between(-4e-5, 4e-5))
+        elif parameter.name == "s":
+            row["s"] = draw(st.sampled_from([0.0, 1.0, 0.5]))
+        elif parameter.low > 0 and parameter.high / parameter.low > 5:
+            row[parameter.name] = math.exp(draw(between(math.log(parameter.low), math.log(parameter.high))))
+        else:
+            row[parameter.name] = draw(between(parameter.low, parameter.high))
+    if model.spring == "polynomial":
+        k1, k3, k5, phi_max = draw(st.sampled_from(SPRINGS))
+        scale = draw(between(0.5, 1.5))
+        even = draw(st.sampled_from([0.0, 2e5]))
+        row.update(k1=k1 * scale, k2=even, k3=k3 * scale, k4=0.0, k5=k5 * scale, phi_max=phi_max)
+    else:
+        row["T2"] = row["T1"] + draw(between(1.0, 60.0))
+    return row
+
+
+@st.composite
+def scenarios(draw):
+    """A short start, run and stop of any kind."""
+    t_end = draw(between(0.15, 0.7))
+    t_on = draw(st.sampled_from([0.0, 0.0, 0.05]))
+    stop = draw(st.sampled_from(["coast", "brake", None]))
+    options = {
+        "start": draw(st.sampled_from(["torque_step", "speed_ramp"])),
+        "stop": stop,
+        "t_on": t_on,
+        "t_end": t_end,
+        "t_off": t_on + draw(between(0.2, 0.9)) * (t_end - t_on) if stop else None,
+        "speed_rpm": draw(between(-600.0, 600.0)),
+        "load": draw(st.one_of(between(-100.0, 100.0), st.just(([0.0, 0.1, 0.2], [0.0, 40.0, -20.0])))),
+        "K_p": draw(between(0.0, 0.3)),
+        "K_i": draw(between(0.0, 5.0)),
+        "tau_max": draw(st.sampled_from([0.1, 2.0, math.inf])),
+        "initial": draw(st.sampled_from(["relaxed", "zero_angle"])),
+        "theta_m0": draw(between(-1000.0, 1000.0)),
+    }
+    if options["start"] == "speed_ramp":
+        options["t_ramp"] = draw(between(0.01, 0.3))
+    if stop == "brake":
+        options["t_brake"] = draw(between(0.005, 0.1))
+    return hdfast.Scenario.start_stop(**options)
+
+
+@st.composite
+def calls(draw):
+    model = draw(st.sampled_from(MODELS))
+    row, scenario = draw(drives(model)), draw(scenarios())
+    options = {"model": model, "scenario": scenario}
+    shares = sorted(draw(st.lists(between(0.001, 0.999), min_size=3, max_size=6, unique=True)))
+    options["t_eval"] = [share * scenario.t_end for share in shares]
+    options["method"] = draw(st.sampled_from(["dop853", "dopri5", "tsit5", "bs3"]))
+    options["rtol"] = 1e-5 if options["method"] == "bs3" else draw(st.sampled_from([1e-5, 1e-6, 1e-8]))
+    if draw(st.booleans()):
+        theta, omega = draw(between(-100.0, 100.0)), draw(between(-60.0, 60.0))
+        state = [theta, omega]
+        if model.base == "two_inertia":
+            state += [theta / row["ratio"] + draw(between(-1e-3, 1e-3)), omega / row["ratio"]]
+        options["initial_state"] = np.array([[*state, draw(between(-0.05, 0.05))]])
+    return row, options
+
+
+def compare(found, expected, size, rtol, message):
+    """Differences below a multiple of rtol, measured against the size of the signal."""
+    found, expected = np.asarray(found, dtype=float), np.asarray(expected, dtype=float)
+    np.testing.assert_array_equal(np.isnan(found), np.isnan(expected), err_msg=message)
+    known = ~np.isnan(expected)
+    scale = size + np.max(np.abs(expected[known]), initial=0.0)
+    worst = np.max(np.abs(found - expected)[known], initial=0.0) / scale
+    assert worst <= 500 * rtol + 1e-11, f"{message}: {worst:.2e} for rtol {rtol:g}"
+
+
+def check(engine, reference, row, options):
+    metrics = list(STEADFAST)
+    call = {**options, "signals": list(SIGNALS), "metrics": metrics}
+    found, expected = engine({k: [v] for k, v in row.items()}, **call), reference({k: [v] for k, v in row.items()}, **call)
+    assert bool(found.finished[0]) == bool(expected.finished[0]), (found.result.message(0), expected.result.status)
+    rtol = options["rtol"]
+    for name, size in SIGNALS.items():
+        compare(found.samples[name], expected.samples[name], size, rtol, name)
+    sizes = [1.0, 1.0, 0.01, 0.01, 0.1] if options["model"].base == "two_inertia" else [1.0, 1.0, 0.1]
+    for column, size in enumerate(sizes):
+        compare(found.final_state[:, column], expected.final_state[:, column], size, rtol, f"final state {column}")
+    for name, size in STEADFAST.items():
+        compare(found.metrics[name], expected.metrics[name], size, 2 * rtol, name)
+
+
+QUIET = {
+    "deadline": None,
+    "database": None,
+    "suppress_health_check": list(HealthCheck),
+    "phases": [Phase.explicit, Phase.generate, Phase.shrink],
+}
+
+
+@settings(max_examples=60, derandomize=True, **QUIET)
+@given(call=calls())
+def test_against_reference_anywhere(call):
+    from conftest import Engine, Reference
+
+    check(Engine(), Reference(), *call)
+
+
+@pytest.mark.long
+@settings(max_examples=1500, **QUIET)
+@given(call=calls())
+def test_against_reference_anywhere_long(call):
+    from conftest import Engine, Reference
+
+    check(Engine(), Reference(), *call)
+
+
+ORDINARY = [
+    ({}, {}),
+    ({"start": "speed_ramp", "stop": "brake"}, {}),
+    ({"start": "torque_step", "stop": "brake", "speed_rpm": 300.0}, {}),
+    ({"start": "speed_ramp", "speed_rpm": -60.0, "load": -20.0}, {}),
+    ({"initial": "zero_angle", "t_end": 4.0}, {"spring": "piecewise"}),
+    ({"start": "speed_ramp", "speed_rpm": 200.0}, {"base": "one_inertia"}),
+]
+
+
+@pytest.mark.parametrize(("scenario", "model"), ORDINARY)
+def test_against_reference_all_metrics(engine, reference, scenario, model, long):
+    """Every metric on rows near the default drive, where all of them are well conditioned."""
+    count = 12 if long else 2
+    model = hdfast.Model(**model)
+    rng = np.random.default_rng(7)
+    names = ["J_m", "J_l", "B_m", "B_l", "B_ml", "B_sp", "te_scale", "k1" if model.spring == "polynomial" else "K1"]
+    default = {parameter.name: parameter.default for parameter in hdfast.params(model)}
+    rows = {name: default[name] * rng.uniform(0.8, 1.2, count) for name in names}
+    metrics = [*hdfast.metrics(), "order_2", "order_15", "order_7/2", "speed_order_4"]
+    options = {"model": model, "scenario": hdfast.Scenario.start_stop(**scenario), "metrics": metrics, "rtol": 1e-8}
+    found, expected = engine(rows, **options).metrics, reference(rows, **options).metrics
+    problems = []
+    for name in metrics:
+        loose = 2e-3 if name.startswith(("mode_", "order_", "speed_order_")) else 2e-6
+        if name == "energy_residual":
+            assert np.all(found[name] < 1e-6)
+            continue
+        try:
+            np.testing.assert_allclose(found[name], expected[name], rtol=loose, atol=1e-12)
+        except AssertionError:
+            problems.append((name, found[name].tolist(), expected[name].tolist()))
+    assert not problems, problems
+
+
+@pytest.mark.parametrize("spring", ["polynomial", "piecewise"])
+@pytest.mark.parametrize("base", ["two_inertia", "one_inertia"])
+def test_against_reference_impossible_rows(engine, reference, base, spring):
+    """The same rows are refused, and for the same parameter."""
+    model = hdfast.Model(base, spring)
+    table = hdfast.params(model)
+    cases = [(name, value) for name in table.names for value in (math.nan, -1.0, 0.0, math.inf)]
+    cases += [(name, value) for name in ("tau_max", "K_p", "omega_set") for value in (math.nan, -1.0, 0.0, math.inf)]
+    for name, value in cases:
+        row = {name: np.array([value])}
+        options = {"model": model, "scenario": hdfast.Scenario.start_stop(t_end=0.02), "metrics": ["te_pp"]}
+        found, expected = engine(row, **options), reference(row, **options)
+        refused = expected.result.status[0] == "bad_parameters"
+        assert (hdfast.statuses()[int(found.result.status[0])].name == "bad_parameters") == refused, (name, value)
+        if refused:
+            assert table_name(model, found.result.detail[0]) == expected.result.detail[0], (name, value)
+
+
+def table_name(model, index):
+    from hdfast.params import layout
+
+    return layout(model)[int(index)].name
+
+
+def random_rows(count, seed=12345):
+    """Rows around the default drive with independent factors, and set speeds of 50 to 300 r/min."""
+    rng = np.random.default_rng(seed)
+    default = parameters()
+    names = ["J_m", "J_l", "B_m", "B_l", "B_ml", "B_sp", "k1", "te_scale"]
+    columns = {name: default[name] * rng.uniform(0.7, 1.3, count) for name in names}
+    columns["omega_set"] = rng.uniform(50.0, 300.0, count) * RPM
+    columns["theta_m0"] = rng.uniform(0.0, 6.0, count)
+    return columns
+
+
+def test_against_scipy_errors_scale_with_rtol(engine, long):
+    """Windup and speed errors on random rows against DOP853 at rtol 1e-12 fall with rtol from 1e-4 to 1e-10."""
+    count = 100 if long else 5
+    rows = random_rows(count)
+    scenario = hdfast.Scenario.start_stop(
+        start="speed_ramp", stop="brake", t_ramp=0.2, t_off=1.0, t_end=1.5, speed_rpm=100
+    )
+    t = np.linspace(0.0, 1.5, 601)[1:]
+    exact_windup, exact_speed = [], []
+    for k in range(count):
+        p = {**parameters(), **scenario.values, **{name: values[k] for name, values in rows.items()}}
+        start = lagrange.relaxed_start(p, ORDERS, LABELS, "polynomial")
+        truth = lagrange.solve(p, ORDERS, LABELS, "polynomial", scenario.segments, scenario.t_end, start).at(t)
+        exact_windup.append(lagrange.Lagrangian(p, ORDERS, LABELS, "polynomial").windup(truth[[0, 2]]))
+        exact_speed.append(truth[3])
+    tolerances = np.array([1e-4, 1e-6, 1e-8, 1e-10])
+    for method in ("dop853", "tsit5", "dopri5"):
+        errors = []
+        for rtol in tolerances:
+            found = engine(
+                rows,
+                scenario=scenario,
+                t_eval=t,
+                signals=["windup", "omega_l"],
+                metrics=["te_pp"],
+                rtol=float(rtol),
+                method=method,
+            ).samples
+            errors.append([relative(found["windup"], exact_windup), relative(found["omega_l"], exact_speed)])
+        errors = np.array(errors)
+        assert np.all(errors < 300 * tolerances[:, None, None]), (method, errors.max(axis=2))
+        for kind in range(2):
+            slope = np.polyfit(np.log(tolerances), np.log(np.median(errors[:, kind], axis=1)), 1)[0]
+            assert 0.75 < slope < 1.25, (method, np.median(errors[:, kind], axis=1))
+
+
+def relative(found, exact):
+    """Largest error of each row over the row's largest value."""
+    exact = np.array(exact)
+    return np.max(np.abs(found - exact), axis=1) / np.max(np.abs(exact), axis=1)

@@ -34,12 +34,14 @@ $(TOOLS): tools/check-tools
 	@touch $@
 
 $(DEPENDENCIES): pyproject.toml tools/requirements.py | $(TOOLS)
-	$(PY) tools/requirements.py dev > $(VENV)/requirements.txt
-	$(PY) -m pip install --quiet --requirement $(VENV)/requirements.txt
+	@echo "Installing Python packages into $(VENV) ..."
+	@$(PY) tools/requirements.py dev > $(VENV)/requirements.txt
+	@$(PY) -m pip install --quiet --requirement $(VENV)/requirements.txt
 	@touch $@
 
 $(EXTENSION): $(RUST_SOURCES) $(DEPENDENCIES)
 	@tools/check-tools $(MAKE_VERSION) > /dev/null
+	@echo "Building the release extension, a few minutes the first time ..."
 	$(BIN)/maturin develop --release --quiet
 	@touch $@
 

@@ -1,60 +1,106 @@
-//! Small dense linear least squares by the normal equations, columns scaled to unit length.
+//! Small dense linear least squares: a Cholesky factor of the normal equations that grows column by column.
 
-/// The coefficients of `columns` (each as long as `data`) that fit `data` best; None where they are not determined.
-pub fn fit(columns: &[Vec<f64>], data: &[f64]) -> Option<Vec<f64>> {
-    let n = columns.len();
-    if data.len() < n {
-        return None;
+/// A column whose part outside the earlier ones is smaller than this (squared, relative) is not determined.
+const DEPENDENT: f64 = 1e-13;
+
+/// Columns and data of one problem.
+pub struct LeastSquares<'a> {
+    data: &'a [f64],
+    columns: Vec<Vec<f64>>,
+    lengths: Vec<f64>,
+    /// Rows of the lower factor; each row ends with its diagonal element.
+    factor: Vec<Vec<f64>>,
+    /// The data in the coordinates of the factor.
+    reduced: Vec<f64>,
+}
+
+impl<'a> LeastSquares<'a> {
+    /// A problem without columns.
+    pub fn new(data: &'a [f64]) -> Self {
+        Self { data, columns: Vec::new(), lengths: Vec::new(), factor: Vec::new(), reduced: Vec::new() }
     }
-    let dot = |left: &[f64], right: &[f64]| left.iter().zip(right).map(|(x, y)| x * y).sum::<f64>();
-    let lengths: Vec<f64> = columns.iter().map(|column| dot(column, column).sqrt()).collect();
-    let mut lower = vec![vec![0.0; n]; n];
-    for row in 0..n {
-        for column in 0..=row {
-            let mut value = dot(&columns[row], &columns[column]) / (lengths[row] * lengths[column]);
-            for k in 0..column {
-                value -= lower[row][k] * lower[column][k];
+
+    /// How many columns there are.
+    pub fn len(&self) -> usize {
+        self.columns.len()
+    }
+
+    /// Forgets all columns but the first ones.
+    pub fn truncate(&mut self, len: usize) {
+        self.columns.truncate(len);
+        self.lengths.truncate(len);
+        self.factor.truncate(len);
+        self.reduced.truncate(len);
+    }
+
+    /// Adds a column; None where the earlier ones already span it.
+    pub fn push(&mut self, column: Vec<f64>) -> Option<()> {
+        let length = dot(&column, &column).sqrt();
+        let mut row = Vec::with_capacity(self.len() + 1);
+        let mut left = 1.0;
+        for (index, (earlier, scale)) in self.columns.iter().zip(&self.lengths).enumerate() {
+            let value = dot(&column, earlier) / (length * scale) - dot(&row, &self.factor[index][..index]);
+            let value = value / self.factor[index][index];
+            left -= value * value;
+            row.push(value);
+        }
+        if left.is_nan() || left < DEPENDENT || self.len() >= self.data.len() {
+            return None;
+        }
+        let diagonal = left.sqrt();
+        self.reduced.push((dot(&column, self.data) / length - dot(&row, &self.reduced)) / diagonal);
+        row.push(diagonal);
+        self.factor.push(row);
+        self.lengths.push(length);
+        self.columns.push(column);
+        Some(())
+    }
+
+    /// The coefficients of the columns.
+    pub fn solve(&self) -> Vec<f64> {
+        let mut solution = self.reduced.clone();
+        for row in (0..self.len()).rev() {
+            for below in row + 1..self.len() {
+                solution[row] -= self.factor[below][row] * solution[below];
             }
-            if row > column {
-                lower[row][column] = value / lower[column][column];
-            } else if value > 1e-13 {
-                lower[row][row] = value.sqrt();
-            } else {
-                return None;
-            }
+            solution[row] /= self.factor[row][row];
+        }
+        solution.iter_mut().zip(&self.lengths).for_each(|(x, length)| *x /= length);
+        solution
+    }
+}
+
+/// Scalar product, summed in four strands.
+fn dot(left: &[f64], right: &[f64]) -> f64 {
+    let (left_chunks, right_chunks) = (left.chunks_exact(4), right.chunks_exact(4));
+    let rest: f64 = left_chunks.remainder().iter().zip(right_chunks.remainder()).map(|(x, y)| x * y).sum();
+    let mut sums = [0.0; 4];
+    for (x, y) in left_chunks.zip(right_chunks) {
+        for strand in 0..4 {
+            sums[strand] += x[strand] * y[strand];
         }
     }
-    let mut solution: Vec<f64> = (0..n).map(|row| dot(&columns[row], data) / lengths[row]).collect();
-    for row in 0..n {
-        for k in 0..row {
-            solution[row] -= lower[row][k] * solution[k];
-        }
-        solution[row] /= lower[row][row];
-    }
-    for row in (0..n).rev() {
-        for k in row + 1..n {
-            solution[row] -= lower[k][row] * solution[k];
-        }
-        solution[row] /= lower[row][row];
-    }
-    solution.iter_mut().zip(&lengths).for_each(|(x, length)| *x /= length);
-    Some(solution)
+    sums[0] + sums[1] + (sums[2] + sums[3]) + rest
 }
 
 #[cfg(test)]
 mod tests {
-    use super::fit;
+    use super::LeastSquares;
 
     #[test]
     fn exact_line() {
-        let x: Vec<f64> = (0..20).map(f64::from).collect();
+        let x: Vec<f64> = (0..21).map(f64::from).collect();
         let y: Vec<f64> = x.iter().map(|x| 3.0 - 0.5 * x).collect();
-        let found = fit(&[vec![1.0; 20], x], &y).expect("two columns");
+        let mut problem = LeastSquares::new(&y);
+        assert!(problem.push(vec![1.0; 21]).is_some() && problem.push(x).is_some());
+        let found = problem.solve();
         assert!((found[0] - 3.0).abs() < 1e-12 && (found[1] + 0.5).abs() < 1e-13);
     }
 
     #[test]
-    fn exact_refusal_of_equal_columns() {
-        assert!(fit(&[vec![1.0; 5], vec![2.0; 5]], &[1.0; 5]).is_none());
+    fn exact_refusal_of_dependent_columns() {
+        let mut problem = LeastSquares::new(&[1.0; 5]);
+        assert!(problem.push(vec![1.0; 5]).is_some());
+        assert!(problem.push(vec![2.0; 5]).is_none());
     }
 }

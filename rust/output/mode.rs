@@ -1,6 +1,6 @@
 //! The torsional mode after an event: a damped sinusoid fitted to the windup rate.
 
-use super::least_squares::fit;
+use super::least_squares::LeastSquares;
 use crate::model::{Layout, Row, spring};
 use crate::solve::{Retrace, Seat};
 
@@ -43,8 +43,9 @@ pub fn mode<const N: usize>(layout: &Layout, seat: &Seat<N>, retrace: &mut dyn R
     let mut times = Vec::with_capacity(SAMPLES);
     let mut data = Vec::with_capacity(SAMPLES);
     let mut angles = Vec::with_capacity(SAMPLES);
+    let interval = (to - from) / SAMPLES as f64;
     for (&t, state) in seat.assignment.grids[1].iter().zip(&seat.samples[1]) {
-        if t > from && t <= to {
+        if t > from && t <= to && is_own(t - from, interval) {
             times.push(t - from);
             angles.push(state[0]);
             data.push(retrace.rates(seat, t, state).windup_rate);
@@ -53,25 +54,19 @@ pub fn mode<const N: usize>(layout: &Layout, seat: &Seat<N>, retrace: &mut dyn R
     if times.len() < SAMPLES / 2 {
         return MISSING;
     }
-    let mut background = vec![vec![1.0; times.len()], times.clone()];
+    let mut problem = LeastSquares::new(&data);
     let travel = angles[angles.len() - 1] - angles[0];
+    problem.push(vec![1.0; times.len()]);
+    problem.push(times.clone());
     for order in row.strongest_orders.iter().filter(|order| (*order * travel).abs() > 1.0) {
-        background.push(angles.iter().map(|angle| (order * angle).cos()).collect());
-        background.push(angles.iter().map(|angle| (order * angle).sin()).collect());
+        problem.push(angles.iter().map(|angle| (order * angle).cos()).collect());
+        problem.push(angles.iter().map(|angle| (order * angle).sin()).collect());
     }
+    let background = problem.len();
     let (mut omega, mut decay) = linear_mode(layout, row);
     for _ in 0..ITERATIONS {
-        let waves: Vec<(f64, f64)> =
-            times.iter().map(|t| ((-decay * t).exp(), omega * t)).map(|(e, p)| (e * p.cos(), e * p.sin())).collect();
-        let mut columns: Vec<Vec<f64>> = vec![
-            waves.iter().map(|w| w.0).collect(),
-            waves.iter().map(|w| w.1).collect(),
-            waves.iter().zip(&times).map(|(w, t)| t * w.0).collect(),
-            waves.iter().zip(&times).map(|(w, t)| t * w.1).collect(),
-        ];
-        columns.extend(background.iter().cloned());
-        let Some(found) = fit(&columns, &data) else { return MISSING };
-        let [a, b, c, d] = [found[0], found[1], found[2], found[3]];
+        problem.truncate(background);
+        let Some([a, b, c, d]) = wave_coefficients(&mut problem, &times, omega, decay) else { return MISSING };
         let square = a * a + b * b;
         let (omega_change, decay_change) = ((c * b - d * a) / square, -(c * a + d * b) / square);
         let limit = 0.2 * omega;
@@ -85,4 +80,30 @@ pub fn mode<const N: usize>(layout: &Layout, seat: &Seat<N>, retrace: &mut dyn R
         }
     }
     MISSING
+}
+
+/// Whether a time belongs to the fit's own uniform samples, and not to another metric's.
+fn is_own(elapsed: f64, interval: f64) -> bool {
+    let place = elapsed / interval;
+    (place - place.round()).abs() < 1e-6
+}
+
+/// Coefficients of e^(-decay t) (cos, sin, t cos, t sin): the last two tell how omega and decay are off.
+fn wave_coefficients(problem: &mut LeastSquares, times: &[f64], omega: f64, decay: f64) -> Option<[f64; 4]> {
+    let mut columns: [Vec<f64>; 4] = std::array::from_fn(|_| Vec::with_capacity(times.len()));
+    let interval = times[0];
+    let turn = ((omega * interval).cos(), (omega * interval).sin());
+    let fade = (-decay * interval).exp();
+    let (mut c, mut s) = (1.0, 0.0);
+    for t in times {
+        (c, s) = (fade * (c * turn.0 - s * turn.1), fade * (c * turn.1 + s * turn.0));
+        for (column, value) in columns.iter_mut().zip([c, s, t * c, t * s]) {
+            column.push(value);
+        }
+    }
+    let first = problem.len();
+    for column in columns {
+        problem.push(column)?;
+    }
+    problem.solve()[first..].try_into().ok()
 }

@@ -1,10 +1,9 @@
 //! Amplitudes at orders of the motor revolution: least squares against the angle, not against time.
 
 use super::Signal;
-use super::least_squares::fit;
+use super::least_squares::LeastSquares;
 use super::steady::Steady;
 use crate::solve::{Retrace, Seat};
-use std::f64::consts::TAU;
 
 /// Amplitude of each wanted order in a signal over the whole revolutions of the steady run.
 ///
@@ -21,7 +20,6 @@ pub fn amplitudes<const N: usize>(
     if steady.revolutions == 0 {
         return missing;
     }
-    let travel = TAU * f64::from(steady.revolutions);
     let lowest = 1.0 / f64::from(steady.revolutions);
     let mut orders = wanted.to_vec();
     orders.extend(known.iter().filter(|order| !wanted.contains(order) && **order >= lowest));
@@ -35,14 +33,43 @@ pub fn amplitudes<const N: usize>(
             data.push(signal.value(seat, retrace, t, state));
         }
     }
-    if angles.len() < 2 * orders.len() + 2 || travel == 0.0 {
+    if angles.len() < 2 * orders.len() + 2 {
         return missing;
     }
-    let mut columns = vec![vec![1.0; angles.len()]];
-    for &order in &orders {
-        columns.push(angles.iter().map(|angle| (order * angle).cos()).collect());
-        columns.push(angles.iter().map(|angle| (order * angle).sin()).collect());
+    let mut problem = LeastSquares::new(&data);
+    let mut determined = problem.push(vec![1.0; angles.len()]);
+    for (cosine, sine) in waves(&orders, &angles) {
+        determined = determined.and_then(|()| problem.push(cosine)).and_then(|()| problem.push(sine));
     }
-    fit(&columns, &data)
-        .map_or(missing, |found| (0..wanted.len()).map(|k| found[2 * k + 1].hypot(found[2 * k + 2])).collect())
+    determined.map_or(missing, |()| {
+        let found = problem.solve();
+        (0..wanted.len()).map(|k| found[2 * k + 1].hypot(found[2 * k + 2])).collect()
+    })
+}
+
+/// Cosine and sine of every order at every angle; integer orders by repeated rotation.
+fn waves(orders: &[f64], angles: &[f64]) -> Vec<(Vec<f64>, Vec<f64>)> {
+    let empty = (Vec::with_capacity(angles.len()), Vec::with_capacity(angles.len()));
+    let mut waves = vec![empty; orders.len()];
+    let whole = |order: f64| order.fract() == 0.0;
+    let highest = orders.iter().copied().filter(|order| whole(*order)).fold(0.0, f64::max) as usize;
+    let mut turns = vec![(1.0, 0.0); highest + 1];
+    for &angle in angles {
+        let (sine, cosine) = angle.sin_cos();
+        for n in 1..=highest {
+            let (c, s) = turns[n - 1];
+            turns[n] = (c * cosine - s * sine, c * sine + s * cosine);
+        }
+        for (&order, (cosines, sines)) in orders.iter().zip(&mut waves) {
+            let (c, s) = if whole(order) {
+                turns[order as usize]
+            } else {
+                let (s, c) = (order * angle).sin_cos();
+                (c, s)
+            };
+            cosines.push(c);
+            sines.push(s);
+        }
+    }
+    waves
 }

@@ -11,6 +11,8 @@ const SAMPLES_PER_PERIOD: f64 = 5.0;
 const MOST_SAMPLES: f64 = 20_000.0;
 /// The steady run is found afterwards and may begin a little before the expected time.
 const EARLIER: f64 = 1.05;
+/// Times closer than this share of the whole are one.
+const SAME: f64 = 1e-12;
 
 /// The times the metrics need, ascending.
 pub fn probe_grid(metrics: &[Metric], layout: &Layout, row: &Row, program: &Program) -> Arc<[f64]> {
@@ -36,6 +38,7 @@ pub fn probe_grid(metrics: &[Metric], layout: &Layout, row: &Row, program: &Prog
     }
     times.retain(|t| (0.0..=program.end).contains(t));
     times.sort_by(f64::total_cmp);
+    times.dedup_by(|next, kept| *next - *kept < SAME * program.end);
     times.into()
 }
 

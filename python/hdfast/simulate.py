@@ -54,9 +54,9 @@ class Trajectory:
 
     def plot(self) -> Any:
         """Speeds, windup and transmission error over time as a `matplotlib.figure.Figure`."""
-        import importlib
+        from hdfast.report import plots
 
-        return importlib.import_module("hdfast.report.plots").trajectory(self)
+        return plots.trajectory(self)
 
 
 def simulate(

@@ -9,9 +9,11 @@ use super::steady::{Steady, steady};
 use super::{Signal, energy};
 use crate::model::Layout;
 use crate::solve::{Integral, Mark, Retrace, Seat, Watched};
+use std::f64::consts::TAU;
 
 const RISE_LEVELS: (f64, f64) = (0.05, 0.95);
 const HALF: f64 = 0.5;
+const POINTS_PER_PERIOD: f64 = 16.0;
 
 /// A finished row on its way to numbers.
 pub struct Reduction<'a, const N: usize> {
@@ -181,11 +183,16 @@ impl<'a, const N: usize> Reduction<'a, N> {
         (self.seat.integral(Mark::RingStart, Mark::RingEnd, square) / width).sqrt()
     }
 
+    /// From points over a revolution, the steepest of them refined by one parabola.
     fn upsilon_min(&self) -> f64 {
-        let points = 64.0 * self.layout.orders.iter().copied().fold(1.0, f64::max);
-        let steepest = (0..points as usize)
-            .map(|k| self.retrace.kinematic_error(std::f64::consts::TAU * k as f64 / points).1)
-            .fold(f64::NEG_INFINITY, f64::max);
-        self.seat.assignment.row.constants.inverse_ratio - steepest
+        let points = POINTS_PER_PERIOD * self.layout.orders.iter().copied().fold(1.0, f64::max);
+        let spacing = TAU / points.ceil();
+        let slope = |angle: f64| self.retrace.kinematic_error(angle).1;
+        let all = (0..points.ceil() as usize).map(|k| (k as f64 * spacing, slope(k as f64 * spacing)));
+        let (angle, steepest) = all.max_by(|left, right| left.1.total_cmp(&right.1)).unwrap_or((0.0, 0.0));
+        let (before, after) = (slope(angle - spacing), slope(angle + spacing));
+        let bend = before - 2.0 * steepest + after;
+        let refined = if bend < 0.0 { slope(angle + 0.5 * spacing * (before - after) / bend) } else { steepest };
+        self.seat.assignment.row.constants.inverse_ratio - refined.max(steepest)
     }
 }

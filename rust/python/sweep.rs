@@ -8,7 +8,7 @@ use crate::output::{Metric, Signal};
 use crate::solve::{Demand, Integrands, WatchList};
 use numpy::ndarray::{ArrayView1, ArrayView2};
 use numpy::{IntoPyArray, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2};
-use pyo3::exceptions::PyValueError;
+use pyo3::exceptions::{PyKeyboardInterrupt, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use std::sync::Arc;
@@ -32,7 +32,8 @@ impl Progress for Attendant {
             } else if let Some(callback) = &self.callback
                 && let Err(error) = callback.call1(py, (done, rows))
             {
-                self.failure = Some(error);
+                self.interrupted = error.is_instance_of::<PyKeyboardInterrupt>(py);
+                self.failure = (!self.interrupted).then_some(error);
             }
         });
         !self.interrupted && self.failure.is_none()

@@ -3,7 +3,7 @@
 use super::Method;
 use super::controller::{Controller, fit_to_stop, stuck};
 use super::integrals::{INTEGRALS, Integrands};
-use super::record::Record;
+use super::record::{DENSE_TERMS, Dense, Record};
 use super::replay::{Replay, Retrace};
 use super::seat::{Assignment, Memory, Seat};
 use super::status::Status;
@@ -212,11 +212,14 @@ impl<'a, P: Path, M: Model<N>, T: Method, const N: usize> Advance<'a, P, M, T, N
         for lane in lanes_of(due) {
             let Some(seat) = &mut self.seats[lane] else { continue };
             let (t, step, end) = (self.stepper.t.get(lane), step.get(lane), trial.t.get(lane));
-            let own: [[f64; 8]; N] =
-                std::array::from_fn(|index| std::array::from_fn(|power| coefficients[index][power].get(lane)));
+            let mut own = Dense { t, step, coefficients: [[0.0; DENSE_TERMS]; N] };
+            for index in 0..N {
+                for power in 0..DENSE_TERMS {
+                    own.coefficients[index][power] = coefficients[index][power].get(lane);
+                }
+            }
             while let Some(time) = seat.take_sample_time(end) {
-                let share = (time - t) / step;
-                seat.push_sample(own.map(|c| c.iter().rev().fold(0.0, |sum: f64, &x| sum.mul_add(share, x))));
+                seat.push_sample(own.at((time - t) / step));
             }
             self.sample.set(lane, seat.next_sample());
         }

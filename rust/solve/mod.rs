@@ -2,6 +2,8 @@
 
 mod advance;
 mod controller;
+#[cfg(test)]
+mod convergence;
 mod integrals;
 mod record;
 mod replay;

@@ -6,8 +6,12 @@ from pathlib import Path
 import hdfast
 import numpy as np
 import pytest
-from hdfast import config, montecarlo
-from hdfast.tolerances import Tolerance, read_tolerance
+from hdfast import config
+from hdfast.tolerance.distributions import Tolerance
+from hdfast.tolerance.intervals import clopper_pearson
+from hdfast.tolerance.limits import judge
+from hdfast.tolerance.reading import read_tolerance
+from hdfast.tolerance.simulation import simulate_rows
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import stats
@@ -171,11 +175,11 @@ def test_exact_bounded_lognormal_stays_inside():
 def test_exact_streams_depend_on_seed_and_name_only():
     text = "[tolerance.J_l]\ndistribution = 'normal'\nsigma = 0.01\n"
     more = "[tolerance.B_l]\ndistribution = 'normal'\nsigma = 0.01\n" + text
-    first, second = montecarlo.draw(config.parse(text), 50, 3), montecarlo.draw(config.parse(more), 50, 3)
+    first, second = config.parse(text).plan(3).draw(0, 50), config.parse(more).plan(3).draw(0, 50)
     assert np.array_equal(first["J_l"], second["J_l"])
     assert not np.array_equal(second["J_l"] - 0.5, second["B_l"] - 0.5)
-    assert not np.array_equal(first["J_l"], montecarlo.draw(config.parse(text), 50, 4)["J_l"])
-    assert np.array_equal(first["J_l"][:20], montecarlo.draw(config.parse(text), 20, 3)["J_l"])
+    assert not np.array_equal(first["J_l"], config.parse(text).plan(4).draw(0, 50)["J_l"])
+    assert np.array_equal(first["J_l"][:20], config.parse(text).plan(3).draw(0, 20)["J_l"])
 
 
 def test_exact_sigma_of_a_negative_nominal_is_positive():
@@ -188,20 +192,20 @@ def test_exact_verdict_counts_failed_rows_as_not_met():
     parsed = config.parse("[spec.te_pp]\nupper = 1\nmin_yield = 0.6\n[scenario]\nt_end = 0.4\n[run]\nrows = 4\n")
     rows = {"J_l": [0.5, 0.5, -1.0, 0.5]}
     result = hdfast.sweep(rows, scenario=parsed.scenario, metrics=["te_pp"], threads=1)
-    [verdict] = montecarlo.judge(parsed, result)
+    [verdict] = judge(parsed.specs, result)
     assert (verdict.within, verdict.rows, verdict.yield_, verdict.met) == (3, 4, 0.75, True)
     assert verdict.interval[0] < 0.75 < verdict.interval[1]
 
 
 def test_against_scipy_confidence_interval():
     expected = stats.binomtest(37, 40).proportion_ci(0.95, method="exact")
-    assert montecarlo._interval(37, 40) == pytest.approx((expected.low, expected.high))
-    assert montecarlo._interval(40, 40)[1] == 1
+    assert clopper_pearson(37, 40) == pytest.approx((expected.low, expected.high))
+    assert clopper_pearson(40, 40)[1] == 1
 
 
 def test_exact_tolerances_without_variation_give_equal_rows():
     parsed = config.parse("[scenario]\nt_end = 0.4\n[run]\nrows = 3\n")
-    result = montecarlo.simulate_rows(parsed, threads=1)
+    result = simulate_rows(parsed, threads=1)
     assert len(set(result["te_pp"].tolist())) == 1
     assert len(result) == 3
 

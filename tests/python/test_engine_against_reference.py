@@ -7,6 +7,7 @@ import math
 import hdfast
 import numpy as np
 import pytest
+from conftest import Engine, Reference
 from drives import LABELS, ORDERS, RPM, parameters
 from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
@@ -39,13 +40,12 @@ STEADFAST = {  # metrics whose conditioning does not depend on the row, with the
     **{f"te_{kind}{phase}": 2e-5 for kind in ("mean", "peak", "pp", "rms") for phase in ("", "_start", "_stop")},
     "speed_ripple": 0.01,
     "speed_ripple_rms": 0.01,
-    "steady_speed": 1.0,
     **{
         f"{name}{phase}": 0.1
         for name in ("energy_in", "loss_motor", "loss_wave_generator", "loss_load", "loss_mesh")
         for phase in ("", "_start", "_run", "_stop")
     },
-    "upsilon_min": 1e-3,
+    "upsilon_min": 0.01,
 }
 SPRINGS = [  # fits of the catalogue curve
     (3.102e4, 1.3445e10, -3.211e15, 1.465e-3),
@@ -95,16 +95,17 @@ def scenarios(draw):
         "t_off": t_on + draw(between(0.2, 0.9)) * (t_end - t_on) if stop else None,
         "speed_rpm": draw(between(-600.0, 600.0)),
         "load": draw(st.one_of(between(-100.0, 100.0), st.just(([0.0, 0.1, 0.2], [0.0, 40.0, -20.0])))),
-        "K_p": draw(between(0.0, 0.3)),
+        "K_p": draw(st.one_of(st.just(0.0), between(0.005, 0.3))),
         "K_i": draw(between(0.0, 5.0)),
         "tau_max": draw(st.sampled_from([0.1, 2.0, math.inf])),
         "initial": draw(st.sampled_from(["relaxed", "zero_angle"])),
         "theta_m0": draw(between(-1000.0, 1000.0)),
     }
+    t_off = options["t_off"] or t_end
     if options["start"] == "speed_ramp":
-        options["t_ramp"] = draw(between(0.01, 0.3))
+        options["t_ramp"] = draw(between(0.05, 0.9)) * (t_off - t_on)
     if stop == "brake":
-        options["t_brake"] = draw(between(0.005, 0.1))
+        options["t_brake"] = draw(between(0.05, 0.9)) * (t_end - t_off)
     return hdfast.Scenario.start_stop(**options)
 
 
@@ -126,29 +127,34 @@ def calls(draw):
     return row, options
 
 
-def compare(found, expected, size, rtol, message):
-    """Differences below a multiple of rtol, measured against the size of the signal."""
-    found, expected = np.asarray(found, dtype=float), np.asarray(expected, dtype=float)
-    np.testing.assert_array_equal(np.isnan(found), np.isnan(expected), err_msg=message)
-    known = ~np.isnan(expected)
-    scale = size + np.max(np.abs(expected[known]), initial=0.0)
-    worst = np.max(np.abs(found - expected)[known], initial=0.0) / scale
-    assert worst <= 500 * rtol + 1e-11, f"{message}: {worst:.2e} for rtol {rtol:g}"
+def compare(found, expected, truth, size, rtol, message):
+    """The engine errs no more than the reference does, give or take a multiple of rtol of the size of the signal."""
+    found, expected, truth = (np.asarray(values, dtype=float) for values in (found, expected, truth))
+    np.testing.assert_array_equal(np.isnan(found), np.isnan(truth), err_msg=message)
+    known = ~np.isnan(truth)
+    scale = size + np.max(np.abs(truth[known]), initial=0.0)
+    allowed = 20 * np.max(np.abs(expected - truth)[known], initial=0.0) + (300 * rtol + 1e-9) * scale
+    worst = np.max(np.abs(found - truth)[known], initial=0.0)
+    assert worst <= allowed, f"{message}: off by {worst / scale:.2e} of its size, allowed {allowed / scale:.2e}"
 
 
-def check(engine, reference, row, options):
-    metrics = list(STEADFAST)
-    call = {**options, "signals": list(SIGNALS), "metrics": metrics}
-    found, expected = engine({k: [v] for k, v in row.items()}, **call), reference({k: [v] for k, v in row.items()}, **call)
-    assert bool(found.finished[0]) == bool(expected.finished[0]), (found.result.message(0), expected.result.status)
+def check(row, options):
+    """One row through the engine, the reference with the same method and tolerance, and the reference at 1e-10."""
+    columns = {name: np.array([value]) for name, value in row.items()}
+    call = {**options, "signals": list(SIGNALS), "metrics": list(STEADFAST)}
+    found, expected = Engine()(columns, **call), Reference()(columns, **call)
+    truth = Reference()(columns, **{**call, "method": "dop853", "rtol": 1e-10})
+    assert found.finished[0], found.result.message(0)
+    assert truth.finished[0], truth.result.status
     rtol = options["rtol"]
     for name, size in SIGNALS.items():
-        compare(found.samples[name], expected.samples[name], size, rtol, name)
+        compare(found.samples[name], expected.samples[name], truth.samples[name], size, rtol, name)
     sizes = [1.0, 1.0, 0.01, 0.01, 0.1] if options["model"].base == "two_inertia" else [1.0, 1.0, 0.1]
-    for column, size in enumerate(sizes):
-        compare(found.final_state[:, column], expected.final_state[:, column], size, rtol, f"final state {column}")
+    for k, size in enumerate(sizes):
+        states = (run.final_state[:, k] for run in (found, expected, truth))
+        compare(*states, size, rtol, f"final state {k}")
     for name, size in STEADFAST.items():
-        compare(found.metrics[name], expected.metrics[name], size, 2 * rtol, name)
+        compare(*(run.metrics[name] for run in (found, expected, truth)), size, rtol, name)
 
 
 QUIET = {
@@ -159,21 +165,17 @@ QUIET = {
 }
 
 
-@settings(max_examples=60, derandomize=True, **QUIET)
+@settings(max_examples=40, derandomize=True, **QUIET)
 @given(call=calls())
 def test_against_reference_anywhere(call):
-    from conftest import Engine, Reference
-
-    check(Engine(), Reference(), *call)
+    check(*call)
 
 
 @pytest.mark.long
 @settings(max_examples=1500, **QUIET)
 @given(call=calls())
 def test_against_reference_anywhere_long(call):
-    from conftest import Engine, Reference
-
-    check(Engine(), Reference(), *call)
+    check(*call)
 
 
 ORDINARY = [

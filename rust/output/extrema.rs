@@ -6,7 +6,8 @@ use crate::solve::{Candidate, Mark, Retrace, Seat, Watched};
 const LOOKS: usize = 6;
 const REFINEMENTS: usize = 5;
 
-/// The largest value of `sign` times a signal between two marks; NaN where the row did not get that far.
+/// The largest value of `sign` times a signal between two marks; NaN where no time lies between them or the row
+/// did not get that far.
 pub fn largest<const N: usize>(
     seat: &Seat<N>,
     retrace: &mut dyn Retrace<N>,
@@ -16,6 +17,9 @@ pub fn largest<const N: usize>(
 ) -> f64 {
     let intervals = seat.between(window.0, window.1);
     let Some(ranges) = seat.ranges.get(intervals.clone()) else { return f64::NAN };
+    if seat.time_of(window.0) >= seat.time_of(window.1) {
+        return f64::NAN;
+    }
     let ends = ranges.iter().map(|range| range[signal as usize]);
     let mut best = ends.map(|range| if sign > 0.0 { range.high } else { -range.low }).fold(f64::NEG_INFINITY, f64::max);
     let mut candidates: Vec<&Candidate<N>> = seat

@@ -13,7 +13,7 @@ use std::f64::consts::TAU;
 
 const RISE_LEVELS: (f64, f64) = (0.05, 0.95);
 const HALF: f64 = 0.5;
-const POINTS_PER_PERIOD: f64 = 16.0;
+const POINTS_PER_PERIOD: f64 = 32.0;
 
 /// A finished row on its way to numbers.
 pub struct Reduction<'a, const N: usize> {
@@ -105,7 +105,8 @@ impl<'a, const N: usize> Reduction<'a, N> {
 
     fn deviation(&self, value: Integral, square: Integral, phase: Phase) -> f64 {
         let mean = self.mean(value, phase);
-        (self.mean(square, phase) - mean * mean).max(0.0).sqrt()
+        let variance = self.mean(square, phase) - mean * mean;
+        if variance < 0.0 { 0.0 } else { variance.sqrt() }
     }
 
     fn largest(&mut self, signal: Watched, sign: f64, window: (Mark, Mark)) -> f64 {
@@ -192,7 +193,8 @@ impl<'a, const N: usize> Reduction<'a, N> {
         let (angle, steepest) = all.max_by(|left, right| left.1.total_cmp(&right.1)).unwrap_or((0.0, 0.0));
         let (before, after) = (slope(angle - spacing), slope(angle + spacing));
         let bend = before - 2.0 * steepest + after;
-        let refined = if bend < 0.0 { slope(angle + 0.5 * spacing * (before - after) / bend) } else { steepest };
+        let vertex = (angle + 0.5 * spacing * (before - after) / bend).clamp(0.0, TAU);
+        let refined = if bend < 0.0 { slope(vertex).max(slope(TAU)) } else { steepest.max(slope(TAU)) };
         self.seat.assignment.row.constants.inverse_ratio - refined.max(steepest)
     }
 }

@@ -3,7 +3,7 @@
 use super::Job;
 use super::job::MethodName;
 use super::worker::{Shared, work};
-use crate::model::{Base, OneInertia, TwoInertia};
+use crate::model::{Base, Extended, OneInertia, TwoInertia};
 #[cfg(target_arch = "x86_64")]
 use crate::real::{F64x4, F64x8};
 use crate::real::{Pack, Path, Real, Task};
@@ -156,6 +156,7 @@ macro_rules! by_method {
 macro_rules! by_model {
     ($job:ident, $path:ty, $scalar:ty) => {
         match $job.layout.base {
+            Base::TwoInertia if !$job.layout.terms.on.is_empty() => by_method!($job, $path, $scalar, Extended, 13),
             Base::TwoInertia => by_method!($job, $path, $scalar, TwoInertia, 5),
             Base::OneInertia => by_method!($job, $path, $scalar, OneInertia, 3),
         }

@@ -102,6 +102,8 @@ pub struct Row {
     pub theta_m0: f64,
     /// Motor torque that sustains the set speed [N m].
     pub sustaining_torque: f64,
+    /// Parameters of the terms.
+    pub terms: Vec<f64>,
     /// Orders of the kinematic error that force the mode most (largest n^2 A_n), NaN where there are fewer.
     pub strongest_orders: [f64; STRONGEST],
 }
@@ -196,6 +198,7 @@ impl Row {
                 &coefficients[..orders],
                 &coefficients[orders..2 * orders],
             ),
+            terms: term_values(layout, values)?,
             sustaining_torque: (b_m + b_ml * slip * slip + b_l / (ratio * ratio)) * omega_set + tau_load / ratio,
         })
     }
@@ -212,6 +215,19 @@ impl Row {
             Base::OneInertia => (c.k_p + c.d_mm) / c.j_m + (c.k_i / c.j_m).sqrt(),
         }
     }
+}
+
+/// The terms' parameters, each inside its allowed range.
+fn term_values(layout: &Layout, values: &[f64]) -> Result<Vec<f64>, BadParameter> {
+    let first = layout.term_parameters();
+    let own = &values[first..first + layout.terms.parameter_count];
+    let parameters = layout.terms.terms().flat_map(|term| term.parameters);
+    for (offset, (parameter, value)) in parameters.zip(own).enumerate() {
+        if *value < parameter.allowed.0 || *value > parameter.allowed.1 {
+            return Err(BadParameter { index: first + offset });
+        }
+    }
+    Ok(own.to_vec())
 }
 
 fn set_spring(layout: &Layout, values: &[f64], c: &mut Constants<f64>) -> Result<(), BadParameter> {

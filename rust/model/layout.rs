@@ -1,5 +1,6 @@
 //! The parameters of a model: the one table from which every other room reads names, units and ranges.
 
+use super::terms::Choice;
 use super::{Base, Spring};
 
 /// Who sets a parameter.
@@ -166,6 +167,8 @@ pub struct Layout {
     pub spring: Spring,
     /// Orders of the kinematic error per motor revolution.
     pub orders: Vec<f64>,
+    /// Terms beyond the nominal model.
+    pub terms: Choice,
 }
 
 impl Layout {
@@ -187,14 +190,19 @@ impl Layout {
         self.te_cos() + self.orders.len()
     }
 
+    /// Position of the first parameter of the terms.
+    pub fn term_parameters(&self) -> usize {
+        self.te_sin() + self.orders.len()
+    }
+
     /// Position of a scenario column.
     pub fn scenario(&self, column: ScenarioColumn) -> usize {
-        self.te_sin() + self.orders.len() + column as usize
+        self.term_parameters() + self.terms.parameter_count + column as usize
     }
 
     /// How many parameters there are, the scenario's included.
     pub fn len(&self) -> usize {
-        self.te_sin() + self.orders.len() + SCENARIO.len()
+        self.term_parameters() + self.terms.parameter_count + SCENARIO.len()
     }
 
     /// Never: every model has parameters.
@@ -246,6 +254,19 @@ impl Layout {
                 high: 1.5e-4,
                 meaning: format!("kinematic error, {wave}ine coefficient of order {label}"),
                 source: CHOICE,
+                group: Group::Drive,
+            }));
+        }
+        for term in self.terms.terms() {
+            table.extend(term.parameters.iter().map(|parameter| Parameter {
+                name: Choice::column(term, parameter.name),
+                symbol: parameter.symbol.into(),
+                unit: parameter.unit,
+                default: parameter.default,
+                low: parameter.plausible.0,
+                high: parameter.plausible.1,
+                meaning: format!("{}: {}", term.id, parameter.meaning),
+                source: term.source,
                 group: Group::Drive,
             }));
         }

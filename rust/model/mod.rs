@@ -1,15 +1,18 @@
 //! What is simulated: parameters, inputs, equations of motion.
 
 mod constants;
+mod extended;
 mod harmonics;
 mod input;
 mod layout;
 mod one_inertia;
 mod program;
 pub mod spring;
+pub mod terms;
 mod two_inertia;
 
 pub use constants::{Constants, Row};
+pub use extended::Extended;
 pub use harmonics::{Harmonics, MAX_POLYNOMIAL_ORDER};
 pub use input::Input;
 pub use layout::{BadParameter, Group, Layout, Parameter, ScenarioColumn};
@@ -39,6 +42,19 @@ pub struct Drivetrain<'a, R: Real> {
     pub input: &'a Input<R>,
     /// Which spring law the constants describe.
     pub spring: SpringLaw,
+    /// Physics beyond the nominal model.
+    pub terms: &'a terms::Terms<R>,
+    /// Directions in which motor and load slide: +1, -1, or 0 where dry friction holds them.
+    pub directions: &'a [R; 2],
+}
+
+/// What dry friction has to hold on a shaft.
+#[derive(Clone, Copy)]
+pub struct Shaft<R> {
+    /// Torque that would move the shaft if it were free of dry friction [N m].
+    pub net: R,
+    /// Torque that dry friction can hold [N m]; 0 without dry friction.
+    pub breakaway: R,
 }
 
 /// The right-hand side and the quantities it passes through.
@@ -64,22 +80,36 @@ pub struct Rates<R, const N: usize> {
     pub motor_torque: R,
     /// External load torque [N m].
     pub load_torque: R,
+    /// Motor and load shaft.
+    pub shafts: [Shaft<R>; 2],
 }
 
-/// Equations of motion with `N` states; state 0 is theta_m, state 1 omega_m, the last one the
-/// integrator of the speed controller.
+/// Equations of motion with `N` states; state 0 is theta_m, state 1 omega_m.
 pub trait Model<const N: usize> {
     /// Which base model this is.
     const BASE: Base;
     /// The natural size of each state, below which relative accuracy is not asked for.
     const SCALES: [f64; N];
 
-    /// Which of theta_m, omega_m, te, omega_l, z are states of their own.
-    const STATES: [usize; N];
+    /// Where the integrator of the speed controller stands.
+    const INTEGRATOR: usize;
+    /// Whether dry friction may hold a shaft.
+    const STICKS: bool = false;
+
+    /// The state made of theta_m, omega_m, te, omega_l, z.
+    fn compose(full: [f64; 5]) -> [f64; N];
 
     /// The size of each state, against which its error is measured.
     fn sizes<R: Real>(state: &[R; N], windup: R) -> [R; N];
 
     /// The right-hand side at time `t`.
     fn rates<R: Real>(drive: &Drivetrain<R>, t: R, state: &[R; N]) -> Rates<R, N>;
+}
+
+impl<R: Real> Shaft<R> {
+    /// A shaft without dry friction.
+    #[inline(always)]
+    fn free() -> Self {
+        Self { net: R::zero(), breakaway: R::zero() }
+    }
 }

@@ -4,7 +4,7 @@
 //! States: theta_m, omega_m, z.
 
 use super::two_inertia::controlled;
-use super::{Base, Drivetrain, Model, Rates};
+use super::{Base, Drivetrain, Model, Rates, Shaft};
 use crate::real::Real;
 
 /// One inertia with kinematic error.
@@ -14,7 +14,11 @@ impl Model<3> for OneInertia {
     const BASE: Base = Base::OneInertia;
     const SCALES: [f64; 3] = [0.1, 0.1, 1e-2];
 
-    const STATES: [usize; 3] = [0, 1, 4];
+    const INTEGRATOR: usize = 2;
+
+    fn compose(full: [f64; 5]) -> [f64; 3] {
+        [full[0], full[1], full[4]]
+    }
 
     #[inline(always)]
     fn sizes<R: Real>(state: &[R; 3], _windup: R) -> [R; 3] {
@@ -57,6 +61,7 @@ impl Model<3> for OneInertia {
             gear_torque,
             motor_torque,
             load_torque: inputs.load,
+            shafts: [Shaft::free(), Shaft::free()],
         }
     }
 }

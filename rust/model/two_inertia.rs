@@ -3,7 +3,7 @@
 //! States: theta_m, omega_m, te = theta_m/i - theta_l, omega_l, z. The load angle is integrated
 //! relative to the motor's, so that windup (1e-6 rad) never is a difference of two large angles.
 
-use super::{Base, Drivetrain, Model, Rates, spring};
+use super::{Base, Drivetrain, Model, Rates, Shaft, spring};
 use crate::real::Real;
 
 /// The default model.
@@ -13,7 +13,11 @@ impl Model<5> for TwoInertia {
     const BASE: Base = Base::TwoInertia;
     const SCALES: [f64; 5] = [0.1, 0.1, 1e-5, 1e-3, 1e-2];
 
-    const STATES: [usize; 5] = [0, 1, 2, 3, 4];
+    const INTEGRATOR: usize = 4;
+
+    fn compose(full: [f64; 5]) -> [f64; 5] {
+        full
+    }
 
     #[inline(always)]
     fn sizes<R: Real>(state: &[R; 5], windup: R) -> [R; 5] {
@@ -51,6 +55,7 @@ impl Model<5> for TwoInertia {
             gear_torque,
             motor_torque,
             load_torque: inputs.load,
+            shafts: [Shaft::free(), Shaft::free()],
         }
     }
 }

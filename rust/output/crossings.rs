@@ -1,7 +1,7 @@
 //! Times at which a speed passes a level, located inside the steps.
 
 use super::Signal;
-use crate::solve::{Record, Retrace, Seat};
+use crate::solve::{Record, Retrace, Seat, root};
 
 /// Which crossing of a window is wanted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -49,30 +49,4 @@ pub fn crossing<const N: usize>(
         };
         dense.t + dense.step * root(excess, value(start) - level, value(end) - level)
     })
-}
-
-/// The root of a function on [0, 1] whose ends have opposite signs: false position with the Illinois rule.
-pub fn root(mut function: impl FnMut(f64) -> f64, at_zero: f64, at_one: f64) -> f64 {
-    let (mut a, mut fa) = (0.0, at_zero);
-    let (mut b, mut fb) = (1.0, at_one);
-    if fb == 0.0 {
-        return 1.0;
-    }
-    for _ in 0..60 {
-        let x = (a * fb - b * fa) / (fb - fa);
-        let fx = function(x);
-        if fx == 0.0 || (b - x).abs() < 1e-15 {
-            return x;
-        }
-        if (fx > 0.0) == (fb > 0.0) {
-            fa *= 0.5;
-        } else {
-            (a, fa) = (b, fb);
-        }
-        (b, fb) = (x, fx);
-        if (b - a).abs() < 1e-14 {
-            break;
-        }
-    }
-    b
 }

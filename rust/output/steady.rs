@@ -1,7 +1,6 @@
 //! The steady run: the last whole number of motor revolutions before the stop that last half a second.
 
-use super::crossings::root;
-use crate::solve::{Mark, Retrace, Seat};
+use crate::solve::{Mark, Retrace, Seat, root};
 use std::f64::consts::TAU;
 
 const SHORTEST: f64 = 0.5;

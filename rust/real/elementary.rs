@@ -3,11 +3,11 @@
 use super::Real;
 
 /// Adding this rounds to an integer and leaves that integer in the low bits of the representation.
-const ROUND: f64 = 6755399441055744.0; // 1.5 * 2^52
-const TWO_52: f64 = 4503599627370496.0;
-const EXPONENT_BIAS: f64 = 1023.0;
-const FRACTION_BITS: u64 = 0x000f_ffff_ffff_ffff;
-const ONE_BITS: u64 = 0x3ff0_0000_0000_0000;
+pub(super) const ROUND: f64 = 6755399441055744.0; // 1.5 * 2^52
+pub(super) const TWO_52: f64 = 4503599627370496.0;
+pub(super) const EXPONENT_BIAS: f64 = 1023.0;
+pub(super) const FRACTION_BITS: u64 = 0x000f_ffff_ffff_ffff;
+pub(super) const ONE_BITS: u64 = 0x3ff0_0000_0000_0000;
 
 /// pi/2 as a sum of two doubles: with fused multiply-add the product with the quadrant number is exact.
 const HALF_PI: [f64; 2] = [std::f64::consts::FRAC_PI_2, 6.123233995736766e-17];
@@ -32,7 +32,7 @@ const COSINE: [f64; 6] = [
 
 /// Polynomial with ascending coefficients.
 #[inline(always)]
-fn polynomial<R: Real, const N: usize>(coefficients: &[f64; N], x: R) -> R {
+pub(super) fn polynomial<R: Real, const N: usize>(coefficients: &[f64; N], x: R) -> R {
     let mut sum = R::splat(coefficients[N - 1]);
     for index in (0..N - 1).rev() {
         sum = sum.mul_add(x, R::splat(coefficients[index]));

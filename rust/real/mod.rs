@@ -4,6 +4,7 @@
 //! scalar give the same bits on every CPU.
 
 mod elementary;
+mod exponential;
 mod mask;
 mod pack;
 mod path;
@@ -57,6 +58,10 @@ pub trait Real:
     /// The IEEE representation shifted right by the 52 fraction bits.
     fn shift_right_52(self) -> Self;
 
+    /// Runs a task in a function of its own, compiled with the features of the CPU that this number needs: keeps
+    /// large code from being repeated wherever it is called.
+    fn apart<W: Task>(task: W) -> W::Output;
+
     /// Zero in every lane.
     #[inline(always)]
     fn zero() -> Self {
@@ -81,6 +86,30 @@ pub trait Real:
     #[inline(always)]
     fn sin_cos(self) -> (Self, Self) {
         elementary::sin_cos(self)
+    }
+    /// e to the power of `self`; accurate to about 1 ulp.
+    #[inline(always)]
+    #[must_use]
+    fn exp(self) -> Self {
+        exponential::exp(self)
+    }
+    /// Natural logarithm; NaN below 0.
+    #[inline(always)]
+    #[must_use]
+    fn ln(self) -> Self {
+        exponential::ln(self)
+    }
+    /// Hyperbolic tangent; accurate to about 2 ulp.
+    #[inline(always)]
+    #[must_use]
+    fn tanh(self) -> Self {
+        exponential::tanh(self)
+    }
+    /// `self` to a power; NaN where `self` is below 0.
+    #[inline(always)]
+    #[must_use]
+    fn powf(self, exponent: Self) -> Self {
+        exponential::powf(self, exponent)
     }
     /// Base-2 logarithm of a positive normal number to 1e-5: for step-size control.
     #[inline(always)]

@@ -1,6 +1,6 @@
 //! Several vectors in flight: hides the latency of one vector behind the others.
 
-use super::{Mask, Real};
+use super::{Mask, Real, Task};
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 
 /// `K` numbers of type `V` computed side by side; `K * V::LANES` lanes.
@@ -144,6 +144,10 @@ impl<V: Real, const K: usize> Real for Pack<V, K> {
     fn bit(self, index: u32) -> Self::Mask {
         let first = V::Mask::from_bits(0);
         PackMask(each!(first; x = self.0; x.bit(index)))
+    }
+    #[inline(always)]
+    fn apart<W: Task>(task: W) -> W::Output {
+        V::apart(task)
     }
     #[inline(always)]
     fn and_bits(self, bits: u64) -> Self {

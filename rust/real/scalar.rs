@@ -1,6 +1,6 @@
 //! `f64` as the one-lane number.
 
-use super::Real;
+use super::{Real, Task};
 
 impl Real for f64 {
     type Mask = bool;
@@ -61,5 +61,25 @@ impl Real for f64 {
     #[inline(always)]
     fn shift_right_52(self) -> Self {
         f64::from_bits(self.to_bits() >> 52)
+    }
+    #[inline(always)]
+    fn apart<W: Task>(task: W) -> W::Output {
+        #[inline(never)]
+        fn plain<W: Task>(task: W) -> W::Output {
+            task.run()
+        }
+        #[cfg(target_arch = "x86_64")]
+        {
+            #[inline(never)]
+            #[target_feature(enable = "fma")]
+            fn fused<W: Task>(task: W) -> W::Output {
+                task.run()
+            }
+            if std::is_x86_feature_detected!("fma") {
+                // SAFETY: the feature was just checked.
+                return unsafe { fused(task) };
+            }
+        }
+        plain(task)
     }
 }

@@ -4,7 +4,7 @@
 //! inlined into a function entered through `batch::dispatch`, which enables those features and is
 //! called only where the CPU has them; that is the safety argument of every `unsafe` below.
 
-use super::{Mask, Real};
+use super::{Mask, Real, Task};
 use std::arch::x86_64::*;
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 
@@ -143,11 +143,27 @@ macro_rules! memory_lanes {
     };
 }
 
+macro_rules! apart {
+    ($feature:literal) => {
+        #[inline(always)]
+        fn apart<W: Task>(task: W) -> W::Output {
+            #[inline(never)]
+            #[target_feature(enable = $feature)]
+            fn compiled<W: Task>(task: W) -> W::Output {
+                task.run()
+            }
+            // SAFETY: see the head of this file.
+            unsafe { compiled(task) }
+        }
+    };
+}
+
 impl Real for F64x4 {
     type Mask = Mask4;
     const LANES: usize = 4;
 
     memory_lanes!();
+    apart!("avx2,fma");
 
     #[inline(always)]
     fn splat(value: f64) -> Self {
@@ -209,6 +225,7 @@ impl Real for F64x8 {
     const LANES: usize = 8;
 
     memory_lanes!();
+    apart!("avx512f,avx512dq,avx512vl,avx2,fma");
 
     #[inline(always)]
     fn splat(value: f64) -> Self {

@@ -1,7 +1,8 @@
 //! The loop: every lane takes its own steps through its own row and takes the next row when done.
 
 use super::Method;
-use super::controller::{Controller, fit_to_stop, stuck};
+use super::controller::{Controller, stuck};
+use super::events::Events;
 use super::integrals::{INTEGRALS, Integrands};
 use super::record::{DENSE_TERMS, Dense, Record};
 use super::replay::{Replay, Retrace};
@@ -42,23 +43,24 @@ pub trait Rows<const N: usize> {
 
 /// All lanes of one thread.
 pub struct Advance<'a, P: Path, M: Model<N>, T: Method, const N: usize> {
-    demand: &'a Demand,
-    layout: &'a Layout,
-    harmonics: &'a Harmonics<f64>,
-    cancelled: &'a AtomicBool,
-    stepper: Stepper<P::Lanes, N>,
-    controller: Controller<P::Lanes>,
-    replay: Replay<P, M, T, N>,
-    seats: Vec<Option<Seat<N>>>,
-    spare: Vec<Memory<N>>,
-    step: P::Lanes,
-    stop: P::Lanes,
-    sample: P::Lanes,
-    attempts: P::Lanes,
-    accepted: P::Lanes,
-    first_share: f64,
-    occupied: u64,
-    stale: u64,
+    pub(super) demand: &'a Demand,
+    pub(super) layout: &'a Layout,
+    pub(super) harmonics: &'a Harmonics<f64>,
+    pub(super) cancelled: &'a AtomicBool,
+    pub(super) stepper: Stepper<P::Lanes, N>,
+    pub(super) controller: Controller<P::Lanes>,
+    pub(super) replay: Replay<P, M, T, N>,
+    pub(super) seats: Vec<Option<Seat<N>>>,
+    pub(super) spare: Vec<Memory<N>>,
+    pub(super) step: P::Lanes,
+    pub(super) stop: P::Lanes,
+    pub(super) sample: P::Lanes,
+    pub(super) attempts: P::Lanes,
+    pub(super) accepted: P::Lanes,
+    pub(super) first_share: f64,
+    pub(super) events: Events<P::Lanes>,
+    pub(super) occupied: u64,
+    pub(super) stale: u64,
 }
 
 impl<'a, P: Path, M: Model<N>, T: Method, const N: usize> Advance<'a, P, M, T, N> {
@@ -76,9 +78,9 @@ impl<'a, P: Path, M: Model<N>, T: Method, const N: usize> Advance<'a, P, M, T, N
             layout,
             harmonics,
             cancelled,
-            stepper: Stepper::new(&first.row.constants, harmonics, layout.spring, demand.integrands, demand.watched),
+            stepper: Stepper::new::<M>(layout, &first.row, harmonics, demand.integrands, demand.watched),
             controller: Controller::new(),
-            replay: Replay::new(&first.row, harmonics, layout.spring),
+            replay: Replay::new(layout, &first.row, harmonics),
             seats: (0..P::Lanes::LANES).map(|_| None).collect(),
             spare: Vec::new(),
             step: P::Lanes::splat(1e-3),
@@ -87,6 +89,7 @@ impl<'a, P: Path, M: Model<N>, T: Method, const N: usize> Advance<'a, P, M, T, N
             attempts: zero,
             accepted: zero,
             first_share: 3.0 * demand.rtol.powf(1.0 / f64::from(T::ERROR_ORDER)),
+            events: Events::new(),
             occupied: 0,
             stale: 0,
         }
@@ -104,16 +107,17 @@ impl<'a, P: Path, M: Model<N>, T: Method, const N: usize> Advance<'a, P, M, T, N
                 return;
             }
             self.refresh();
-            let (step, landing) = fit_to_stop(self.step, self.stop - self.stepper.t);
+            let (step, landing) = self.next_step();
             let mut trial = self.stepper.attempt::<M, T>(step);
             trial.t = P::Lanes::select(landing, self.stop, trial.t);
             let error = self.stepper.squared_error::<M, T>(step, &trial, self.demand.rtol, self.demand.floor);
             let verdict = self.controller.judge::<T>(error);
-            let accepted = verdict.accepted;
+            let accepted = verdict.accepted & !self.find_events(verdict.accepted, landing, step, &trial);
             self.take_samples(accepted, step, &trial);
             self.watch(accepted, step, &trial);
             self.stepper.commit(accepted, step, &trial);
             self.choose_step(step, verdict.factor, accepted & landing);
+            self.settle_events(accepted, &trial);
             self.count(accepted, step, &trial);
             let arrived = (accepted & landing).to_bits() & self.occupied;
             self.fail(arrived, !accepted, step, &trial, rows);
@@ -127,7 +131,10 @@ impl<'a, P: Path, M: Model<N>, T: Method, const N: usize> Advance<'a, P, M, T, N
         if self.stale == 0 {
             return;
         }
-        let rates = self.stepper.refresh::<M>(<P::Lanes as Real>::Mask::from_bits(self.stale));
+        let mut rates = self.stepper.refresh::<M>(<P::Lanes as Real>::Mask::from_bits(self.stale));
+        if M::STICKS && self.release(&rates) {
+            rates = self.stepper.refresh::<M>(<P::Lanes as Real>::Mask::from_bits(self.stale));
+        }
         for lane in lanes_of(self.stale) {
             self.open_windows(lane);
         }
@@ -177,14 +184,15 @@ impl<'a, P: Path, M: Model<N>, T: Method, const N: usize> Advance<'a, P, M, T, N
 
     #[inline(always)]
     fn record(&self, lane: usize, step: f64, omega_l: f64) -> Record<N> {
-        Record { t: self.stepper.t.get(lane), step, state: self.lane_state(lane), omega_l }
+        let directions = self.lane_directions(lane);
+        Record { t: self.stepper.t.get(lane), step, state: self.lane_state(lane), omega_l, directions }
     }
 
     /// Extrema inside the accepted steps.
     #[inline(always)]
     fn watch(&mut self, accepted: <P::Lanes as Real>::Mask, step: P::Lanes, trial: &Trial<P::Lanes, N>) {
         let Self { stepper, seats, occupied, .. } = self;
-        let Stepper { watch, constants, t, state, .. } = stepper;
+        let Stepper { watch, constants, t, state, directions, .. } = stepper;
         watch.step(accepted, step, &trial.rates, constants, |lanes, signal, sign, at_most| {
             for lane in lanes_of(lanes & *occupied) {
                 let start = Record {
@@ -192,6 +200,7 @@ impl<'a, P: Path, M: Model<N>, T: Method, const N: usize> Advance<'a, P, M, T, N
                     step: 0.0,
                     state: std::array::from_fn(|index| state[index].get(lane)),
                     omega_l: f64::NAN,
+                    directions: [directions[0].get(lane), directions[1].get(lane)],
                 };
                 let signal = [Watched::Windup, Watched::Te, Watched::OmegaL][signal];
                 if let Some(seat) = &mut seats[lane] {
@@ -276,7 +285,7 @@ impl<'a, P: Path, M: Model<N>, T: Method, const N: usize> Advance<'a, P, M, T, N
                 self.stepper.input.set_lane(lane, seat.segment(), row);
                 if jumps {
                     let mut state = self.lane_state(lane);
-                    seat.adjust_state(&mut state, trial.rates.motor_torque.get(lane));
+                    seat.adjust_state::<M>(&mut state, trial.rates.motor_torque.get(lane));
                     self.set_lane_state(lane, &state);
                     self.step.set(lane, self.step.get(lane).min(self.first_step(&seat)));
                     self.controller.reset_lane(lane);
@@ -289,7 +298,7 @@ impl<'a, P: Path, M: Model<N>, T: Method, const N: usize> Advance<'a, P, M, T, N
     }
 
     /// A cautious first step: a fraction of the fastest motion the row can make.
-    fn first_step(&self, seat: &Seat<N>) -> f64 {
+    pub(super) fn first_step(&self, seat: &Seat<N>) -> f64 {
         (self.first_share / seat.assignment.row.mode(self.layout)).min(self.demand.max_step)
     }
 
@@ -308,6 +317,10 @@ impl<'a, P: Path, M: Model<N>, T: Method, const N: usize> Advance<'a, P, M, T, N
         self.controller.reset_lane(lane);
         self.clear_integrals(lane);
         self.stepper.watch.reset_lane(lane);
+        self.events.forget(lane);
+        for direction in &mut self.stepper.directions {
+            direction.set(lane, 0.0);
+        }
         seat.initial = state;
         while seat.take_sample_time(0.0).is_some() {
             seat.push_sample(state);
@@ -347,6 +360,11 @@ impl<'a, P: Path, M: Model<N>, T: Method, const N: usize> Advance<'a, P, M, T, N
         for integral in &mut self.stepper.integrals {
             integral.set(lane, 0.0);
         }
+    }
+
+    #[inline(always)]
+    fn lane_directions(&self, lane: usize) -> [f64; 2] {
+        [self.stepper.directions[0].get(lane), self.stepper.directions[1].get(lane)]
     }
 
     #[inline(always)]

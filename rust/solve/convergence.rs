@@ -3,6 +3,7 @@
 use super::stepper::Stepper;
 use super::watch::WATCHED;
 use super::{Bs3, Dop853, Dopri5, Integrands, Method, Tsit5};
+use crate::model::terms::Choice;
 use crate::model::{Base, Drive, Input, Layout, Line, Row, Segment, Spring, TwoInertia};
 
 const END: f64 = 0.04;
@@ -10,7 +11,7 @@ const END: f64 = 0.04;
 const SHARE: f64 = 0.37;
 
 fn layout() -> Layout {
-    Layout { base: Base::TwoInertia, spring: Spring::Polynomial, orders: (1..=15).map(f64::from).collect() }
+    Layout { base: Base::TwoInertia, spring: Spring::Polynomial, orders: (1..=15).map(f64::from).collect(), terms: Choice::default() }
 }
 
 /// A default drive spinning at 60 rad/s under constant torque.
@@ -27,7 +28,7 @@ fn stepper() -> Stepper<f64, 5> {
         load_set: Line::default(),
     };
     let mut stepper =
-        Stepper::new(&row.constants, &harmonics, Spring::Polynomial, Integrands::default(), [false; WATCHED]);
+        Stepper::new::<TwoInertia>(&layout, &row, &harmonics, Integrands::default(), [false; WATCHED]);
     stepper.input = Input::none();
     stepper.input.set_lane(0, &segment, &row);
     stepper.state = [0.3, 60.0, 2e-4, 0.45, 0.0];

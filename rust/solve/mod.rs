@@ -2,11 +2,13 @@
 
 mod advance;
 mod controller;
+mod events;
 #[cfg(test)]
 mod convergence;
 mod integrals;
 mod record;
 mod replay;
+mod root;
 mod seat;
 mod status;
 mod stepper;
@@ -16,6 +18,7 @@ mod watch;
 pub use advance::{Advance, Demand, Rows};
 pub use integrals::{INTEGRALS, Integral, Integrands};
 pub use record::{Dense, Record};
+pub use root::root;
 pub use replay::{Replay, Retrace};
 pub use seat::{Assignment, Mark, Memory, Seat, Start};
 pub use status::Status;

@@ -11,6 +11,8 @@ pub struct Record<const N: usize> {
     pub state: [f64; N],
     /// Load speed [rad/s].
     pub omega_l: f64,
+    /// Directions in which motor and load slide from here on; 0 where they are held.
+    pub directions: [f64; 2],
 }
 
 /// Highest degree of a dense output, plus one.

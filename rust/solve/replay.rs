@@ -5,7 +5,7 @@ use super::seat::{Seat, Start};
 use super::stepper::Stepper;
 use super::watch::WATCHED;
 use super::{Integrands, Method};
-use crate::model::{Drive, Harmonics, Model, Rates, Row, SpringLaw, spring};
+use crate::model::{Drive, Harmonics, Layout, Model, Rates, Row, spring};
 use crate::real::{Path, Task};
 use std::marker::PhantomData;
 
@@ -27,9 +27,9 @@ pub struct Replay<P, M, T, const N: usize> {
 
 impl<P: Path, M: Model<N>, T: Method, const N: usize> Replay<P, M, T, N> {
     /// For rows like this one.
-    pub fn new(row: &Row, harmonics: &Harmonics<f64>, spring: SpringLaw) -> Self {
+    pub fn new(layout: &Layout, row: &Row, harmonics: &Harmonics<f64>) -> Self {
         Self {
-            stepper: Stepper::new(&row.constants, harmonics, spring, Integrands::default(), [false; WATCHED]),
+            stepper: Stepper::new::<M>(layout, row, harmonics, Integrands::default(), [false; WATCHED]),
             methods: PhantomData,
         }
     }
@@ -37,6 +37,12 @@ impl<P: Path, M: Model<N>, T: Method, const N: usize> Replay<P, M, T, N> {
     /// Makes a row the one that is replayed.
     pub fn load(&mut self, seat: &Seat<N>, shared: &Harmonics<f64>) {
         seat.load(0, &mut self.stepper, shared);
+    }
+
+    /// Everything the equations pass through at an instant, with shafts that slide in given directions.
+    pub fn rates_in(&mut self, seat: &Seat<N>, t: f64, state: &[f64; N], directions: [f64; 2]) -> Rates<f64, N> {
+        self.stepper.directions = directions;
+        self.rates(seat, t, state)
     }
 
     /// The state at time 0 of a row just loaded.
@@ -56,7 +62,7 @@ impl<P: Path, M: Model<N>, T: Method, const N: usize> Replay<P, M, T, N> {
                 [angle, speed, error + windup, (c.inverse_ratio - slope) * speed, 0.0]
             }
         };
-        M::STATES.map(|index| full[index])
+        M::compose(full)
     }
 }
 
@@ -64,6 +70,7 @@ impl<P: Path, M: Model<N>, T: Method, const N: usize> Retrace<N> for Replay<P, M
     fn dense(&mut self, seat: &Seat<N>, start: &Record<N>, step: f64) -> Dense<N> {
         self.stepper.t = start.t;
         self.stepper.state = start.state;
+        self.stepper.directions = start.directions;
         self.stepper.input.set_lane(0, seat.segment_before(start.t + step), &seat.assignment.row);
         let coefficients = P::enter(DenseStep::<M, T, N> { stepper: &mut self.stepper, step, methods: PhantomData });
         Dense { t: start.t, step, coefficients }

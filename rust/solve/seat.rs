@@ -4,7 +4,7 @@ use super::integrals::INTEGRALS;
 use super::record::Record;
 use super::stepper::Stepper;
 use super::watch::{Candidate, Range, WATCHED};
-use crate::model::{Drive, Harmonics, Program, Row, Segment};
+use crate::model::{Drive, Harmonics, Model, Program, Row, Segment};
 use crate::real::Real;
 use std::sync::Arc;
 
@@ -233,7 +233,7 @@ impl<const N: usize> Seat<N> {
     }
 
     /// What a new segment does to the state: imposed angles, and an integrator that takes over without a jump.
-    pub fn adjust_state(&self, state: &mut [f64; N], torque: f64) {
+    pub fn adjust_state<M: Model<N>>(&self, state: &mut [f64; N], torque: f64) {
         let row = &self.assignment.row;
         match self.segment().drive {
             Drive::Motion { angle } => {
@@ -242,7 +242,7 @@ impl<const N: usize> Seat<N> {
             }
             Drive::Speed { bumpless: true, .. } if row.constants.k_i > 0.0 => {
                 let error = self.segment().reference(row).value - state[1];
-                state[N - 1] = (torque - row.constants.k_p * error) / row.constants.k_i;
+                state[M::INTEGRATOR] = (torque - row.constants.k_p * error) / row.constants.k_i;
             }
             _ => {}
         }
@@ -257,6 +257,7 @@ impl<const N: usize> Seat<N> {
     pub fn load<R: Real>(&self, lane: usize, stepper: &mut Stepper<R, N>, shared: &Harmonics<f64>) {
         let row = &self.assignment.row;
         stepper.constants.set_lane(lane, &row.constants);
+        stepper.terms.set_lane(lane, &row.terms);
         stepper.harmonics.set_lane(lane, row.harmonics.as_ref().unwrap_or(shared), row.te_scale);
     }
 }

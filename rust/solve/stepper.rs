@@ -4,7 +4,8 @@ use super::Method;
 use super::integrals::{INTEGRALS, Integrands};
 use super::record::DENSE_TERMS;
 use super::watch::{Watch, WatchList};
-use crate::model::{Constants, Drivetrain, Harmonics, Input, Model, Rates, SpringLaw};
+use crate::model::terms::{HIDDEN, Terms};
+use crate::model::{Constants, Drivetrain, Harmonics, Input, Layout, Model, Rates, Row, SpringLaw};
 use crate::real::{Mask, Real};
 
 /// Slopes kept of a step: the largest method has 13 stages and 3 more for its dense output.
@@ -20,6 +21,13 @@ pub struct Stepper<R: Real, const N: usize> {
     pub harmonics: Harmonics<R>,
     pub input: Input<R>,
     pub spring: SpringLaw,
+    pub terms: Terms<R>,
+    /// Directions in which motor and load slide, 0 where they are held.
+    pub directions: [R; 2],
+    /// Sizes below which relative accuracy is not asked for.
+    scales: [f64; N],
+    /// How many of the states are in use.
+    active: f64,
     pub integrands: Integrands,
     /// Integrals since the last mark.
     pub integrals: [R; INTEGRALS],
@@ -66,21 +74,31 @@ macro_rules! combine {
 }
 
 impl<R: Real, const N: usize> Stepper<R, N> {
-    pub fn new(
-        constants: &Constants<f64>,
+    pub fn new<M: Model<N>>(
+        layout: &Layout,
+        row: &Row,
         harmonics: &Harmonics<f64>,
-        spring: SpringLaw,
         integrands: Integrands,
         watched: WatchList,
     ) -> Self {
+        let mut scales = M::SCALES;
+        let hidden = layout.terms.terms().flat_map(|term| term.states).map(|state| state.scale);
+        for (scale, own) in scales[N - if M::STICKS { HIDDEN } else { 0 }..].iter_mut().zip(hidden) {
+            *scale = own;
+        }
+        let unused = if M::STICKS { HIDDEN - layout.terms.state_count } else { 0 };
         Self {
             t: R::zero(),
             state: [R::zero(); N],
             windup: R::zero(),
-            constants: Constants::splat(constants),
+            constants: Constants::splat(&row.constants),
             harmonics: Harmonics::splat(harmonics),
             input: Input::none(),
-            spring,
+            spring: layout.spring,
+            terms: Terms::new(&layout.terms),
+            directions: [R::zero(); 2],
+            scales,
+            active: (N - unused) as f64,
             integrands,
             integrals: [R::zero(); INTEGRALS],
             watch: Watch::new(watched),
@@ -97,6 +115,8 @@ impl<R: Real, const N: usize> Stepper<R, N> {
             harmonics: &self.harmonics,
             input: &self.input,
             spring: self.spring,
+            terms: &self.terms,
+            directions: &self.directions,
         };
         M::rates(&drive, t, state)
     }
@@ -170,11 +190,11 @@ impl<R: Real, const N: usize> Stepper<R, N> {
         let after = M::sizes(&trial.state, trial.rates.windup);
         let mut scales = [R::zero(); N];
         for index in 0..N {
-            let size = before[index].max(after[index]) + R::splat(floor * M::SCALES[index]);
+            let size = before[index].max(after[index]) + R::splat(floor * self.scales[index]);
             scales[index] = size * R::splat(rtol);
         }
         let first = self.error_ratio(T::ERROR, &scales);
-        let square = step * step * R::splat(1.0 / N as f64);
+        let square = step * step * R::splat(1.0 / self.active);
         if T::SECOND_ERROR.is_empty() {
             return first * square;
         }

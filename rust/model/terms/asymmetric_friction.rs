@@ -1,0 +1,37 @@
+//! Friction that differs between the directions.
+
+use super::{Dry, Hidden, Motion, Place, Term, TermInfo, TermParameter};
+use crate::real::Real;
+
+/// See [`Term::INFO`].
+pub struct AsymmetricFriction;
+
+impl Term for AsymmetricFriction {
+    const INFO: TermInfo = TermInfo {
+        id: "asymmetric_friction",
+        place: Place::Motor,
+        description: "Dry level and viscous drag of the motor shaft that differ between the directions; at rest the \
+            hold is shifted to match.",
+        equation: "T_c -> T_c (1 + eps_c sgn(omega_m)), B -> B (1 + eps_B sgn(omega_m)), that is tau_fm += eps_c \
+            T_c + eps_B B abs(omega_m)",
+        source: "Kircanski, Goldenberg 1997; +8 and -7 mN m reported on a smaller joint",
+        amplitude: "eps_c",
+        parameters: &[
+            TermParameter::new("eps_c", "1", "relative asymmetry of the dry level")
+                .size_25(0.1, -0.15, 0.15)
+                .within(-0.99, 0.99),
+            TermParameter::new("eps_B", "1", "relative asymmetry of the viscous drag")
+                .size_25(0.0, -0.15, 0.15)
+                .within(-0.99, 0.99),
+        ],
+        states: &[],
+    };
+
+    #[inline(always)]
+    fn motor_friction<R: Real>(p: &[R], motion: &Motion<R>, dry: &mut Dry<R>, _hidden: Hidden<R>) {
+        let resting = dry.direction.abs().le(R::zero());
+        let level = R::select(resting, dry.breakaway, dry.level);
+        let bias = (p[1] * dry.viscous).mul_add(motion.omega_m.abs(), p[0] * level);
+        dry.resisting = dry.resisting + bias;
+    }
+}

@@ -1,0 +1,28 @@
+//! A clearance that the spring has to cross.
+
+use super::{Gear, Hidden, Motion, Place, Term, TermInfo, TermParameter};
+use crate::real::Real;
+
+/// See [`Term::INFO`].
+pub struct Backlash;
+
+impl Term for Backlash {
+    const INFO: TermInfo = TermInfo {
+        id: "backlash",
+        place: Place::Mesh,
+        description: "Clearance between wave generator and output: the spring carries nothing inside the gap.",
+        equation: "tau_s(dz(phi)), dz = phi - b sgn(phi) outside abs(phi) <= b, else 0",
+        source: "Nordin, Gutman 2002; half of the 8 arcsec of an Oldham coupling at ratio 120",
+        amplitude: "half_gap",
+        parameters: &[TermParameter::new("half_gap", "rad", "half of the gap at the output")
+            .symbol("b")
+            .size_25(1.9e-5, 5e-6, 0.00015)
+            .within(0.0, f64::INFINITY)],
+        states: &[],
+    };
+
+    #[inline(always)]
+    fn gear<R: Real>(p: &[R], _motion: &Motion<R>, gear: &mut Gear<R>, _hidden: Hidden<R>) {
+        gear.spring_windup = gear.spring_windup - gear.spring_windup.clamp_abs(p[0]);
+    }
+}

@@ -1,0 +1,271 @@
+//! The list of terms, and the set of them that is on in a sweep.
+
+use super::{Actuator, Dry, Gear, HIDDEN, Hidden, Load, Mesh, Motion, Reaction, Term, TermInfo};
+use crate::real::{Real, Task};
+
+/// Where in the drive a term sits.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Place {
+    /// Motor shaft.
+    Motor,
+    /// Gear mesh.
+    Mesh,
+    /// Output.
+    Load,
+    /// Drive electronics.
+    Actuator,
+    /// Housing.
+    Structure,
+}
+
+/// Defines the list of terms and the calls into those that are on.
+macro_rules! catalog {
+    ($($term:ident in $module:ident),* $(,)?) => {
+        /// All terms, in the order in which they act.
+        pub const TERMS: &[TermInfo] = &[$(<super::$module::$term as Term>::INFO),*];
+
+        impl<R: Real> Terms<R> {
+            catalog!(@hook actuator(actuator: Actuator<R>) [$($term $module)*]);
+            catalog!(@hook mesh(mesh: Mesh<R>) [$($term $module)*]);
+            catalog!(@hook gear(gear: Gear<R>) [$($term $module)*]);
+            catalog!(@hook motor_friction(dry: Dry<R>) [$($term $module)*]);
+            catalog!(@hook load_friction(dry: Dry<R>) [$($term $module)*]);
+            catalog!(@hook load(load: Load<R>) [$($term $module)*]);
+            catalog!(@hook reaction(reaction: Reaction<R>) [$($term $module)*]);
+
+            /// Hidden states of a drive that begins in this motion.
+            pub fn begin(&self, motion: &Motion<R>, states: &mut [R; HIDDEN]) {
+                let mut index = 0;
+                $(
+                    if self.is_on(index) {
+                        let first = self.first_state[index].min(HIDDEN);
+                        super::$module::$term::begin(self.values_of(index), motion, &mut states[first..]);
+                    }
+                    index += 1;
+                )*
+                let _ = index;
+            }
+        }
+    };
+    (@hook $hook:ident($place:ident: $type:ty) [$($term:ident $module:ident)*]) => {
+        /// Lets every term that is on have its say.
+        #[inline(always)]
+        pub fn $hook(&self, motion: &Motion<R>, $place: &mut $type, states: &[R; HIDDEN], rates: &mut [R; HIDDEN]) {
+            struct Say<'a, R: Real> {
+                terms: &'a Terms<R>,
+                motion: &'a Motion<R>,
+                $place: &'a mut $type,
+                states: &'a [R; HIDDEN],
+                rates: &'a mut [R; HIDDEN],
+            }
+            impl<R: Real> Task for Say<'_, R> {
+                type Output = ();
+
+                #[inline(always)]
+                fn run(self) {
+                    let Self { terms, motion, $place, states, rates } = self;
+                    let mut index = 0;
+                    $(
+                        if terms.is_on(index) {
+                            let first = terms.first_state[index].min(HIDDEN);
+                            let hidden = Hidden { states: &states[first..], rates: &mut rates[first..] };
+                            super::$module::$term::$hook(terms.values_of(index), motion, $place, hidden);
+                        }
+                        index += 1;
+                    )*
+                    let _ = index;
+                }
+            }
+            R::apart(Say { terms: self, motion, $place, states, rates });
+        }
+    };
+}
+
+catalog! {
+    Delay in delay,
+    TorqueSaturation in torque_saturation,
+    ActuatorLag in actuator_lag,
+    TorqueGain in torque_gain,
+    TorqueRipple in torque_ripple,
+    Cogging in cogging,
+    InputCompliance in input_compliance,
+    TeHarmonic in te_harmonic,
+    TeLoadDependence in te_load_dependence,
+    TeBeat in te_beat,
+    TeHysteresis in te_hysteresis,
+    ToothPassage in tooth_passage,
+    LocalFault in local_fault,
+    Backlash in backlash,
+    SoftWindup in soft_windup,
+    MeshStiffnessVariation in mesh_stiffness_variation,
+    Hysteresis in hysteresis,
+    Viscoelastic in viscoelastic,
+    CoulombFriction in coulomb_friction,
+    CoulombFrictionSmooth in coulomb_friction_smooth,
+    StribeckFriction in stribeck_friction,
+    PreslidingFriction in presliding_friction,
+    LoadDependentFriction in load_dependent_friction,
+    NonlinearViscous in nonlinear_viscous,
+    PositionDependentFriction in position_dependent_friction,
+    AsymmetricFriction in asymmetric_friction,
+    ThermalViscous in thermal_viscous,
+    WearRunIn in wear_run_in,
+    LoadMotorRipple in load_motor_ripple,
+    ExternalPeriodicTorque in external_periodic_torque,
+    GravityUnbalance in gravity_unbalance,
+    LoadCompliance in load_compliance,
+    LoadSideFriction in load_side_friction,
+    RotorUnbalanceReaction in rotor_unbalance_reaction,
+    BaseCompliance in base_compliance,
+}
+
+const COUNT: usize = TERMS.len();
+
+/// The terms that are on, with their parameters in lanes.
+#[derive(Clone, Debug)]
+pub struct Terms<R> {
+    on: u64,
+    /// Where each term's parameters begin among the values.
+    first_value: [usize; COUNT],
+    /// Where each term's states begin among the hidden ones.
+    first_state: [usize; COUNT],
+    values: Vec<R>,
+}
+
+impl<R: Real> Terms<R> {
+    /// The terms of a choice, all parameters zero.
+    pub fn new(choice: &Choice) -> Self {
+        Self {
+            on: choice.on.iter().fold(0, |bits, index| bits | 1 << index),
+            first_value: std::array::from_fn(|index| choice.parameters.get(index).copied().unwrap_or(0)),
+            first_state: std::array::from_fn(|index| choice.hidden.get(index).copied().unwrap_or(0)),
+            values: vec![R::zero(); choice.parameter_count],
+        }
+    }
+
+    /// Sets the parameters of one lane.
+    pub fn set_lane(&mut self, lane: usize, values: &[f64]) {
+        for (lanes, &value) in self.values.iter_mut().zip(values) {
+            lanes.set(lane, value);
+        }
+    }
+
+    #[inline(always)]
+    fn is_on(&self, index: usize) -> bool {
+        self.on >> index & 1 == 1
+    }
+
+    /// The parameters of a term and of those after it. Without a panic, so that a hook in which a term does nothing
+    /// costs nothing.
+    #[inline(always)]
+    fn values_of(&self, index: usize) -> &[R] {
+        self.values.get(self.first_value[index]..).unwrap_or(&[])
+    }
+}
+
+/// Which terms are on.
+#[derive(Clone, Debug, Default)]
+pub struct Choice {
+    /// Positions in the catalogue, ascending.
+    pub on: Vec<usize>,
+    /// Parameters of all chosen terms.
+    pub parameter_count: usize,
+    /// Hidden states of all chosen terms.
+    pub state_count: usize,
+    parameters: Vec<usize>,
+    hidden: Vec<usize>,
+}
+
+impl Choice {
+    /// The terms of the given ids; an error names the id that is unknown or the states that are too many.
+    pub fn of(ids: &[String]) -> Result<Self, String> {
+        let mut on = Vec::new();
+        for id in ids {
+            let index = TERMS.iter().position(|term| term.id == id).ok_or_else(|| format!("no term '{id}'"))?;
+            on.push(index);
+        }
+        on.sort_unstable();
+        on.dedup();
+        let mut choice = Self { on, ..Self::default() };
+        for (index, term) in TERMS.iter().enumerate() {
+            choice.parameters.push(choice.parameter_count);
+            choice.hidden.push(choice.state_count);
+            if choice.on.contains(&index) {
+                choice.parameter_count += term.parameters.len();
+                choice.state_count += term.states.len();
+            }
+        }
+        if choice.state_count > HIDDEN {
+            return Err(format!("the terms have {} hidden states together, allowed {HIDDEN}", choice.state_count));
+        }
+        Ok(choice)
+    }
+
+    /// The chosen terms.
+    pub fn terms(&self) -> impl Iterator<Item = &'static TermInfo> {
+        self.on.iter().map(|&index| &TERMS[index])
+    }
+
+    /// Column name of a term's parameter: its own, prefixed by the term's id where another term has the same.
+    pub fn column(term: &TermInfo, parameter: &str) -> String {
+        let shared = TERMS.iter().filter(|other| other.parameters.iter().any(|p| p.name == parameter)).count() > 1;
+        if shared { format!("{}_{parameter}", term.id) } else { parameter.into() }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::collections::HashSet;
+
+    #[test]
+    fn exact_terms_complete() {
+        for term in TERMS {
+            let id = term.id;
+            for (what, text) in
+                [("id", id), ("description", term.description), ("equation", term.equation), ("source", term.source)]
+            {
+                assert!(!text.trim().is_empty(), "{id} has no {what}");
+            }
+            assert!(id.chars().all(|c| c.is_ascii_lowercase() || c == '_'), "{id}");
+            assert!(term.parameters.iter().any(|p| p.name == term.amplitude), "{id} has no amplitude");
+            assert!(term.states.len() <= HIDDEN, "{id}");
+            for parameter in term.parameters {
+                let name = format!("{id}.{}", parameter.name);
+                assert!(!parameter.unit.is_empty() && !parameter.meaning.is_empty(), "{name}");
+                let ((low, high), (least, most)) = (parameter.plausible, parameter.allowed);
+                assert!(low < high && low.is_finite() && high.is_finite(), "{name}: plausible range");
+                assert!((low..=high).contains(&parameter.default), "{name}: default");
+                assert!(least <= low && high <= most, "{name}: allowed range");
+            }
+            for state in term.states {
+                assert!(!state.name.is_empty() && !state.unit.is_empty() && state.scale > 0.0, "{id}.{}", state.name);
+            }
+        }
+    }
+
+    #[test]
+    fn exact_names_are_unique() {
+        let mut ids = HashSet::new();
+        let mut columns = HashSet::new();
+        let mut states = HashSet::new();
+        for term in TERMS {
+            assert!(ids.insert(term.id), "{} twice", term.id);
+            for parameter in term.parameters {
+                let column = Choice::column(term, parameter.name);
+                assert!(columns.insert(column.to_lowercase()), "{column} twice");
+            }
+            for state in term.states {
+                assert!(states.insert(state.name), "{} twice", state.name);
+            }
+        }
+    }
+
+    #[test]
+    fn exact_too_many_hidden_states_are_named() {
+        let ids: Vec<String> = TERMS.iter().map(|term| term.id.to_string()).collect();
+        let states: usize = TERMS.iter().map(|term| term.states.len()).sum();
+        let error = Choice::of(&ids).expect_err("more states than there is room for");
+        assert!(error.contains(&states.to_string()) && error.contains(&HIDDEN.to_string()), "{error}");
+    }
+}

@@ -1,0 +1,219 @@
+//! What a term may say and do.
+
+use super::Place;
+use crate::real::Real;
+
+/// A parameter of a term.
+#[derive(Clone, Copy, Debug)]
+pub struct TermParameter {
+    /// Name; prefixed by the term's id where two terms share it.
+    pub name: &'static str,
+    /// Symbol in the equation.
+    pub symbol: &'static str,
+    /// SI unit.
+    pub unit: &'static str,
+    /// Value for a size-25 unit.
+    pub default: f64,
+    /// Plausible range for a size-25 unit.
+    pub plausible: (f64, f64),
+    /// Allowed range; outside of it a row is a bad row.
+    pub allowed: (f64, f64),
+    /// One sentence.
+    pub meaning: &'static str,
+}
+
+impl TermParameter {
+    /// A parameter; [`TermParameter::size_25`] and [`TermParameter::within`] complete it.
+    pub(super) const fn new(name: &'static str, unit: &'static str, meaning: &'static str) -> Self {
+        Self {
+            name,
+            symbol: name,
+            unit,
+            default: 0.0,
+            plausible: (0.0, 0.0),
+            allowed: (f64::NEG_INFINITY, f64::INFINITY),
+            meaning,
+        }
+    }
+
+    /// Another symbol than the name.
+    pub(super) const fn symbol(self, symbol: &'static str) -> Self {
+        Self { symbol, ..self }
+    }
+
+    /// A phase.
+    pub(super) const fn phase(name: &'static str, meaning: &'static str) -> Self {
+        Self::new(name, "rad", meaning).size_25(0.0, -std::f64::consts::PI, std::f64::consts::PI)
+    }
+
+    /// Default and plausible range for a size-25 unit.
+    pub(super) const fn size_25(self, default: f64, low: f64, high: f64) -> Self {
+        Self { default, plausible: (low, high), ..self }
+    }
+
+    /// The allowed range.
+    pub(super) const fn within(self, low: f64, high: f64) -> Self {
+        Self { allowed: (low, high), ..self }
+    }
+}
+
+/// A hidden state of a term.
+#[derive(Clone, Copy, Debug)]
+pub struct TermState {
+    /// Name.
+    pub name: &'static str,
+    /// SI unit.
+    pub unit: &'static str,
+    /// Size below which relative accuracy is not asked for.
+    pub scale: f64,
+}
+
+/// What a term says of itself.
+#[derive(Clone, Copy, Debug)]
+pub struct TermInfo {
+    /// Effect id.
+    pub id: &'static str,
+    /// Where in the drive it sits.
+    pub place: Place,
+    /// One sentence.
+    pub description: &'static str,
+    /// Equation in plain text.
+    pub equation: &'static str,
+    /// Where the equation comes from.
+    pub source: &'static str,
+    /// The parameter that is its amplitude.
+    pub amplitude: &'static str,
+    /// Parameters in the order in which the term reads them.
+    pub parameters: &'static [TermParameter],
+    /// Hidden states in the order in which the term reads them.
+    pub states: &'static [TermState],
+}
+
+/// The motion at one instant, before the terms have their say.
+#[derive(Clone, Copy)]
+pub struct Motion<R> {
+    /// Time [s].
+    pub t: R,
+    /// Motor angle [rad].
+    pub theta_m: R,
+    /// Motor speed [rad/s].
+    pub omega_m: R,
+    /// Load angle [rad].
+    pub theta_l: R,
+    /// Load speed [rad/s].
+    pub omega_l: R,
+    /// 1 / ratio.
+    pub inverse_ratio: R,
+}
+
+/// A term's hidden states and their rates.
+pub struct Hidden<'a, R> {
+    /// States.
+    pub states: &'a [R],
+    /// Rates, to be set by the term.
+    pub rates: &'a mut [R],
+}
+
+/// The motor's side: what the drive makes of the commanded torque.
+pub struct Actuator<R> {
+    /// Motor torque [N m].
+    pub torque: R,
+    /// Inertia that turns with the wave generator [kg m^2].
+    pub inertia: R,
+}
+
+/// The kinematics of the mesh.
+pub struct Mesh<R> {
+    /// Kinematic error [rad] and its derivative with respect to the motor angle.
+    pub error: R,
+    /// Derivative of the kinematic error.
+    pub error_slope: R,
+    /// Windup added by the structure [rad], and its rate.
+    pub added_windup: R,
+    /// Rate of the added windup [rad/s].
+    pub added_windup_rate: R,
+    /// Load torque in force [N m], for errors that depend on it.
+    pub load_torque: R,
+}
+
+/// The gear between motor and load.
+pub struct Gear<R> {
+    /// Windup that the spring sees [rad]; a clearance shortens it.
+    pub spring_windup: R,
+    /// Factor on the spring torque.
+    pub stiffness_factor: R,
+    /// Torque added to spring and damper [N m at the output].
+    pub added_torque: R,
+    /// Derivative of the stiffness factor with respect to the motor angle [1/rad]; times the energy that the
+    /// spring stores at the factor 1 it resists the motor [N m].
+    pub motor_reaction: R,
+    /// The same for the load angle.
+    pub load_reaction: R,
+    /// Windup [rad].
+    pub windup: R,
+    /// Windup rate [rad/s].
+    pub windup_rate: R,
+}
+
+/// Dry friction on one shaft: a level that opposes the motion, or holds it.
+#[derive(Clone, Copy)]
+pub struct Dry<R> {
+    /// Level while sliding [N m], at least 0.
+    pub level: R,
+    /// Level that must be exceeded to break away from rest [N m].
+    pub breakaway: R,
+    /// Direction of sliding: +1, -1, or 0 at rest.
+    pub direction: R,
+    /// Further resisting torque that is not dry [N m].
+    pub resisting: R,
+    /// Viscous coefficient already in force on the shaft [N m s/rad].
+    pub viscous: R,
+    /// Gear torque [N m at the output].
+    pub gear_torque: R,
+}
+
+/// What the gear does to the structure.
+pub struct Reaction<R> {
+    /// Gear torque [N m at the output].
+    pub gear_torque: R,
+}
+
+/// The load side.
+pub struct Load<R> {
+    /// Load torque, positive resists [N m].
+    pub torque: R,
+    /// Inertia that moves with the output [kg m^2].
+    pub inertia: R,
+}
+
+/// One piece of left-out physics. Every method it does not need does nothing.
+#[allow(unused_variables)]
+pub trait Term {
+    /// What it says of itself.
+    const INFO: TermInfo;
+
+    /// Sets the hidden states of a drive that begins in this motion; zero where it does nothing.
+    #[inline(always)]
+    fn begin<R: Real>(p: &[R], motion: &Motion<R>, states: &mut [R]) {}
+    /// Shapes the motor torque.
+    #[inline(always)]
+    fn actuator<R: Real>(p: &[R], motion: &Motion<R>, actuator: &mut Actuator<R>, hidden: Hidden<R>) {}
+    /// Adds to the kinematic error.
+    #[inline(always)]
+    fn mesh<R: Real>(p: &[R], motion: &Motion<R>, mesh: &mut Mesh<R>, hidden: Hidden<R>) {}
+    /// Shapes spring and gear torque.
+    #[inline(always)]
+    fn gear<R: Real>(p: &[R], motion: &Motion<R>, gear: &mut Gear<R>, hidden: Hidden<R>) {}
+    /// Adds friction on the motor shaft.
+    #[inline(always)]
+    fn motor_friction<R: Real>(p: &[R], motion: &Motion<R>, dry: &mut Dry<R>, hidden: Hidden<R>) {}
+    /// Adds friction on the output.
+    #[inline(always)]
+    fn load_friction<R: Real>(p: &[R], motion: &Motion<R>, dry: &mut Dry<R>, hidden: Hidden<R>) {}
+    /// Answers the gear torque.
+    #[inline(always)]
+    fn reaction<R: Real>(p: &[R], motion: &Motion<R>, reaction: &mut Reaction<R>, hidden: Hidden<R>) {}
+    /// Adds to the load.
+    #[inline(always)]
+    fn load<R: Real>(p: &[R], motion: &Motion<R>, load: &mut Load<R>, hidden: Hidden<R>) {}
+}

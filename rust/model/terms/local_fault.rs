@@ -1,0 +1,43 @@
+//! A damaged spot that passes once per cycle.
+
+use super::{Hidden, Mesh, Motion, Place, Term, TermInfo, TermParameter};
+use crate::real::Real;
+
+/// See [`Term::INFO`].
+pub struct LocalFault;
+
+impl Term for LocalFault {
+    const INFO: TermInfo = TermInfo {
+        id: "local_fault",
+        place: Place::Mesh,
+        description: "Pulses of the kinematic error where a damaged lobe, tooth or bearing element passes.",
+        equation: "theta_e += A exp[(cos(n theta_m + psi) - 1) / w^2]",
+        source: "GDUT harmonic-drive dataset for the effect; von Mises pulse of width w",
+        amplitude: "fault_height",
+        parameters: &[
+            TermParameter::new("fault_height", "rad", "height of the pulse")
+                .symbol("A")
+                .size_25(2e-5, 5e-6, 0.0001)
+                .within(-0.01, 0.01),
+            TermParameter::new("order", "1", "pulses per motor revolution")
+                .symbol("n")
+                .size_25(2.0, 0.008, 240.0)
+                .within(1e-6, 10000.0),
+            TermParameter::phase("psi", "phase"),
+            TermParameter::new("fault_width", "rad", "width of the pulse in its own phase")
+                .symbol("w")
+                .size_25(0.2, 0.05, 1.0)
+                .within(0.01, 10.0),
+        ],
+        states: &[],
+    };
+
+    #[inline(always)]
+    fn mesh<R: Real>(p: &[R], motion: &Motion<R>, mesh: &mut Mesh<R>, _hidden: Hidden<R>) {
+        let (sine, cosine) = p[1].mul_add(motion.theta_m, p[2]).sin_cos();
+        let sharpness = R::splat(1.0) / (p[3] * p[3]);
+        let pulse = p[0] * ((cosine - R::splat(1.0)) * sharpness).exp();
+        mesh.error = mesh.error + pulse;
+        mesh.error_slope = mesh.error_slope - p[1] * sine * sharpness * pulse;
+    }
+}

@@ -1,0 +1,314 @@
+//! What every term has to keep, whatever its parameters.
+
+use super::{Actuator, Choice, Dry, Gear, HIDDEN, Load, Mesh, Motion, Reaction, TERMS, TermInfo, Terms};
+use crate::real::{Pack, Real};
+
+/// Everything the terms can change at one instant.
+struct Answer<R> {
+    actuator: Actuator<R>,
+    mesh: Mesh<R>,
+    gear: Gear<R>,
+    motor: Dry<R>,
+    load: Load<R>,
+    output: Dry<R>,
+    reaction: Reaction<R>,
+    /// Rates of the hidden states after each of the seven hooks.
+    rates: [[R; HIDDEN]; 7],
+}
+
+impl<R: Real> Answer<R> {
+    fn numbers(&self) -> Vec<R> {
+        let Self { actuator, mesh, gear, motor, load, output, reaction, .. } = self;
+        let mut numbers = vec![actuator.torque, actuator.inertia, mesh.error, mesh.error_slope];
+        numbers.extend([mesh.added_windup, mesh.added_windup_rate, gear.spring_windup, gear.stiffness_factor]);
+        numbers.extend([gear.added_torque, gear.motor_reaction, gear.load_reaction, load.torque, load.inertia]);
+        numbers.extend([motor.level, motor.breakaway, motor.resisting, output.level, output.breakaway]);
+        numbers.extend([output.resisting, reaction.gear_torque]);
+        numbers
+    }
+}
+
+/// A moment of a drive.
+#[derive(Clone, Copy)]
+struct Moment {
+    theta_m: f64,
+    omega_m: f64,
+    windup: f64,
+    windup_rate: f64,
+    gear_torque: f64,
+    hidden: f64,
+}
+
+const MOMENT: Moment =
+    Moment { theta_m: 3.7, omega_m: 12.0, windup: 2e-4, windup_rate: -3e-3, gear_torque: 6.0, hidden: 0.3 };
+
+fn answer<R: Real>(terms: &Terms<R>, moment: &Moment) -> Answer<R> {
+    let s = R::splat;
+    let motion = Motion {
+        t: s(0.31),
+        theta_m: s(moment.theta_m),
+        omega_m: s(moment.omega_m),
+        theta_l: s(moment.theta_m / 121.0),
+        omega_l: s(moment.omega_m / 121.0),
+        inverse_ratio: s(1.0 / 121.0),
+    };
+    let states = [s(moment.hidden); HIDDEN];
+    let direction = if moment.omega_m == 0.0 { 0.0 } else { moment.omega_m.signum() };
+    let dry = Dry {
+        level: s(0.0),
+        breakaway: s(0.0),
+        direction: s(direction),
+        resisting: s(0.0),
+        viscous: s(1.2e-3),
+        gear_torque: s(moment.gear_torque),
+    };
+    let mut found = Answer {
+        actuator: Actuator { torque: s(0.4), inertia: s(3e-4) },
+        mesh: Mesh {
+            error: s(1e-5),
+            error_slope: s(2e-5),
+            added_windup: s(0.0),
+            added_windup_rate: s(0.0),
+            load_torque: s(20.0),
+        },
+        gear: Gear {
+            spring_windup: s(moment.windup),
+            stiffness_factor: s(1.0),
+            added_torque: s(0.0),
+            motor_reaction: s(0.0),
+            load_reaction: s(0.0),
+            windup: s(moment.windup),
+            windup_rate: s(moment.windup_rate),
+        },
+        motor: dry,
+        load: Load { torque: s(20.0), inertia: s(0.5) },
+        output: dry,
+        reaction: Reaction { gear_torque: s(moment.gear_torque) },
+        rates: [[s(f64::NAN); HIDDEN]; 7],
+    };
+    terms.actuator(&motion, &mut found.actuator, &states, &mut found.rates[0]);
+    terms.mesh(&motion, &mut found.mesh, &states, &mut found.rates[1]);
+    terms.gear(&motion, &mut found.gear, &states, &mut found.rates[2]);
+    terms.motor_friction(&motion, &mut found.motor, &states, &mut found.rates[3]);
+    terms.load(&motion, &mut found.load, &states, &mut found.rates[4]);
+    terms.load_friction(&motion, &mut found.output, &states, &mut found.rates[5]);
+    terms.reaction(&motion, &mut found.reaction, &states, &mut found.rates[6]);
+    found
+}
+
+fn terms_with(ids: &[&str], values: &[f64]) -> Terms<f64> {
+    let ids: Vec<String> = ids.iter().map(ToString::to_string).collect();
+    let mut terms = Terms::new(&Choice::of(&ids).expect("known terms"));
+    terms.set_lane(0, values);
+    terms
+}
+
+fn defaults(term: &TermInfo) -> Vec<f64> {
+    term.parameters.iter().map(|parameter| parameter.default).collect()
+}
+
+/// Defaults, and each parameter in turn at either end of a range.
+fn corners(term: &TermInfo, range: fn(&super::TermParameter) -> (f64, f64)) -> Vec<Vec<f64>> {
+    let mut rows = vec![defaults(term)];
+    for (index, parameter) in term.parameters.iter().enumerate() {
+        let (low, high) = range(parameter);
+        for end in [low, high].into_iter().filter(|end| end.is_finite()) {
+            rows.push(defaults(term));
+            let last = rows.len() - 1;
+            rows[last][index] = end;
+        }
+    }
+    rows
+}
+
+fn info(id: &str) -> &'static TermInfo {
+    TERMS.iter().find(|term| term.id == id).expect("a known term")
+}
+
+fn grid() -> Vec<Moment> {
+    let mut moments = Vec::new();
+    for omega_m in [-600.0, -31.0, -2.0, -0.01, 0.0, 1e-3, 0.3, 5.0, 62.8, 420.0] {
+        for windup_rate in [-0.4, -1e-3, 0.0, 2e-5, 0.03] {
+            for (theta_m, windup) in [(0.0, 0.0), (1.3, 3e-5), (2.9, -4e-4), (4.4, 2e-3), (5.8, -1.2e-5)] {
+                for hidden in [-0.9, -0.01, 0.0, 4e-3, 0.6] {
+                    let gear_torque = 3.1e4 * windup;
+                    moments.push(Moment { theta_m, omega_m, windup, windup_rate, gear_torque, hidden });
+                }
+            }
+        }
+    }
+    moments
+}
+
+#[test]
+fn exact_every_allowed_value_gives_finite_numbers() {
+    for term in TERMS {
+        for values in corners(term, |parameter| parameter.allowed) {
+            let terms = terms_with(&[term.id], &values);
+            for omega_m in [-31.0, 0.0, 5.0] {
+                let found = answer(&terms, &Moment { omega_m, ..MOMENT });
+                for number in found.numbers() {
+                    assert!(number.is_finite(), "{} at {values:?}", term.id);
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn exact_every_hidden_rate_is_set_once() {
+    for term in TERMS {
+        let found = answer(&terms_with(&[term.id], &defaults(term)), &MOMENT);
+        for state in 0..HIDDEN {
+            let times = found.rates.iter().filter(|rates| !rates[state].is_nan()).count();
+            assert_eq!(times, usize::from(state < term.states.len()), "{} state {state}", term.id);
+        }
+    }
+}
+
+#[test]
+fn exact_lanes_and_scalar_agree() {
+    for term in TERMS {
+        let values = defaults(term);
+        let alone = terms_with(&[term.id], &values);
+        let mut together = Terms::<Pack<f64, 4>>::new(&Choice::of(&[term.id.to_string()]).expect("known"));
+        for lane in 0..4 {
+            together.set_lane(lane, &values);
+        }
+        let (alone, together) = (answer(&alone, &MOMENT), answer(&together, &MOMENT));
+        for (one, lanes) in alone.numbers().into_iter().zip(together.numbers()) {
+            assert_eq!(one.to_bits(), lanes.get(3).to_bits(), "{}", term.id);
+        }
+    }
+}
+
+#[test]
+fn exact_friction_never_drives() {
+    let asymmetric = "asymmetric_friction";
+    let position = "position_dependent_friction";
+    let with_viscous = [asymmetric, "thermal_viscous", "wear_run_in"];
+    let choices: [&[&str]; 9] = [
+        &["coulomb_friction"],
+        &["coulomb_friction_smooth"],
+        &["stribeck_friction"],
+        &["load_dependent_friction"],
+        &["nonlinear_viscous"],
+        &["load_side_friction"],
+        &["stribeck_friction", asymmetric, position],
+        &["coulomb_friction", "load_dependent_friction", asymmetric, "wear_run_in"],
+        &["coulomb_friction", "thermal_viscous", asymmetric, "wear_run_in"],
+    ];
+    for choice in choices {
+        let on: Vec<&TermInfo> = TERMS.iter().filter(|term| choice.contains(&term.id)).collect();
+        for corner in 0..2 {
+            let plausible = |parameter: &super::TermParameter| match corner {
+                0 => parameter.plausible.0,
+                _ => parameter.plausible.1,
+            };
+            let values: Vec<f64> = on.iter().flat_map(|term| term.parameters.iter().map(plausible)).collect();
+            let terms = terms_with(choice, &values);
+            for moment in grid() {
+                let Answer { motor, output, .. } = answer(&terms, &moment);
+                let viscous = motor.viscous * moment.omega_m;
+                let torque = motor.direction * motor.level + motor.resisting;
+                let bath = if choice.iter().any(|id| with_viscous.contains(id)) { viscous } else { 0.0 };
+                assert!((torque + bath) * moment.omega_m >= 0.0, "{choice:?}");
+                assert!(output.direction * output.level * moment.omega_m >= 0.0, "{choice:?}");
+                assert!(motor.level >= 0.0 && motor.breakaway >= 0.0);
+            }
+        }
+    }
+}
+
+#[test]
+fn exact_bristles_and_hysteresis_never_drive() {
+    for values in corners(info("presliding_friction"), |parameter| parameter.plausible) {
+        let terms = terms_with(&["presliding_friction"], &values);
+        for moment in grid() {
+            let found = answer(&terms, &moment);
+            let stored = values[0] * moment.hidden * found.rates[3][0];
+            let given = found.motor.resisting * moment.omega_m;
+            assert!(given - stored >= -1e-12 * given.abs(), "{values:?} {} {}", moment.omega_m, moment.hidden);
+        }
+    }
+    for values in corners(info("hysteresis"), |parameter| parameter.plausible) {
+        let terms = terms_with(&["hysteresis"], &values);
+        for moment in grid() {
+            let found = answer(&terms, &moment);
+            let stored = values[0] * values[1] * moment.hidden * found.rates[2][0];
+            let given = found.gear.added_torque * moment.windup_rate;
+            assert!(given - stored >= -1e-12 * given.abs(), "{values:?}");
+        }
+    }
+    for values in corners(info("viscoelastic"), |parameter| parameter.plausible) {
+        let terms = terms_with(&["viscoelastic"], &values);
+        for moment in grid() {
+            let found = answer(&terms, &moment);
+            let stretch = moment.windup - moment.hidden;
+            let mut stored = 0.0;
+            for rate in &found.rates[2][..2] {
+                stored += 0.5 * values[0] * stretch * (moment.windup_rate - rate);
+            }
+            let given = found.gear.added_torque * moment.windup_rate;
+            assert!(given - stored >= -1e-12 * given.abs(), "{values:?}");
+        }
+    }
+}
+
+#[test]
+fn exact_asymmetry_scales_the_level_of_each_direction() {
+    let terms = terms_with(&["coulomb_friction", "asymmetric_friction"], &[0.03, 0.1, 0.0]);
+    for omega_m in [-5.0, 5.0] {
+        let Dry { level, resisting, direction, .. } = answer(&terms, &Moment { omega_m, ..MOMENT }).motor;
+        let expected = 0.03 * (1.0 + 0.1 * direction) * direction;
+        assert!((direction * level + resisting - expected).abs() < 1e-17);
+    }
+    let Dry { breakaway, resisting, .. } = answer(&terms, &Moment { omega_m: 0.0, ..MOMENT }).motor;
+    assert!((resisting + breakaway - 0.033).abs() < 1e-17 && (resisting - breakaway + 0.027).abs() < 1e-17);
+}
+
+#[test]
+fn exact_slope_of_the_kinematic_error() {
+    let ids = ["te_harmonic", "te_load_dependence", "te_beat", "tooth_passage", "local_fault"];
+    for id in ids {
+        let term = info(id);
+        for values in corners(term, |parameter| parameter.plausible) {
+            let terms = terms_with(&[id], &values);
+            for step in 0..40 {
+                let theta_m = 0.173 * f64::from(step);
+                let mesh = |theta_m: f64| answer(&terms, &Moment { theta_m, ..MOMENT }).mesh;
+                let error = |shift: f64| mesh(theta_m + shift * 1e-5).error;
+                let fourth = 8.0 * (error(1.0) - error(-1.0)) - (error(2.0) - error(-2.0));
+                let slope = mesh(theta_m).error_slope - 2e-5;
+                let numerical = fourth / 12e-5;
+                assert!(
+                    (slope - numerical).abs() < 1e-6 * slope.abs().max(1e-4),
+                    "{id} {values:?}: {slope} {numerical}"
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn exact_reactions_of_a_varying_stiffness() {
+    let terms = terms_with(&["mesh_stiffness_variation"], &[0.05, 0.4, 0.03, -1.1]);
+    let gear = |theta_m: f64| answer(&terms, &Moment { theta_m, ..MOMENT }).gear;
+    for step in 0..50 {
+        let theta = 0.31 * f64::from(step);
+        let h = 1e-5;
+        let numerical = (gear(theta + h).stiffness_factor - gear(theta - h).stiffness_factor) / (2.0 * h);
+        let found = gear(theta);
+        let slope = found.motor_reaction + found.load_reaction / 121.0;
+        assert!((slope - numerical).abs() < 1e-9, "{slope} {numerical}");
+    }
+}
+
+#[test]
+fn exact_start_in_motion() {
+    let terms = terms_with(&["input_compliance", "load_compliance"], &[200.0, 5e-3, 0.63, 5e4, 10.0, 0.8]);
+    let motion = Motion { t: 0.0, theta_m: 0.0, omega_m: 7.0, theta_l: 0.0, omega_l: 0.06, inverse_ratio: 1.0 / 121.0 };
+    let mut states = [0.0; HIDDEN];
+    terms.begin(&motion, &mut states);
+    assert_eq!(states[..4], [0.0, 7.0, 0.0, 0.06]);
+}

@@ -157,7 +157,7 @@ macro_rules! by_model {
     ($job:ident, $path:ty, $scalar:ty) => {
         match $job.layout.base {
             Base::TwoInertia => by_method!($job, $path, $scalar, TwoInertia, 5),
-            Base::OneInertia => by_method!($job, $path, $scalar, OneInertia, 3),
+            Base::OneInertia => by_method!($job, $path, $scalar, OneInertia, 4),
         }
     };
 }

@@ -106,14 +106,12 @@ impl<const N: usize> Rows<N> for Queue<'_, '_> {
             out[filled..].fill(f64::NAN);
         }
         let theta_l = Signal::ThetaL.value(seat, retrace, t, state);
-        let full: [f64; 5] = if N == 5 {
-            [state[0], state[1], theta_l, state[N - 2], state[N - 1]]
-        } else {
-            [state[0], state[1], state[N - 1], 0.0, 0.0]
-        };
+        let two_inertia = [state[0], state[1], theta_l, state[3], state[N - 1]];
+        let one_inertia = [state[0], state[1], state[2]];
+        let final_state: &[f64] = if N == 4 { &one_inertia } else { &two_inertia };
         let output = RowOutput {
             metrics: &self.metrics,
-            final_state: &full[..N],
+            final_state,
             status,
             steps: seat.accepted,
             rejected: seat.rejected,

@@ -85,6 +85,9 @@ per_lane! {
     }
 }
 
+/// Gains below this act on no time scale of a drive and only overflow.
+const SMALLEST_GAIN: f64 = 1e-12;
+
 /// One checked row, ready to run.
 #[derive(Clone, Debug)]
 pub struct Row {
@@ -138,7 +141,8 @@ impl Row {
         }
         let scenario = |column| values[layout.scenario(column)];
         for column in [ScenarioColumn::Kp, ScenarioColumn::Ki] {
-            check(layout.scenario(column), scenario(column) >= 0.0)?;
+            let gain = scenario(column);
+            check(layout.scenario(column), gain == 0.0 || gain >= SMALLEST_GAIN)?;
         }
         check(tau_max, values[tau_max] > 0.0)?;
 

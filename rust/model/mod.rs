@@ -66,16 +66,18 @@ pub struct Rates<R, const N: usize> {
     pub load_torque: R,
 }
 
-/// Equations of motion with `N` states; state 0 is theta_m, state 1 omega_m, the last one the
-/// integrator of the speed controller.
+/// Equations of motion with `N` states; state 0 is theta_m, state 1 omega_m.
 pub trait Model<const N: usize> {
     /// Which base model this is.
     const BASE: Base;
     /// The natural size of each state, below which relative accuracy is not asked for.
     const SCALES: [f64; N];
 
-    /// Which of theta_m, omega_m, te, omega_l, z are states of their own.
-    const STATES: [usize; N];
+    /// Where the integrator of the speed controller stands.
+    const INTEGRATOR: usize;
+
+    /// The state made of theta_m, omega_m, te, omega_l, z.
+    fn compose(full: [f64; 5]) -> [f64; N];
 
     /// The size of each state, against which its error is measured.
     fn sizes<R: Real>(state: &[R; N], windup: R) -> [R; N];

@@ -13,7 +13,11 @@ impl Model<5> for TwoInertia {
     const BASE: Base = Base::TwoInertia;
     const SCALES: [f64; 5] = [0.1, 0.1, 1e-5, 1e-3, 1e-2];
 
-    const STATES: [usize; 5] = [0, 1, 2, 3, 4];
+    const INTEGRATOR: usize = 4;
+
+    fn compose(full: [f64; 5]) -> [f64; 5] {
+        full
+    }
 
     #[inline(always)]
     fn sizes<R: Real>(state: &[R; 5], windup: R) -> [R; 5] {

@@ -9,7 +9,7 @@ use super::seat::{Assignment, Memory, Seat};
 use super::status::Status;
 use super::stepper::{Stepper, Trial};
 use super::watch::{Candidate, WatchList, Watched};
-use crate::model::{Harmonics, Layout, Model};
+use crate::model::{Harmonics, Layout, Model, Rates};
 use crate::real::{Mask, Path, Real, lanes_of};
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -132,7 +132,7 @@ impl<'a, P: Path, M: Model<N>, T: Method, const N: usize> Advance<'a, P, M, T, N
             self.open_windows(lane);
         }
         if self.demand.record {
-            self.remember(self.stale, P::Lanes::zero(), rates.omega_l);
+            self.remember(self.stale, P::Lanes::zero(), &rates);
         }
         self.stale = 0;
     }
@@ -161,23 +161,25 @@ impl<'a, P: Path, M: Model<N>, T: Method, const N: usize> Advance<'a, P, M, T, N
         self.attempts = self.attempts + one;
         self.accepted = self.accepted + P::Lanes::select(accepted, one, P::Lanes::zero());
         if self.demand.record {
-            self.remember(accepted.to_bits(), step, trial.rates.omega_l);
+            self.remember(accepted.to_bits(), step, &trial.rates);
         }
     }
 
     #[inline(always)]
-    fn remember(&mut self, lanes: u64, step: P::Lanes, omega_l: P::Lanes) {
+    fn remember(&mut self, lanes: u64, step: P::Lanes, rates: &Rates<P::Lanes, N>) {
         for lane in lanes_of(lanes & self.occupied) {
-            let record = self.record(lane, step.get(lane), omega_l.get(lane));
+            let record = Record {
+                t: self.stepper.t.get(lane),
+                step: step.get(lane),
+                state: self.lane_state(lane),
+                alpha_m: rates.slope[1].get(lane),
+                omega_l: rates.omega_l.get(lane),
+                alpha_l: rates.alpha_l.get(lane),
+            };
             if let Some(seat) = &mut self.seats[lane] {
                 seat.records.push(record);
             }
         }
-    }
-
-    #[inline(always)]
-    fn record(&self, lane: usize, step: f64, omega_l: f64) -> Record<N> {
-        Record { t: self.stepper.t.get(lane), step, state: self.lane_state(lane), omega_l }
     }
 
     /// Extrema inside the accepted steps.
@@ -191,7 +193,9 @@ impl<'a, P: Path, M: Model<N>, T: Method, const N: usize> Advance<'a, P, M, T, N
                     t: t.get(lane),
                     step: 0.0,
                     state: std::array::from_fn(|index| state[index].get(lane)),
+                    alpha_m: f64::NAN,
                     omega_l: f64::NAN,
+                    alpha_l: f64::NAN,
                 };
                 let signal = [Watched::Windup, Watched::Te, Watched::OmegaL][signal];
                 if let Some(seat) = &mut seats[lane] {
@@ -276,7 +280,7 @@ impl<'a, P: Path, M: Model<N>, T: Method, const N: usize> Advance<'a, P, M, T, N
                 self.stepper.input.set_lane(lane, seat.segment(), row);
                 if jumps {
                     let mut state = self.lane_state(lane);
-                    seat.adjust_state(&mut state, trial.rates.motor_torque.get(lane));
+                    seat.adjust_state::<M>(&mut state, trial.rates.motor_torque.get(lane));
                     self.set_lane_state(lane, &state);
                     self.step.set(lane, self.step.get(lane).min(self.first_step(&seat)));
                     self.controller.reset_lane(lane);

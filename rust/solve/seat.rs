@@ -4,7 +4,7 @@ use super::integrals::INTEGRALS;
 use super::record::Record;
 use super::stepper::Stepper;
 use super::watch::{Candidate, Range, WATCHED};
-use crate::model::{Drive, Harmonics, Program, Row, Segment};
+use crate::model::{Base, Drive, Harmonics, Model, Program, Row, Segment};
 use crate::real::Real;
 use std::sync::Arc;
 
@@ -233,16 +233,19 @@ impl<const N: usize> Seat<N> {
     }
 
     /// What a new segment does to the state: imposed angles, and an integrator that takes over without a jump.
-    pub fn adjust_state(&self, state: &mut [f64; N], torque: f64) {
+    pub fn adjust_state<M: Model<N>>(&self, state: &mut [f64; N], torque: f64) {
         let row = &self.assignment.row;
         match self.segment().drive {
             Drive::Motion { angle } => {
+                if M::BASE == Base::TwoInertia {
+                    state[2] += (angle[0] - state[0]) * row.constants.inverse_ratio;
+                }
                 state[0] = angle[0];
                 state[1] = angle[1];
             }
             Drive::Speed { bumpless: true, .. } if row.constants.k_i > 0.0 => {
                 let error = self.segment().reference(row).value - state[1];
-                state[N - 1] = (torque - row.constants.k_p * error) / row.constants.k_i;
+                state[M::INTEGRATOR] = (torque - row.constants.k_p * error) / row.constants.k_i;
             }
             _ => {}
         }

@@ -53,6 +53,6 @@ __all__ = [
 
 
 def __getattr__(name: str) -> Any:
-    if name == "reference":
-        return importlib.import_module("hdfast.reference")
+    if name in ("reference", "tolerance", "identify", "bench", "studies", "recordings"):
+        return importlib.import_module(f"hdfast.{name}")
     raise AttributeError(f"module 'hdfast' has no attribute {name!r}")

@@ -19,12 +19,13 @@ from hdfast.errors import (
     ParameterError,
     RowError,
 )
-from hdfast.model import Model, terms
+from hdfast.model import Model
 from hdfast.params import column, defaults, params
 from hdfast.result import SweepResult
 from hdfast.scenario import Scenario
 from hdfast.simulate import Trajectory, simulate
 from hdfast.sweep import sweep
+from hdfast.terms import terms
 
 __version__ = version("hdfast")
 
@@ -53,6 +54,6 @@ __all__ = [
 
 
 def __getattr__(name: str) -> Any:
-    if name == "reference":
-        return importlib.import_module("hdfast.reference")
+    if name in ("reference", "tolerance", "identify", "bench", "studies", "recordings"):
+        return importlib.import_module(f"hdfast.{name}")
     raise AttributeError(f"module 'hdfast' has no attribute {name!r}")

@@ -6,14 +6,17 @@ from typing import Any, final
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Program", "build_info", "layout", "methods", "metrics", "signals", "statuses", "sweep"]
+__all__ = ["Program", "build_info", "layout", "methods", "metrics", "signals", "statuses", "sweep", "terms"]
 
 def build_info() -> dict[str, Any]: ...
 def methods() -> list[dict[str, Any]]: ...
 def statuses() -> list[tuple[int, str, str]]: ...
 def metrics() -> list[dict[str, str]]: ...
 def signals() -> list[dict[str, str]]: ...
-def layout(base: str, spring: str, orders: Sequence[float], labels: Sequence[str]) -> list[dict[str, Any]]: ...
+def terms() -> list[dict[str, Any]]: ...
+def layout(
+    base: str, spring: str, orders: Sequence[float], labels: Sequence[str], terms: Sequence[str]
+) -> list[dict[str, Any]]: ...
 
 @final
 class Program:
@@ -34,6 +37,7 @@ def sweep(
     base: str,
     spring: str,
     orders: Sequence[float],
+    terms: Sequence[str],
     defaults: NDArray[np.float64],
     columns: Sequence[tuple[int, NDArray[np.float64]]],
     rows: int,

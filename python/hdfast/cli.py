@@ -10,15 +10,22 @@ from dataclasses import asdict
 from importlib.metadata import version
 from typing import Any, NoReturn
 
-from hdfast import catalogue, checks, config, montecarlo
+from hdfast import catalogue, checks, config, files
+from hdfast.bench import command as bench
 from hdfast.catalogue import build_info
-from hdfast.config import MAX_ROWS, Config
+from hdfast.config import Config
 from hdfast.errors import InputError, Interrupted, MissingPackageError
+from hdfast.identify import command as identify
 from hdfast.model import BASES, SPRINGS, Model
 from hdfast.params import params
 from hdfast.printing import text_table
 from hdfast.simulate import simulate
+from hdfast.studies import command as study
 from hdfast.threads import MAX_THREADS, resolve_threads
+from hdfast.tolerance import command as tolerance
+from hdfast.tolerance.limits import judge
+from hdfast.tolerance.sample import MAX_ROWS
+from hdfast.tolerance.simulation import simulate_rows
 
 DONE, NOT_MET, WRONG_INPUT, INTERRUPTED = 0, 1, 2, 130
 WELCOME = """hdfast {version}: batch simulation of the torsional vibration of harmonic drives.
@@ -94,6 +101,12 @@ def _parser() -> argparse.ArgumentParser:
     command.add_argument("file", metavar="FILE.toml", help="drive and scenario")
     command.add_argument("--out", metavar="DIR", help="folder for the page, the table, the JSON and the input")
 
+    command = add(tolerance.NAME, tolerance.run, tolerance.TEXT, tolerance.EXAMPLE)
+    tolerance.arguments(command, _whole)
+
+    for room in (identify, study, bench):
+        room.arguments(add(room.NAME, room.run, room.TEXT, room.EXAMPLE), _whole)
+
     command = add("params", _params, "List the parameters of a drive.", "hdfast params --spring piecewise")
     command.add_argument("--base", choices=BASES, default=BASES[0], help="base model")
     command.add_argument("--spring", choices=SPRINGS, default=SPRINGS[0], help="spring law")
@@ -118,10 +131,10 @@ def _sweep(options: argparse.Namespace) -> int:
     from hdfast.report import folder, tables
 
     settings = config.load(options.file)
-    out = folder.prepare(options.out) if options.out else None
+    out = files.prepare(options.out) if options.out else None
     seed = settings.run.seed if options.seed is None else options.seed
     try:
-        result = montecarlo.simulate_rows(
+        result = simulate_rows(
             settings,
             rows=options.rows,
             seed=seed,
@@ -130,10 +143,11 @@ def _sweep(options: argparse.Namespace) -> int:
         )
     except Interrupted as stop:
         if out is not None:
-            folder.write_sweep(out, settings, stop.result, montecarlo.judge(settings, stop.result), seed, None)
+            verdicts = judge(settings.specs, stop.result, settings.plan())
+            folder.write_sweep(out, settings, stop.result, verdicts, seed, None)
             print(f"hdfast: finished rows are in {out / folder.ROWS}", file=sys.stderr)
         raise
-    verdicts = montecarlo.judge(settings, result)
+    verdicts = judge(settings.specs, result, settings.plan())
     if out is not None:
         numbers = folder.write_sweep(out, settings, result, verdicts, seed, _nominal(settings))
     else:
@@ -180,7 +194,7 @@ def _simulate(options: argparse.Namespace) -> int:
     from hdfast.report import folder, tables
 
     settings = config.load(options.file)
-    out = folder.prepare(options.out) if options.out else None
+    out = files.prepare(options.out) if options.out else None
     run = _nominal(settings)
     numbers = folder.write_simulate(out, settings, run) if out else folder.simulate_summary(settings, run)
     if options.json:

@@ -16,27 +16,30 @@ from hdfast.errors import ConfigError, InputError, choose, nearest, shorten
 from hdfast.model import Model
 from hdfast.params import ParameterTable, layout
 from hdfast.scenario import Scenario
-from hdfast.tolerances import Tolerance, read_tolerance
+from hdfast.terms import terms
+from hdfast.tolerance.correlation import Correlation
+from hdfast.tolerance.designs import DESIGNS
+from hdfast.tolerance.distributions import Tolerance
+from hdfast.tolerance.limits import Spec, read_spec
+from hdfast.tolerance.policy import POLICIES
+from hdfast.tolerance.reading import read_correlation, read_tolerance
+from hdfast.tolerance.sample import MAX_ROWS, Plan
+from hdfast.tolerance.trajectories import Trajectories, read_trajectories
 from hdfast.toml_lines import Lines
 
-SECTIONS = ("title", "drive", "kinematic_error", "terms", "scenario", "tolerance", "spec", "run")
+SECTIONS = (
+    "title", "drive", "kinematic_error", "terms", "scenario", "tolerance", "correlation", "batches", "spec", "run",
+    "trajectories",
+)  # fmt: skip
 MODEL_KEYS = ("base", "spring")
 ERROR_KEYS = ("orders", "cos", "sin", "amplitude", "phase", "scale")
 TERM_KEYS = ("effect", "parameters")
 SPEC_KEYS = ("lower", "upper", "min_yield")
-RUN_KEYS = ("rows", "seed", "method", "rtol", "atol", "max_steps", "metrics", "threads")
+RUN_KEYS = (
+    "rows", "seed", "method", "rtol", "atol", "max_steps", "metrics", "threads",
+    "sampling", "replicates", "block", "levels", "failed",
+)  # fmt: skip
 KINDS = ("start_stop", "speed_profile", "torque_profile")
-MAX_ROWS = 10**9
-
-
-@dataclass(frozen=True)
-class Spec:
-    """Limits of a metric in its SI unit; met when at least the share `min_yield` of all rows lies within."""
-
-    metric: str
-    lower: float
-    upper: float
-    min_yield: float
 
 
 @dataclass(frozen=True)
@@ -51,6 +54,11 @@ class Run:
     max_steps: int = 1_000_000
     metrics: tuple[str, ...] | None = None
     threads: int | None = None
+    sampling: str = "monte_carlo"
+    replicates: int = 16
+    block: int = 1000
+    levels: int = 3
+    failed: str = "refuse"
 
 
 @dataclass(frozen=True)
@@ -61,7 +69,10 @@ class Config:
         title: one line for reports.
         drive: nominal value of every parameter named in the file, the kinematic error included.
         tolerances: distribution of each parameter that varies.
+        correlation: dependence between them, or None.
+        batch_size: rows that share what `batch_share` of their tolerances says.
         specs: limits by metric.
+        trajectories: signals a study keeps over time, or None.
         text: the file as read.
     """
 
@@ -71,14 +82,31 @@ class Config:
     drive: dict[str, float]
     scenario: Scenario
     tolerances: dict[str, Tolerance]
+    correlation: Correlation | None
+    batch_size: int
     specs: dict[str, Spec]
     run: Run
+    trajectories: Trajectories | None
     text: str
 
     def nominal(self) -> dict[str, float]:
         """Every parameter of the nominal drive by name, scenario columns included."""
         values = {row.name: row.default for row in self.table}
         return {**values, **self.scenario.values, **self.drive}
+
+    def plan(self, seed: int | None = None, sampling: str | None = None) -> Plan:
+        """What is drawn, with the file's own seed and sampling unless given."""
+        run = self.run
+        return Plan(
+            tuple(self.tolerances.values()),
+            sampling=run.sampling if sampling is None else sampling,
+            seed=run.seed if seed is None else seed,
+            replicates=run.replicates,
+            block=run.block,
+            levels=run.levels,
+            correlation=self.correlation,
+            batch_size=self.batch_size,
+        )
 
 
 def load(path: str | Path) -> Config:
@@ -107,21 +135,6 @@ def parse(text: str, name: str = "configuration") -> Config:
     return _Reader(data, Lines(text), name).config(text)
 
 
-def read_spec(metric: str, entry: Mapping[str, Any]) -> Spec:
-    """Read one [spec.<metric>] section.
-
-    Raises:
-        InputError: a limit is no number, or the limits allow nothing or everything.
-    """
-    lower = checks.number("lower", entry.get("lower", -math.inf))
-    upper = checks.number("upper", entry.get("upper", math.inf))
-    if not lower < upper:
-        raise InputError(f"[spec.{metric}] lower = {lower:g} is not below upper = {upper:g}")
-    if math.isinf(lower) and math.isinf(upper):
-        raise InputError(f"[spec.{metric}] needs lower, upper or both")
-    return Spec(metric, lower, upper, checks.number("min_yield", entry.get("min_yield", 1.0), 0.0, 1.0))
-
-
 class _Reader:
     """Turns the sections into objects, adding file and line to every complaint."""
 
@@ -145,13 +158,25 @@ class _Reader:
         )
         table = layout(model)
         scenario = self.scenario()
-        values = self.drive(drive, table) | self.kinematic_error(error, model)
+        values = self.drive(drive, table) | self.kinematic_error(error, model) | self.term_parameters(table)
         nominal = {row.name: row.default for row in table} | dict(scenario.values) | values
         title = self.data.get("title", Path(self.name).stem)
         if not isinstance(title, str):
             raise self.error(("title",), f"title = {shorten(title)} is not text")
+        tolerances = self.tolerances(table, nominal)
         return Config(
-            title, model, table, values, scenario, self.tolerances(table, nominal), self.specs(), self.run(), text
+            title,
+            model,
+            table,
+            values,
+            scenario,
+            tolerances,
+            self.correlation(tolerances),
+            self.batch_size(),
+            self.specs(),
+            self.run(),
+            self.trajectories(),
+            text,
         )
 
     def error(self, path: tuple[str, ...], message: str) -> ConfigError:
@@ -192,6 +217,19 @@ class _Reader:
                 raise self.error(("terms",), "[[terms]] needs the key 'effect'")
             self.guard(("terms", "effect"), lambda name: Model(terms=[name]), entry["effect"])
         return [entry["effect"] for entry in entries]
+
+    def term_parameters(self, table: ParameterTable) -> dict[str, float]:
+        values: dict[str, float] = {}
+        for entry in self.data.get("terms", []):
+            effect = entry["effect"]
+            names = [parameter.name for parameter in terms()[effect].parameters]
+            columns = {name: name if name in table else f"{effect}_{name}" for name in names}
+            given = entry.get("parameters", {})
+            self.known(("terms",), given, columns)
+            for name, value in given.items():
+                number = value.get("value") if isinstance(value, dict) else value
+                values[columns[name]] = self.guard(("terms", "parameters"), checks.finite, name, number)
+        return values
 
     def drive(self, drive: dict[str, Any], table: ParameterTable) -> dict[str, float]:
         self.known(("drive",), drive, [*MODEL_KEYS, *(row.name for row in table)])
@@ -266,8 +304,29 @@ class _Reader:
             path = ("tolerance", name)
             if not isinstance(entry, dict):
                 raise self.error(path, f"tolerance.{name} = {shorten(entry)} is not a section [tolerance.{name}]")
-            found[name] = self.guard(path, read_tolerance, name, entry, nominal[name], partial(self.known, path))
+            known = partial(self.known, path)
+            found[name] = self.guard(path, read_tolerance, name, entry, nominal[name], known, Path(self.name).parent)
         return found
+
+    def correlation(self, names: Iterable[str]) -> Correlation | None:
+        path = ("correlation",)
+        found: Correlation | None = self.guard(
+            path, read_correlation, self.section("correlation"), names, partial(self.known, path)
+        )
+        return found
+
+    def trajectories(self) -> Trajectories | None:
+        path = ("trajectories",)
+        found: Trajectories | None = self.guard(
+            path, read_trajectories, self.section("trajectories"), partial(self.known, path)
+        )
+        return found
+
+    def batch_size(self) -> int:
+        section = self.section("batches")
+        self.known(("batches",), section, ("size",))
+        size: int = self.guard(("batches", "size"), checks.whole, "size", section.get("size", 1), 1, MAX_ROWS)
+        return size
 
     def specs(self) -> dict[str, Spec]:
         found = {}
@@ -292,6 +351,11 @@ class _Reader:
             "max_steps": lambda value: checks.whole("max_steps", value, 1, 2**31 - 1),
             "metrics": lambda value: tuple(item.name for item in catalogue.choose_metrics(value)),
             "threads": lambda value: checks.whole("threads", value, 1, 1024),
+            "sampling": lambda value: choose("sampling", value, DESIGNS),
+            "replicates": lambda value: checks.whole("replicates", value, 1, 1024),
+            "block": lambda value: checks.whole("block", value, 2, 10**6),
+            "levels": lambda value: checks.whole("levels", value, 2, 64),
+            "failed": lambda value: choose("failed", value, POLICIES),
         }
         return Run(**{key: self.guard(("run", key), readers[key], section[key]) for key in section})
 

@@ -10,7 +10,8 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import Any
 
-from hdfast.errors import InputError, choose, nearest, shorten
+from hdfast.errors import InputError, choose, shorten
+from hdfast.terms import terms
 
 BASES = ("two_inertia", "one_inertia")
 SPRINGS = ("polynomial", "piecewise")
@@ -18,6 +19,7 @@ STATES = {
     "two_inertia": ("theta_m", "omega_m", "theta_l", "omega_l", "z"),
     "one_inertia": ("theta_m", "omega_m", "z"),
 }
+MOST_STATES = 8
 DEFAULT_ORDERS = tuple(range(1, 16))
 MAX_ORDERS = 64
 
@@ -56,9 +58,12 @@ def _parse_orders(orders: object) -> tuple[Fraction, ...]:
     return parsed
 
 
-def terms() -> list[dict[str, Any]]:
-    """Catalogue of the extra physics this version knows; empty so far."""
-    return []
+def _check_states(chosen: Iterable[str]) -> None:
+    """The core has room for eight hidden states."""
+    needed = {term: len(terms()[term].states) for term in chosen if terms()[term].states}
+    if sum(needed.values()) > MOST_STATES:
+        listed = ", ".join(f"{term} {count}" for term, count in needed.items())
+        raise InputError(f"terms have {sum(needed.values())} hidden states ({listed}; allowed: at most {MOST_STATES})")
 
 
 @dataclass(frozen=True)
@@ -71,7 +76,7 @@ class Model:
         spring: "polynomial" (k1 ... k5 with linear continuation beyond phi_max) or "piecewise" (K1, K2, K3 between the
             torques T1 and T2).
         orders: orders of the kinematic error in cycles per motor revolution: 2, 0.5, "120/121" or a Fraction.
-        terms: ids of extra physics; none exist so far.
+        terms: ids of physics beyond the nominal model, see `hdfast.terms()`; with the base two_inertia.
 
     Raises:
         InputError: naming the argument, its value and what is allowed.
@@ -91,13 +96,13 @@ class Model:
         object.__setattr__(self, "orders", tuple(str(order) for order in parsed))
         if isinstance(self.terms, str) or not isinstance(self.terms, Iterable):
             raise InputError(f"terms = {shorten(self.terms)} is not a list of term ids")
-        known = [str(term["id"]) for term in terms()]
         for term in self.terms:
-            if term not in known:
-                listed = ", ".join(known) or "none in this version"
-                raise InputError(
-                    f"terms: no term {shorten(term)} exists{nearest(str(term), known)} (allowed: {listed})"
-                )
+            terms()[term]
+        if self.terms and self.base != "two_inertia":
+            raise InputError(f"terms = {shorten(self.terms)} with base = {self.base!r} (allowed: two_inertia)")
+        if len(set(self.terms)) < len(tuple(self.terms)):
+            raise InputError(f"terms = {shorten(self.terms)} names a term twice")
+        _check_states(self.terms)
         object.__setattr__(self, "terms", tuple(self.terms))
 
     @property

@@ -118,7 +118,7 @@ class ParameterTable:
 @lru_cache(maxsize=64)
 def layout(model: Model) -> ParameterTable:
     """Every column the core takes for a model: the drive's parameters, then the six of the scenario."""
-    rows = _core.layout(model.base, model.spring, model.order_values, model.order_labels)
+    rows = _core.layout(model.base, model.spring, model.order_values, model.order_labels, list(model.terms))
     return ParameterTable(tuple(Parameter(**row) for row in rows))
 
 

@@ -350,7 +350,7 @@ class Scenario:
         Raises:
             InputError: a column is missing, a gap is too long, or an option is wrong.
         """
-        from hdfast.recording import replay
+        from hdfast.recordings.replay import replay
 
         return replay(cls, recording, input, hold, options)
 

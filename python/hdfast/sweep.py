@@ -101,6 +101,7 @@ def run(
             base=request.model.base,
             spring=request.model.spring,
             orders=request.model.order_values,
+            terms=list(request.model.terms),
             defaults=request.defaults,
             columns=[(request.table.column(name), column) for name, column in request.rows.columns.items()],
             rows=request.rows.count,

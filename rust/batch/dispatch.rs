@@ -158,7 +158,7 @@ macro_rules! by_model {
         match $job.layout.base {
             Base::TwoInertia if !$job.layout.terms.on.is_empty() => by_method!($job, $path, $scalar, Extended, 13),
             Base::TwoInertia => by_method!($job, $path, $scalar, TwoInertia, 5),
-            Base::OneInertia => by_method!($job, $path, $scalar, OneInertia, 3),
+            Base::OneInertia => by_method!($job, $path, $scalar, OneInertia, 4),
         }
     };
 }

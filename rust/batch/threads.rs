@@ -45,6 +45,9 @@ pub fn sweep(job: &Job, progress: &mut dyn Progress) -> (Outputs, bool) {
             }
         }
     });
+    if !shared.cancelled.load(Ordering::Relaxed) {
+        progress.keep_going(shared.done.load(Ordering::Relaxed), job.rows);
+    }
     let interrupted = shared.cancelled.load(Ordering::Relaxed);
     drop(shared);
     outputs.close();

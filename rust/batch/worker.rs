@@ -106,9 +106,9 @@ impl<const N: usize> Rows<N> for Queue<'_, '_> {
             out[filled..].fill(f64::NAN);
         }
         let theta_l = Signal::ThetaL.value(seat, retrace, t, state);
-        let two_inertia = [state[0], state[1], theta_l, state[3 % N], state[4 % N]];
-        let one_inertia = [state[0], state[1], state[N - 1]];
-        let final_state: &[f64] = if N == 3 { &one_inertia } else { &two_inertia };
+        let two_inertia = [state[0], state[1], theta_l, state[3], state[4 % N]];
+        let one_inertia = [state[0], state[1], state[2]];
+        let final_state: &[f64] = if N == 4 { &one_inertia } else { &two_inertia };
         let output = RowOutput {
             metrics: &self.metrics,
             final_state,

@@ -1,5 +1,6 @@
 //! Parameters in the form the equations use them, one row at a time or in lanes.
 
+use super::terms::{Place, TermInfo};
 use super::{BadParameter, Base, Harmonics, Layout, ScenarioColumn, Spring, spring};
 
 /// A struct of numbers that can be filled lane by lane.
@@ -85,6 +86,9 @@ per_lane! {
     }
 }
 
+/// Gains below this act on no time scale of a drive and only overflow.
+const SMALLEST_GAIN: f64 = 1e-12;
+
 /// One checked row, ready to run.
 #[derive(Clone, Debug)]
 pub struct Row {
@@ -140,7 +144,8 @@ impl Row {
         }
         let scenario = |column| values[layout.scenario(column)];
         for column in [ScenarioColumn::Kp, ScenarioColumn::Ki] {
-            check(layout.scenario(column), scenario(column) >= 0.0)?;
+            let gain = scenario(column);
+            check(layout.scenario(column), gain == 0.0 || gain >= SMALLEST_GAIN)?;
         }
         check(tau_max, values[tau_max] > 0.0)?;
 
@@ -199,7 +204,9 @@ impl Row {
                 &coefficients[orders..2 * orders],
             ),
             terms: term_values(layout, values)?,
-            sustaining_torque: (b_m + b_ml * slip * slip + b_l / (ratio * ratio)) * omega_set + tau_load / ratio,
+            sustaining_torque: (b_m + b_ml * slip * slip + b_l / (ratio * ratio)) * omega_set
+                + tau_load / ratio
+                + dry_level(layout, values) * omega_set.signum(),
         })
     }
 
@@ -215,6 +222,15 @@ impl Row {
             Base::OneInertia => (c.k_p + c.d_mm) / c.j_m + (c.k_i / c.j_m).sqrt(),
         }
     }
+}
+
+/// The motor torque that constant dry friction takes at any speed [N m].
+fn dry_level(layout: &Layout, values: &[f64]) -> f64 {
+    let parameters =
+        layout.terms.terms().flat_map(|term| term.parameters.iter().map(move |parameter| (term, parameter)));
+    let own = &values[layout.term_parameters()..];
+    let is_level = |term: &TermInfo, name: &str| term.place == Place::Motor && name == "T_c" && term.amplitude == name;
+    parameters.zip(own).filter(|((term, parameter), _)| is_level(term, parameter.name)).map(|(_, value)| value).sum()
 }
 
 /// The terms' parameters, each inside its allowed range.

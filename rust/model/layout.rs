@@ -259,7 +259,7 @@ impl Layout {
         }
         for term in self.terms.terms() {
             table.extend(term.parameters.iter().map(|parameter| Parameter {
-                name: Choice::column(term, parameter.name),
+                name: self.terms.column(term, parameter.name),
                 symbol: parameter.symbol.into(),
                 unit: parameter.unit,
                 default: parameter.default,

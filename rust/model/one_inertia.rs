@@ -1,7 +1,8 @@
 //! The rigid limit in the motor coordinate: a joint of which only the motor side is seen.
 //!
 //! (J_m + Y^2 J_l) omega_m' = tau_m - Y tau_load - (B_m + (1 - s Y)^2 B_ml + Y^2 B_l) omega_m + J_l Y theta_e'' omega_m^2.
-//! States: theta_m, omega_m, z.
+//! States: theta_m, omega_m, z, and the integral of the kinematic error: no other state has to follow that error, and
+//! what is computed from it needs steps that do.
 
 use super::two_inertia::controlled;
 use super::{Base, Drivetrain, Model, Rates, Shaft};
@@ -10,24 +11,24 @@ use crate::real::Real;
 /// One inertia with kinematic error.
 pub struct OneInertia;
 
-impl Model<3> for OneInertia {
+impl Model<4> for OneInertia {
     const BASE: Base = Base::OneInertia;
-    const SCALES: [f64; 3] = [0.1, 0.1, 1e-2];
+    const SCALES: [f64; 4] = [0.1, 0.1, 1e-2, 1e-8];
 
     const INTEGRATOR: usize = 2;
 
-    fn compose(full: [f64; 5]) -> [f64; 3] {
-        [full[0], full[1], full[4]]
+    fn compose(full: [f64; 5]) -> [f64; 4] {
+        [full[0], full[1], full[4], 0.0]
     }
 
     #[inline(always)]
-    fn sizes<R: Real>(state: &[R; 3], _windup: R) -> [R; 3] {
-        [R::zero(), state[1].abs(), state[2].abs()]
+    fn sizes<R: Real>(state: &[R; 4], _windup: R) -> [R; 4] {
+        [R::zero(), state[1].abs(), state[2].abs(), R::zero()]
     }
 
     #[inline(always)]
-    fn rates<R: Real>(drive: &Drivetrain<R>, t: R, state: &[R; 3]) -> Rates<R, 3> {
-        let [theta_m, omega_m, z] = *state;
+    fn rates<R: Real>(drive: &Drivetrain<R>, t: R, state: &[R; 4]) -> Rates<R, 4> {
+        let [theta_m, omega_m, z, _] = *state;
         let c = drive.constants;
         let (error, error_slope) = drive.harmonics.value_and_slope(theta_m);
         let curvature = drive.harmonics.curvature(theta_m);
@@ -51,7 +52,7 @@ impl Model<3> for OneInertia {
         let slip_torque = c.s * c.b_ml * slip * omega_m;
         let gear_torque = c.j_l.mul_add(alpha_l, c.b_l.mul_add(omega_l, inputs.load)) - slip_torque;
         Rates {
-            slope: [omega_m, alpha_m, z_rate],
+            slope: [omega_m, alpha_m, z_rate, error],
             windup: R::zero(),
             windup_rate: R::zero(),
             te: error,

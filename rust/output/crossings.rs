@@ -14,7 +14,10 @@ pub enum Wanted {
     LastDown,
 }
 
-/// The time at which `sign` times a signal (omega_m or omega_l) passes `level` after `from`; NaN where it never does.
+/// Equal parts of a step that are looked at one by one.
+const PARTS: usize = 12;
+
+/// The time at which `sign` times a signal (omega_m or omega_l) passes `level` in a window; NaN where it never does.
 pub fn crossing<const N: usize>(
     seat: &Seat<N>,
     retrace: &mut dyn Retrace<N>,
@@ -24,29 +27,55 @@ pub fn crossing<const N: usize>(
     window: (f64, f64),
     wanted: Wanted,
 ) -> f64 {
-    let value = |record: &Record<N>| sign * if signal == Signal::OmegaM { record.state[1] } else { record.omega_l };
+    let read = |record: &Record<N>| match signal {
+        Signal::OmegaM => (sign * record.state[1] - level, sign * record.alpha_m),
+        _ => (sign * record.omega_l - level, sign * record.alpha_l),
+    };
     let from = seat.records.partition_point(|record| record.t < window.0);
     let to = seat.records.partition_point(|record| record.t <= window.1);
     let Some(records) = seat.records.get(from..to) else { return f64::NAN };
-    let passes = |index: &usize| {
-        let (start, end) = (value(&records[index - 1]), value(&records[*index]));
-        match wanted {
-            Wanted::FirstUp => start < level && end >= level,
-            _ => start > level && end <= level,
-        }
+    let mut inside = |index: usize| {
+        let (start, end) = (&records[index - 1], &records[index]);
+        may_pass(read(start), read(end), end.step)
+            .then(|| passing(seat, retrace, signal, (sign, level), (start, end), wanted))
+            .flatten()
     };
     let mut steps = 1..records.len().max(1);
-    let found = if wanted == Wanted::LastDown { steps.rfind(passes) } else { steps.find(passes) };
-    found.map_or(f64::NAN, |index| {
-        let (start, end) = (&records[index - 1], &records[index]);
-        if end.step == 0.0 {
-            return end.t;
-        }
-        let dense = retrace.dense(seat, start, end.step);
-        let excess = |share: f64| {
-            let state = dense.at(share);
-            sign * signal.value(seat, retrace, dense.t + share * dense.step, &state) - level
-        };
-        dense.t + dense.step * root(excess, value(start) - level, value(end) - level)
-    })
+    let found =
+        if wanted == Wanted::LastDown { steps.rev().find_map(&mut inside) } else { steps.find_map(&mut inside) };
+    found.unwrap_or(f64::NAN)
+}
+
+/// Whether a signal with these values and rates at the ends of a step can be zero inside.
+fn may_pass(start: (f64, f64), end: (f64, f64), step: f64) -> bool {
+    let same_side = (start.0 > 0.0) == (end.0 > 0.0) && end.0 != 0.0;
+    let turns = start.1 * end.1 <= 0.0;
+    let reach = 0.2 * step * (start.1.abs() + end.1.abs());
+    step > 0.0 && (!same_side || (turns && start.0.abs().min(end.0.abs()) < reach))
+}
+
+/// The wanted crossing inside one step, if there is one.
+fn passing<const N: usize>(
+    seat: &Seat<N>,
+    retrace: &mut dyn Retrace<N>,
+    signal: Signal,
+    (sign, level): (f64, f64),
+    (start, end): (&Record<N>, &Record<N>),
+    wanted: Wanted,
+) -> Option<f64> {
+    let dense = retrace.dense(seat, start, end.step);
+    let mut excess = |share: f64| {
+        let state = dense.at(share);
+        sign * signal.value(seat, retrace, dense.t + share * dense.step, &state) - level
+    };
+    let share_of = |part: usize| part as f64 / PARTS as f64;
+    let values: [f64; PARTS + 1] = std::array::from_fn(|part| excess(share_of(part)));
+    let passes = |part: &usize| match wanted {
+        Wanted::FirstUp => values[*part] < 0.0 && values[part + 1] >= 0.0,
+        _ => values[*part] > 0.0 && values[part + 1] <= 0.0,
+    };
+    let part = if wanted == Wanted::LastDown { (0..PARTS).rfind(passes) } else { (0..PARTS).find(passes) }?;
+    let width = share_of(1);
+    let share = root(|local| excess(share_of(part) + local * width), values[part], values[part + 1]);
+    Some(dense.t + dense.step * (share_of(part) + share * width))
 }

@@ -45,8 +45,8 @@ fn peak_inside<const N: usize>(seat: &Seat<N>, retrace: &mut dyn Retrace<N>, can
         let state = dense.at(share);
         let value = match (candidate.signal, N) {
             (Watched::Windup, 5) => state[2] - retrace.kinematic_error(state[0]).0,
-            (Watched::Te, 5) => state[2],
-            (Watched::OmegaL, 5) => state[3],
+            (Watched::Te, 5..) => state[2],
+            (Watched::OmegaL, 5..) => state[3],
             (signal, _) => {
                 let rates = retrace.rates(seat, dense.t + share * dense.step, &state);
                 match signal {

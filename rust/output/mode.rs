@@ -3,6 +3,7 @@
 use super::least_squares::LeastSquares;
 use crate::model::{Layout, Row, spring};
 use crate::solve::{Retrace, Seat};
+use std::f64::consts::TAU;
 
 /// Samples over the window of the fit.
 pub const SAMPLES: usize = 128;
@@ -58,7 +59,7 @@ pub fn mode<const N: usize>(layout: &Layout, seat: &Seat<N>, retrace: &mut dyn R
     let travel = angles[angles.len() - 1] - angles[0];
     problem.push(vec![1.0; times.len()]);
     problem.push(times.clone());
-    for order in row.strongest_orders.iter().filter(|order| (*order * travel).abs() > 1.0) {
+    for order in row.strongest_orders.iter().filter(|order| (*order * travel).abs() > TAU) {
         problem.push(angles.iter().map(|angle| (order * angle).cos()).collect());
         problem.push(angles.iter().map(|angle| (order * angle).sin()).collect());
     }
@@ -76,7 +77,7 @@ pub fn mode<const N: usize>(layout: &Layout, seat: &Seat<N>, retrace: &mut dyn R
             let constants = &row.constants;
             let reflected = constants.j_m / (constants.inverse_ratio * constants.inverse_ratio);
             let share = reflected / (reflected + constants.j_l);
-            return Mode { frequency: omega / std::f64::consts::TAU, decay, amplitude: share * square.sqrt() };
+            return Mode { frequency: omega / TAU, decay, amplitude: share * square.sqrt() };
         }
     }
     MISSING

@@ -7,7 +7,8 @@ use crate::solve::{Retrace, Seat};
 
 /// Amplitude of each wanted order in a signal over the whole revolutions of the steady run.
 ///
-/// The orders of the model's own kinematic error are fitted along, so that they do not leak.
+/// The orders of the model's own kinematic error are fitted along, so that they do not leak; each wanted order
+/// beyond them is fitted on its own, so that it does not depend on its company.
 pub fn amplitudes<const N: usize>(
     seat: &Seat<N>,
     retrace: &mut dyn Retrace<N>,
@@ -21,8 +22,7 @@ pub fn amplitudes<const N: usize>(
         return missing;
     }
     let lowest = 1.0 / f64::from(steady.revolutions);
-    let mut orders = wanted.to_vec();
-    orders.extend(known.iter().filter(|order| !wanted.contains(order) && **order >= lowest));
+    let known: Vec<f64> = known.iter().copied().filter(|order| *order >= lowest).collect();
     let grid = seat.assignment.grids[1].clone();
     let (from, to) = steady.window;
     let mut angles = Vec::new();
@@ -33,18 +33,32 @@ pub fn amplitudes<const N: usize>(
             data.push(signal.value(seat, retrace, t, state));
         }
     }
-    if angles.len() < 2 * orders.len() + 2 {
+    let unknown: Vec<f64> = wanted.iter().copied().filter(|order| !known.contains(order)).collect();
+    if angles.len() < 2 * known.len() + 4 {
         return missing;
     }
     let mut problem = LeastSquares::new(&data);
     let mut determined = problem.push(vec![1.0; angles.len()]);
-    for (cosine, sine) in waves(&orders, &angles) {
+    for (cosine, sine) in waves(&known, &angles) {
         determined = determined.and_then(|()| problem.push(cosine)).and_then(|()| problem.push(sine));
     }
-    determined.map_or(missing, |()| {
+    if determined.is_none() {
+        return missing;
+    }
+    let amplitude = |problem: &LeastSquares, place: usize| {
         let found = problem.solve();
-        (0..wanted.len()).map(|k| found[2 * k + 1].hypot(found[2 * k + 2])).collect()
-    })
+        found[2 * place + 1].hypot(found[2 * place + 2])
+    };
+    let mut found: Vec<(f64, f64)> =
+        known.iter().enumerate().map(|(k, &order)| (order, amplitude(&problem, k))).collect();
+    let own = problem.len();
+    for (&order, (cosine, sine)) in unknown.iter().zip(waves(&unknown, &angles)) {
+        problem.truncate(own);
+        let pushed = problem.push(cosine).and_then(|()| problem.push(sine));
+        found.push((order, pushed.map_or(f64::NAN, |()| amplitude(&problem, known.len()))));
+    }
+    let of = |order: f64| found.iter().find(|entry| entry.0 == order).map_or(f64::NAN, |entry| entry.1);
+    wanted.iter().map(|&order| of(order)).collect()
 }
 
 /// Cosine and sine of every order at every angle; integer orders by repeated rotation.

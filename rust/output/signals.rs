@@ -2,6 +2,9 @@
 
 use crate::solve::{Retrace, Seat};
 
+/// Models with at least so many states have te and omega_l among them.
+const TWO_INERTIA: usize = 5;
+
 /// One signal of a trajectory.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Signal {
@@ -53,9 +56,9 @@ impl Signal {
         match (self, N) {
             (Self::ThetaM, _) => return state[0],
             (Self::OmegaM, _) => return state[1],
-            (Self::ThetaL, 5) => return state[0] * inverse_ratio - state[2],
-            (Self::Te, 5) => return state[2],
-            (Self::OmegaL, 5) => return state[3],
+            (Self::ThetaL, TWO_INERTIA..) => return state[0] * inverse_ratio - state[2],
+            (Self::Te, TWO_INERTIA..) => return state[2],
+            (Self::OmegaL, TWO_INERTIA..) => return state[3],
             _ => {}
         }
         let rates = retrace.rates(seat, t, state);

@@ -14,5 +14,5 @@ mod _core {
     #[pymodule_export]
     use super::sweep::sweep;
     #[pymodule_export]
-    use super::tables::{build_info, layout, methods, metrics, signals, statuses};
+    use super::tables::{build_info, layout, methods, metrics, signals, statuses, terms};
 }

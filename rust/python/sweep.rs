@@ -46,7 +46,7 @@ fn range(what: &'static str, detail: String) -> PyErr {
 
 /// Runs all rows of a parameter table through one model.
 #[pyfunction]
-#[pyo3(signature = (*, base, spring, orders, defaults, columns, rows, programs, program_index, initial, initial_state,
+#[pyo3(signature = (*, base, spring, orders, terms, defaults, columns, rows, programs, program_index, initial, initial_state,
     grids, grid_index, signals, metrics, method, rtol, atol, max_steps, max_step, threads, progress))]
 #[allow(clippy::too_many_arguments)] // the one boundary: every argument of a sweep
 pub fn sweep<'py>(
@@ -54,6 +54,7 @@ pub fn sweep<'py>(
     base: &str,
     spring: &str,
     orders: Vec<f64>,
+    terms: Vec<String>,
     defaults: PyReadonlyArray1<'py, f64>,
     columns: Vec<(usize, PyReadonlyArray1<'py, f64>)>,
     rows: usize,
@@ -73,7 +74,7 @@ pub fn sweep<'py>(
     threads: usize,
     progress: Option<Py<PyAny>>,
 ) -> PyResult<Bound<'py, PyDict>> {
-    let layout = layout_of(base, spring, orders)?;
+    let layout = layout_of(base, spring, orders, &terms)?;
     let defaults: Vec<f64> = defaults.as_array().to_vec();
     if defaults.len() != layout.len() {
         return Err(range("defaults", format!("{} values, allowed {}", defaults.len(), layout.len())));

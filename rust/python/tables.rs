@@ -1,6 +1,7 @@
 //! The tables of the core as Python lists and dicts.
 
 use crate::batch::{MethodName, SetupError, SimdPath, lanes_of_path, paths};
+use crate::model::terms::{Choice, TERMS};
 use crate::model::{Base, Group, Layout, Spring};
 use crate::output::{Metric, Signal};
 use crate::solve::{Bs3, Dop853, Dopri5, Method, Status, Tsit5};
@@ -26,7 +27,7 @@ pub(super) fn base_of(name: &str) -> Result<Base, SetupError> {
     }
 }
 
-pub(super) fn layout_of(base: &str, spring: &str, orders: Vec<f64>) -> Result<Layout, SetupError> {
+pub(super) fn layout_of(base: &str, spring: &str, orders: Vec<f64>, terms: &[String]) -> Result<Layout, SetupError> {
     let base = base_of(base)?;
     let spring = match spring {
         "polynomial" => Spring::Polynomial,
@@ -36,7 +37,11 @@ pub(super) fn layout_of(base: &str, spring: &str, orders: Vec<f64>) -> Result<La
     if let Some(order) = orders.iter().find(|order| !(order.is_finite() && **order > 0.0)) {
         return Err(SetupError::Range { what: "orders", detail: format!("{order} is not a positive number") });
     }
-    Ok(Layout { base, spring, orders })
+    let terms = Choice::of(terms).map_err(|detail| SetupError::Range { what: "terms", detail })?;
+    if base == Base::OneInertia && !terms.on.is_empty() {
+        return Err(SetupError::Range { what: "terms", detail: "allowed with the base two_inertia only".into() });
+    }
+    Ok(Layout { base, spring, orders, terms })
 }
 
 pub(super) fn method_of(name: &str) -> Result<MethodName, SetupError> {
@@ -115,6 +120,35 @@ fn named<'py>(py: Python<'py>, name: &str, unit: &str, meaning: &str) -> PyResul
     Ok(item)
 }
 
+/// The terms beyond the nominal model, in the order in which they act.
+#[pyfunction]
+pub fn terms(py: Python<'_>) -> PyResult<Vec<Bound<'_, PyDict>>> {
+    TERMS
+        .iter()
+        .map(|term| {
+            let item = PyDict::new(py);
+            item.set_item("id", term.id)?;
+            item.set_item("place", term.place.name())?;
+            item.set_item("description", term.description)?;
+            item.set_item("equation", term.equation)?;
+            item.set_item("source", term.source)?;
+            item.set_item("amplitude", term.amplitude)?;
+            let states: Vec<_> = term.states.iter().map(|state| (state.name, state.unit)).collect();
+            item.set_item("states", states)?;
+            let parameters = term.parameters.iter().map(|parameter| {
+                let entry = named(py, parameter.name, parameter.unit, parameter.meaning)?;
+                entry.set_item("symbol", parameter.symbol)?;
+                entry.set_item("default", parameter.default)?;
+                entry.set_item("low", parameter.plausible.0)?;
+                entry.set_item("high", parameter.plausible.1)?;
+                Ok(entry)
+            });
+            item.set_item("parameters", parameters.collect::<PyResult<Vec<_>>>()?)?;
+            Ok(item)
+        })
+        .collect()
+}
+
 /// The parameters of a model in row order.
 #[pyfunction]
 pub fn layout<'py>(
@@ -123,11 +157,12 @@ pub fn layout<'py>(
     spring: &str,
     orders: Vec<f64>,
     labels: Vec<String>,
+    terms: Vec<String>,
 ) -> PyResult<Vec<Bound<'py, PyDict>>> {
     if labels.len() != orders.len() {
         return Err(PyValueError::new_err(format!("{} labels for {} orders", labels.len(), orders.len())));
     }
-    let layout = layout_of(base, spring, orders)?;
+    let layout = layout_of(base, spring, orders, &terms)?;
     layout
         .parameters(&labels)
         .into_iter()

@@ -10,7 +10,7 @@ use super::seat::{Assignment, Memory, Seat};
 use super::status::Status;
 use super::stepper::{Stepper, Trial};
 use super::watch::{Candidate, WatchList, Watched};
-use crate::model::{Harmonics, Layout, Model};
+use crate::model::{Harmonics, Layout, Model, Rates};
 use crate::real::{Mask, Path, Real, lanes_of};
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -139,7 +139,7 @@ impl<'a, P: Path, M: Model<N>, T: Method, const N: usize> Advance<'a, P, M, T, N
             self.open_windows(lane);
         }
         if self.demand.record {
-            self.remember(self.stale, P::Lanes::zero(), rates.omega_l);
+            self.remember(self.stale, P::Lanes::zero(), &rates);
         }
         self.stale = 0;
     }
@@ -168,24 +168,26 @@ impl<'a, P: Path, M: Model<N>, T: Method, const N: usize> Advance<'a, P, M, T, N
         self.attempts = self.attempts + one;
         self.accepted = self.accepted + P::Lanes::select(accepted, one, P::Lanes::zero());
         if self.demand.record {
-            self.remember(accepted.to_bits(), step, trial.rates.omega_l);
+            self.remember(accepted.to_bits(), step, &trial.rates);
         }
     }
 
     #[inline(always)]
-    fn remember(&mut self, lanes: u64, step: P::Lanes, omega_l: P::Lanes) {
+    fn remember(&mut self, lanes: u64, step: P::Lanes, rates: &Rates<P::Lanes, N>) {
         for lane in lanes_of(lanes & self.occupied) {
-            let record = self.record(lane, step.get(lane), omega_l.get(lane));
+            let record = Record {
+                t: self.stepper.t.get(lane),
+                step: step.get(lane),
+                state: self.lane_state(lane),
+                alpha_m: rates.slope[1].get(lane),
+                omega_l: rates.omega_l.get(lane),
+                alpha_l: rates.alpha_l.get(lane),
+                directions: self.lane_directions(lane),
+            };
             if let Some(seat) = &mut self.seats[lane] {
                 seat.records.push(record);
             }
         }
-    }
-
-    #[inline(always)]
-    fn record(&self, lane: usize, step: f64, omega_l: f64) -> Record<N> {
-        let directions = self.lane_directions(lane);
-        Record { t: self.stepper.t.get(lane), step, state: self.lane_state(lane), omega_l, directions }
     }
 
     /// Extrema inside the accepted steps.
@@ -199,8 +201,10 @@ impl<'a, P: Path, M: Model<N>, T: Method, const N: usize> Advance<'a, P, M, T, N
                     t: t.get(lane),
                     step: 0.0,
                     state: std::array::from_fn(|index| state[index].get(lane)),
+                    alpha_m: f64::NAN,
                     omega_l: f64::NAN,
                     directions: [directions[0].get(lane), directions[1].get(lane)],
+                    alpha_l: f64::NAN,
                 };
                 let signal = [Watched::Windup, Watched::Te, Watched::OmegaL][signal];
                 if let Some(seat) = &mut seats[lane] {

@@ -11,7 +11,12 @@ const END: f64 = 0.04;
 const SHARE: f64 = 0.37;
 
 fn layout() -> Layout {
-    Layout { base: Base::TwoInertia, spring: Spring::Polynomial, orders: (1..=15).map(f64::from).collect(), terms: Choice::default() }
+    Layout {
+        base: Base::TwoInertia,
+        spring: Spring::Polynomial,
+        orders: (1..=15).map(f64::from).collect(),
+        terms: Choice::default(),
+    }
 }
 
 /// A default drive spinning at 60 rad/s under constant torque.
@@ -27,8 +32,7 @@ fn stepper() -> Stepper<f64, 5> {
         load: Line { value: 5.0, slope: 0.0 },
         load_set: Line::default(),
     };
-    let mut stepper =
-        Stepper::new::<TwoInertia>(&layout, &row, &harmonics, Integrands::default(), [false; WATCHED]);
+    let mut stepper = Stepper::new::<TwoInertia>(&layout, &row, &harmonics, Integrands::default(), [false; WATCHED]);
     stepper.input = Input::none();
     stepper.input.set_lane(0, &segment, &row);
     stepper.state = [0.3, 60.0, 2e-4, 0.45, 0.0];

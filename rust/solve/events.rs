@@ -116,13 +116,7 @@ impl<P: Path, M: Model<N>, T: Method, const N: usize> Advance<'_, P, M, T, N> {
     }
 
     /// Where in the step a shaft's event lies.
-    fn locate(
-        &mut self,
-        lane: usize,
-        shaft: usize,
-        dense: &Dense<N>,
-        trial: &Trial<P::Lanes, N>,
-    ) -> (f64, Event) {
+    fn locate(&mut self, lane: usize, shaft: usize, dense: &Dense<N>, trial: &Trial<P::Lanes, N>) -> (f64, Event) {
         let direction = self.stepper.directions[shaft].get(lane);
         if direction != 0.0 {
             let speed = |share: f64| direction * dense.at(share)[SPEEDS[shaft]];

@@ -2,9 +2,9 @@
 
 mod advance;
 mod controller;
-mod events;
 #[cfg(test)]
 mod convergence;
+mod events;
 mod integrals;
 mod record;
 mod replay;
@@ -18,8 +18,8 @@ mod watch;
 pub use advance::{Advance, Demand, Rows};
 pub use integrals::{INTEGRALS, Integral, Integrands};
 pub use record::{Dense, Record};
-pub use root::root;
 pub use replay::{Replay, Retrace};
+pub use root::root;
 pub use seat::{Assignment, Mark, Memory, Seat, Start};
 pub use status::Status;
 pub use tableau::{Bs3, Dop853, Dopri5, Method, Tsit5};

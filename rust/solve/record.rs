@@ -9,10 +9,14 @@ pub struct Record<const N: usize> {
     pub step: f64,
     /// State.
     pub state: [f64; N],
+    /// Motor acceleration [rad/s^2].
+    pub alpha_m: f64,
     /// Load speed [rad/s].
     pub omega_l: f64,
     /// Directions in which motor and load slide from here on; 0 where they are held.
     pub directions: [f64; 2],
+    /// Load acceleration [rad/s^2].
+    pub alpha_l: f64,
 }
 
 /// Highest degree of a dense output, plus one.

@@ -54,7 +54,10 @@ impl<P: Path, M: Model<N>, T: Method, const N: usize> Replay<P, M, T, N> {
             _ => (row.theta_m0, 0.0),
         };
         let full = match seat.assignment.start {
-            Start::Given(full) => full,
+            Start::Given(full) => match seat.segment().drive {
+                Drive::Motion { .. } => [angle, speed, full[2] + (angle - full[0]) * c.inverse_ratio, full[3], full[4]],
+                _ => full,
+            },
             Start::ZeroAngle => [0.0; 5],
             Start::Relaxed => {
                 let (error, slope) = self.kinematic_error(angle);

@@ -4,7 +4,7 @@ use super::integrals::INTEGRALS;
 use super::record::Record;
 use super::stepper::Stepper;
 use super::watch::{Candidate, Range, WATCHED};
-use crate::model::{Drive, Harmonics, Model, Program, Row, Segment};
+use crate::model::{Base, Drive, Harmonics, Model, Program, Row, Segment};
 use crate::real::Real;
 use std::sync::Arc;
 
@@ -237,6 +237,9 @@ impl<const N: usize> Seat<N> {
         let row = &self.assignment.row;
         match self.segment().drive {
             Drive::Motion { angle } => {
+                if M::BASE == Base::TwoInertia {
+                    state[2] += (angle[0] - state[0]) * row.constants.inverse_ratio;
+                }
                 state[0] = angle[0];
                 state[1] = angle[1];
             }

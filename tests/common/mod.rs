@@ -1,6 +1,7 @@
 //! The benchmark problem as a sweep of random rows, with everything that may vary as a field.
 
 use hdfast::batch::{Job, MethodName, Outputs, Progress, SimdPath, StartKind, sweep};
+use hdfast::model::terms::Choice;
 use hdfast::model::{Base, Drive, Harmonics, Layout, Line, Program, ScenarioColumn, Segment, Spring};
 use hdfast::output::{Metric, Signal};
 use hdfast::solve::{Demand, Integrands, WatchList};
@@ -33,7 +34,7 @@ impl Progress for Silent {
 
 /// Parameters of the default drive, with the scenario's.
 pub fn layout(base: Base) -> Layout {
-    Layout { base, spring: Spring::Polynomial, orders: (1..=15).map(f64::from).collect() }
+    Layout { base, spring: Spring::Polynomial, orders: (1..=15).map(f64::from).collect(), terms: Choice::default() }
 }
 
 /// Rows that differ in everything the benchmark problem varies; reproducible.

@@ -8,7 +8,7 @@ import hdfast
 import numpy as np
 import pytest
 from conftest import Engine, Reference
-from drives import LABELS, ORDERS, RPM, parameters
+from drives import LABELS, MOTION, ORDERS, RPM, parameters
 from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
 from oracles import lagrange
@@ -29,10 +29,10 @@ SIGNALS = {  # size against which differences are measured
     "omega_l": 0.01,
     "te": 2e-5,
     "windup": 2e-5,
-    "windup_rate": 0.01,
+    "windup_rate": 0.05,
     "theta_e": 2e-5,
     "tau_m": 0.05,
-    "gear_torque": 1.0,
+    "gear_torque": 2.0,
 }
 STEADFAST = {  # metrics whose conditioning does not depend on the row, with the size of their differences
     "peak_windup": 2e-5,
@@ -60,10 +60,10 @@ def between(low, high):
 
 @st.composite
 def drives(draw, model):
-    """One row anywhere in the plausible ranges; polynomial springs are scaled fits so that their tangent stays positive."""
+    """One row anywhere in the plausible ranges; polynomial springs are scaled fits, so their tangent is positive."""
     row = {}
     for parameter in hdfast.params(model):
-        if parameter.name.startswith("te_c") or parameter.name.startswith("te_s") and parameter.name != "te_scale":
+        if parameter.name.startswith(("te_cos", "te_sin")):
             row[parameter.name] = draw(between(-4e-5, 4e-5))
         elif parameter.name == "s":
             row["s"] = draw(st.sampled_from([0.0, 1.0, 0.5]))
@@ -82,7 +82,27 @@ def drives(draw, model):
 
 
 @st.composite
-def scenarios(draw):
+def tables(draw):
+    """A torque, a speed or a motion given by a short table, joined by lines or held."""
+    t_end = draw(between(0.2, 0.6))
+    corners = sorted(draw(st.lists(between(0.02, 0.95), min_size=4, max_size=7, unique_by=lambda x: round(x, 2))))
+    t = t_end * np.array([0.0, *corners, 1.0])
+    values = np.array(draw(st.lists(between(-1.0, 1.0), min_size=len(t), max_size=len(t))))
+    options = {"t_end": t_end, "t_on": 0.0, "t_off": 0.7 * t_end, "load": draw(between(-60.0, 60.0))}
+    kind = draw(st.sampled_from(["torque", "speed", "motion"]))
+    if kind == "motion":
+        return hdfast.Scenario.motion(t, 30.0 * t + 0.5 * values, **options)
+    options["hold"] = draw(st.booleans())
+    options["theta_m0"] = draw(between(-10.0, 10.0))
+    if kind == "torque":
+        return hdfast.Scenario.torque_profile(t, 0.1 * values, **options)
+    return hdfast.Scenario.speed_profile(
+        t, speed=30.0 * values, tau_max=draw(st.sampled_from([0.3, math.inf])), **options
+    )
+
+
+@st.composite
+def starts_and_stops(draw):
     """A short start, run and stop of any kind."""
     t_end = draw(between(0.15, 0.7))
     t_on = draw(st.sampled_from([0.0, 0.0, 0.05]))
@@ -96,7 +116,7 @@ def scenarios(draw):
         "speed_rpm": draw(between(-600.0, 600.0)),
         "load": draw(st.one_of(between(-100.0, 100.0), st.just(([0.0, 0.1, 0.2], [0.0, 40.0, -20.0])))),
         "K_p": draw(st.one_of(st.just(0.0), between(0.005, 0.3))),
-        "K_i": draw(between(0.0, 5.0)),
+        "K_i": draw(st.one_of(st.just(0.0), between(0.02, 5.0))),
         "tau_max": draw(st.sampled_from([0.1, 2.0, math.inf])),
         "initial": draw(st.sampled_from(["relaxed", "zero_angle"])),
         "theta_m0": draw(between(-1000.0, 1000.0)),
@@ -112,13 +132,13 @@ def scenarios(draw):
 @st.composite
 def calls(draw):
     model = draw(st.sampled_from(MODELS))
-    row, scenario = draw(drives(model)), draw(scenarios())
+    row, scenario = draw(drives(model)), draw(st.one_of(starts_and_stops(), starts_and_stops(), tables()))
     options = {"model": model, "scenario": scenario}
     shares = sorted(draw(st.lists(between(0.001, 0.999), min_size=3, max_size=6, unique=True)))
     options["t_eval"] = [share * scenario.t_end for share in shares]
     options["method"] = draw(st.sampled_from(["dop853", "dopri5", "tsit5", "bs3"]))
-    options["rtol"] = 1e-5 if options["method"] == "bs3" else draw(st.sampled_from([1e-5, 1e-6, 1e-8]))
-    if draw(st.booleans()):
+    options["rtol"] = 1e-5 if options["method"] == "bs3" else draw(st.sampled_from([1e-4, 1e-6, 1e-8]))
+    if scenario.segments[0, 1] != MOTION and draw(st.booleans()):
         theta, omega = draw(between(-100.0, 100.0)), draw(between(-60.0, 60.0))
         state = [theta, omega]
         if model.base == "two_inertia":
@@ -133,7 +153,7 @@ def compare(found, expected, truth, size, rtol, message):
     np.testing.assert_array_equal(np.isnan(found), np.isnan(truth), err_msg=message)
     known = ~np.isnan(truth)
     scale = size + np.max(np.abs(truth[known]), initial=0.0)
-    allowed = 20 * np.max(np.abs(expected - truth)[known], initial=0.0) + (300 * rtol + 1e-9) * scale
+    allowed = 50 * np.max(np.abs(expected - truth)[known], initial=0.0) + (1000 * rtol + 1e-9) * scale
     worst = np.max(np.abs(found - truth)[known], initial=0.0)
     assert worst <= allowed, f"{message}: off by {worst / scale:.2e} of its size, allowed {allowed / scale:.2e}"
 
@@ -153,7 +173,10 @@ def check(row, options):
     for k, size in enumerate(sizes):
         states = (run.final_state[:, k] for run in (found, expected, truth))
         compare(*states, size, rtol, f"final state {k}")
+    turning = all(order % 1.0 == 0.0 for order in options["model"].order_values)
     for name, size in STEADFAST.items():
+        if name == "upsilon_min" and not turning:
+            continue  # the engine looks at one revolution, the reference at a whole period of the kinematic error
         compare(*(run.metrics[name] for run in (found, expected, truth)), size, rtol, name)
 
 
@@ -180,37 +203,73 @@ def test_against_reference_anywhere_long(call):
 
 ORDINARY = [
     ({}, {}),
-    ({"start": "speed_ramp", "stop": "brake"}, {}),
-    ({"start": "torque_step", "stop": "brake", "speed_rpm": 300.0}, {}),
+    ({"start": "speed_ramp", "stop": "brake", "J_l": 6.0, "speed_rpm": 200.0}, {}),
+    ({"stop": "brake", "speed_rpm": 300.0}, {}),
     ({"start": "speed_ramp", "speed_rpm": -60.0, "load": -20.0}, {}),
     ({"initial": "zero_angle", "t_end": 4.0}, {"spring": "piecewise"}),
+    ({"torque": 0.006}, {}),
+    ({"stop": None, "t_end": 2.0}, {}),
     ({"start": "speed_ramp", "speed_rpm": 200.0}, {"base": "one_inertia"}),
 ]
+LOOSE = {"order_2": 1e-4, "order_15": 1e-3, "speed_order_4": 1e-3, "time_outside_range": 1e-4, "residual_ring": 1e-4}
 
 
-@pytest.mark.parametrize(("scenario", "model"), ORDINARY)
+@pytest.mark.parametrize(
+    ("scenario", "model"), ORDINARY, ids=lambda value: ",".join(map(str, value.values())) or "default"
+)
 def test_against_reference_all_metrics(engine, reference, scenario, model, long):
-    """Every metric on rows near the default drive, where all of them are well conditioned."""
-    count = 12 if long else 2
+    """Every metric on rows near the default drive; the modes have a test of their own."""
+    scenario = dict(scenario)
     model = hdfast.Model(**model)
     rng = np.random.default_rng(7)
-    names = ["J_m", "J_l", "B_m", "B_l", "B_ml", "B_sp", "te_scale", "k1" if model.spring == "polynomial" else "K1"]
     default = {parameter.name: parameter.default for parameter in hdfast.params(model)}
-    rows = {name: default[name] * rng.uniform(0.8, 1.2, count) for name in names}
-    metrics = [*hdfast.metrics(), "order_2", "order_15", "order_7/2", "speed_order_4"]
+    default["J_l"] = scenario.pop("J_l", 0.5)
+    names = ["J_m", "J_l", "B_m", "B_l", "B_ml", "B_sp", "te_scale", "k1" if model.spring == "polynomial" else "K1"]
+    rows = {name: default[name] * rng.uniform(0.8, 1.2, 12 if long else 2) for name in names}
+    metrics = [name for name in hdfast.metrics() if not name.startswith("mode_")]
+    metrics += ["order_2", "order_15", "speed_order_4"]
     options = {"model": model, "scenario": hdfast.Scenario.start_stop(**scenario), "metrics": metrics, "rtol": 1e-8}
     found, expected = engine(rows, **options).metrics, reference(rows, **options).metrics
-    problems = []
+    assert np.all(found.pop("energy_residual") < 1e-6)
+    wrong = [name for name in found if not close(found[name], expected[name], LOOSE.get(name, 2e-6))]
+    assert not wrong, {name: (found[name].tolist(), expected[name].tolist()) for name in wrong}
+
+
+def close(found, expected, rtol):
+    return np.allclose(found, expected, rtol=rtol, atol=1e-12, equal_nan=True)
+
+
+@pytest.mark.parametrize("te_scale", [0.0, 1.0])
+def test_against_reference_modes(engine, reference, te_scale):
+    """The mode after a torque step, and after the stop where no order line disturbs it."""
+    events = ["start"] if te_scale else ["start", "stop"]
+    metrics = [f"mode_{kind}_{event}" for event in events for kind in ("frequency", "decay", "amplitude")]
+    rows = {"J_l": np.array([0.25, 0.5, 0.6]), "te_scale": np.full(3, te_scale)}
+    found, expected = (run(rows, metrics=metrics, rtol=1e-8).metrics for run in (engine, reference))
     for name in metrics:
-        loose = 2e-3 if name.startswith(("mode_", "order_", "speed_order_")) else 2e-6
-        if name == "energy_residual":
-            assert np.all(found[name] < 1e-6)
-            continue
-        try:
-            np.testing.assert_allclose(found[name], expected[name], rtol=loose, atol=1e-12)
-        except AssertionError:
-            problems.append((name, found[name].tolist(), expected[name].tolist()))
-    assert not problems, problems
+        np.testing.assert_allclose(
+            found[name], expected[name], rtol=1e-3 if "frequency" in name else 5e-3, err_msg=name
+        )
+
+
+def test_against_reference_speed_crossing_twice_in_a_step(engine, reference):
+    """The speed passes 95 % upward, falls back 1.6 ms later and passes again: the first passage counts."""
+    options = {
+        "scenario": hdfast.Scenario.start_stop(torque=0.03),
+        "metrics": ["rise_time", "rise_shape"],
+        "rtol": 1e-8,
+    }
+    found, expected = (run({"J_l": np.array([0.7])}, **options).metrics for run in (engine, reference))
+    for name in found:
+        np.testing.assert_allclose(found[name], expected[name], rtol=1e-6, err_msg=name)
+
+
+def test_exact_metrics_do_not_depend_on_company(engine):
+    """The amplitude of an order is the same whatever else is asked for."""
+    row = {"J_l": np.array([0.5])}
+    alone = engine(row, metrics=["order_2"]).metrics["order_2"]
+    together = engine(row, metrics=["order_2", "order_7/2", "order_15", "te_pp"]).metrics["order_2"]
+    np.testing.assert_allclose(alone, together, rtol=1e-9)
 
 
 @pytest.mark.parametrize("spring", ["polynomial", "piecewise"])
@@ -219,7 +278,9 @@ def test_against_reference_impossible_rows(engine, reference, base, spring):
     """The same rows are refused, and for the same parameter."""
     model = hdfast.Model(base, spring)
     table = hdfast.params(model)
-    cases = [(name, value) for name in table.names for value in (math.nan, -1.0, 0.0, math.inf)]
+    names = [name for name in table.names if not name.startswith("te_")] + ["te_scale", "te_cos_1", "te_sin_15"]
+    cases = [(name, value) for name in names for value in (math.nan, -1.0, 0.0, math.inf)]
+    cases = [case for case in cases if case != ("te_sin_15", -1.0)]
     cases += [(name, value) for name in ("tau_max", "K_p", "omega_set") for value in (math.nan, -1.0, 0.0, math.inf)]
     for name, value in cases:
         row = {name: np.array([value])}

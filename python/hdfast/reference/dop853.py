@@ -1,6 +1,7 @@
-"""Coefficients of DOP853: Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, 2nd edition, section II.5 and II.6.
+"""Coefficients of DOP853.
 
-Row j of `STAGES` builds stage j + 1 from the stages before it; entries not written are zero. `{index: weight}` maps keep the tables sparse.
+Source: Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, 2nd edition, sections II.5 and II.6.
+Row j of `STAGES` builds stage j + 1 from the stages before it; entries not written are zero.
 """
 
 NODES: list[float] = [

@@ -98,7 +98,7 @@ class Drive:
         return phi
 
     def motor_torque(self, t: float, y: list[float], segment: Segment) -> tuple[float, float]:
-        """Motor torque [N m] and the rate of the integrator z; for prescribed motion the torque that would be needed."""
+        """Motor torque [N m], for prescribed motion the one it takes, and the rate of the integrator z."""
         if segment.kind == SPEED:
             return self.controller.torque(segment.reference_at(t) - y[1], y[-1])
         if segment.kind == MOTION:

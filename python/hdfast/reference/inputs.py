@@ -10,7 +10,8 @@ TORQUE, SPEED, MOTION = 0, 1, 2
 class Segment:
     """One row of the input table with this row's multipliers already applied; s = t - start.
 
-    tau [N m], reference [rad/s] and load [N m] are value + slope * s; motion is theta_m = c0 + c1 s + c2 s^2 + c3 s^3 [rad].
+    tau [N m], reference [rad/s] and load [N m] are value + slope * s; the imposed motion is
+    theta_m = c0 + c1 s + c2 s^2 + c3 s^3 [rad].
     """
 
     start: float

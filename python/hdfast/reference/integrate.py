@@ -84,7 +84,7 @@ def given_state(drive: Drive, given: Vector) -> Vector:
 
 
 def enter(drive: Drive, y: Vector, t: float, segment: Segment, before: Segment | None) -> Vector:
-    """State after switching the input at `t`: a prescribed motion takes the motor over, a bumpless controller its torque."""
+    """State after a new input at `t`: an imposed motion takes the motor over, a bumpless controller its torque."""
     y = list(y)
     if segment.kind == MOTION:
         theta, omega, _ = segment.motion_at(t)
@@ -115,6 +115,13 @@ def guess_step(
     steepest = max(d1, d2)
     h1 = max(1e-6, 1e-3 * h0) if steepest <= 1e-15 else (0.01 / steepest) ** (1.0 / order)
     return min(100.0 * h0, h1, longest)
+
+
+def looking_step(drive: Drive, y: Vector, segment: Segment) -> float:
+    """Longest step [s] that sees the kinematic error of a rigid gear under imposed motion: no state depends on it."""
+    if not drive.rigid or segment.kind != MOTION or not drive.series or y[1] == 0.0:
+        return math.inf
+    return 2.0 * math.pi / (8.0 * abs(y[1]) * max(order for order, _, _ in drive.series))
 
 
 def finite(step: Attempt) -> bool:
@@ -171,7 +178,7 @@ def advance(
             if h < 16 * math.ulp(max(t, mark - t)):
                 run.status = "step_too_small"
                 return run
-            wanted = min(h, max_step)
+            wanted = min(h, max_step, looking_step(drive, y, active))
             reaches = t + 1.01 * wanted >= mark
             taken = mark - t if reaches else wanted
             step = attempt(pair, slope, t, y, first, taken)

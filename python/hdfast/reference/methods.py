@@ -11,9 +11,9 @@ Row = dict[int, float]
 class Method:
     """One embedded pair.
 
-    Stage 0 is the slope at the start of the step, the stages of `stages` follow, and the slope at the end of the step comes
-    last (it is stage 0 of the next step). `errors` are weights over all of them. All four dense outputs are one formula,
-    the cubic Hermite polynomial of the step plus corrections that vanish with their slope at both ends:
+    Stage 0 is the slope at the start of the step, the stages of `stages` follow, and the slope at the end of the step
+    comes last (it is stage 0 of the next step). `errors` are weights over all of them. All four dense outputs are one
+    formula, the cubic Hermite polynomial of the step plus corrections that vanish with their slope at both ends:
 
     y(x) = y0 + x (F0 + (1-x) (F1 + x (F2 + (1-x) (F3 + x (F4 + ...)))))     x = (t - t0)/h in [0, 1]
 

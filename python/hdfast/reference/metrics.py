@@ -2,7 +2,8 @@
 
 import math
 from collections.abc import Callable
-from functools import cached_property
+from functools import cached_property, partial
+from itertools import pairwise
 
 from .fit import solve
 from .integrate import Trajectory
@@ -42,17 +43,16 @@ class Metrics:
         }
         for phase in PHASES:
             suffix = "" if phase == "run" else f"_{phase}"
-            self.table[f"te_mean{suffix}"] = lambda phase=phase: self.mean(phase, 0)  # type: ignore[misc]
-            self.table[f"te_peak{suffix}"] = lambda phase=phase: self.scan.largest_size("te", *self.phases[phase])  # type: ignore[misc]
-            self.table[f"te_pp{suffix}"] = lambda phase=phase: self.peak_to_peak("te", phase)  # type: ignore[misc]
-            self.table[f"te_rms{suffix}"] = lambda phase=phase: self.deviation(phase, 0)  # type: ignore[misc]
-            for k, name in enumerate(["energy_in", *LOSSES]):
-                self.table[f"{name}_{phase}"] = lambda phase=phase, k=k: self.works[phase][k]  # type: ignore[misc]
+            self.table[f"te_mean{suffix}"] = partial(self.mean, phase, 0)
+            self.table[f"te_peak{suffix}"] = partial(self.te_peak, phase)
+            self.table[f"te_pp{suffix}"] = partial(self.peak_to_peak, "te", phase)
+            self.table[f"te_rms{suffix}"] = partial(self.deviation, phase, 0)
         for k, name in enumerate(["energy_in", *LOSSES]):
-            self.table[name] = lambda k=k: self.works["all"][k]  # type: ignore[misc]
-        for event in ("start", "stop"):
-            for k, name in enumerate(["mode_frequency", "mode_decay", "mode_amplitude"]):
-                self.table[f"{name}_{event}"] = lambda event=event, k=k: self.modes[event][k]  # type: ignore[misc]
+            for phase in ["all", *PHASES]:
+                self.table[name if phase == "all" else f"{name}_{phase}"] = partial(self.work, phase, k)
+        for k, name in enumerate(["mode_frequency", "mode_decay", "mode_amplitude"]):
+            for event in ("start", "stop"):
+                self.table[f"{name}_{event}"] = partial(self.mode, event, k)
 
     def __getitem__(self, name: str) -> float:
         if self.run.status != "finished":
@@ -100,6 +100,10 @@ class Metrics:
             return math.nan
         return math.sqrt(max(0.0, m[5 + signal] / m[0] - (m[3 + signal] / m[0]) ** 2))
 
+    def te_peak(self, phase: str) -> float:
+        a, b = self.phases[phase]
+        return self.scan.largest_size("te", a, b) if b > a else math.nan
+
     def peak_to_peak(self, name: str, phase: str) -> float:
         a, b = self.phases[phase]
         return self.scan.largest(name, a, b) - self.scan.smallest(name, a, b) if b > a else math.nan
@@ -123,7 +127,7 @@ class Metrics:
         if missing(t_on) > 0.0:
             return None
         times = [latest] + [t for t in reversed(self.scan.times) if t_on <= t < latest]
-        for late, early in zip(times, times[1:], strict=False):
+        for late, early in pairwise(times):
             if missing(early) <= 0.0:
                 return root(missing, early, late), t_off
         return None
@@ -160,9 +164,11 @@ class Metrics:
         return [times[end] if times else math.nan for times, end in zip(found, ends, strict=True)]
 
     def residual_ring(self) -> float:
+        """Root mean square over the ring window, or the part of it before the end."""
         p = self.problem
-        a, b = p.t_off + p.ring_delay, p.t_off + p.ring_delay + p.ring_width
-        if not (p.t_off <= a < b <= p.t_end * (1 + 1e-12)):
+        a = p.t_off + p.ring_delay
+        b = min(a + p.ring_width, p.t_end)
+        if not a < b:
             return math.nan
 
         def square(t: float) -> Vector:
@@ -185,13 +191,17 @@ class Metrics:
 
     @cached_property
     def works(self) -> dict[str, Vector]:
-        """Integrals of `powers` over every phase and over everything [J]."""
-        windows = {**self.phases, "all": (0.0, self.problem.t_end)}
-        table = {phase: self.integrals(self.powers, a, b) for phase, (a, b) in windows.items()}
-        return {phase: work or [math.nan] * 5 for phase, work in table.items()}
+        """Integrals of `powers` over every phase, from t_on to the end, and before t_on [J]."""
+        windows = {**self.phases, "before": (0.0, self.problem.t_on)}
+        table = {phase: self.integrals(self.powers, a, b) or [0.0] * 5 for phase, (a, b) in windows.items()}
+        table["all"] = [sum(values) for values in zip(*(table[phase] for phase in PHASES), strict=True)]
+        return table
+
+    def work(self, phase: str, which: int) -> float:
+        return self.works[phase][which]
 
     def energy_residual(self) -> float:
-        put_in, *lost = self.works["all"]
+        put_in, *lost = map(sum, zip(self.works["before"], self.works["all"], strict=True))
         before, after = self.drive.energy(self.run.start), self.drive.energy(self.run.end)
         exchanged = max(abs(put_in), sum(lost), before, after)
         return abs(after - before - put_in + sum(lost)) / exchanged if exchanged else 0.0
@@ -208,7 +218,7 @@ class Metrics:
         grid = [2 * math.pi * turns * k / looks for k in range(-1, looks + 1)]
         values = [-self.drive.local_ratio(theta) for theta in grid]
         best = max(values)
-        margin = 0.1 * (best - min(values))
+        margin = 0.02 * (best - min(values))
         for a, v, b in zip(range(looks), range(1, looks + 1), range(2, looks + 2), strict=True):
             if values[v] >= best - margin and values[v] >= values[a] and values[v] >= values[b]:
                 best = max(best, peak(lambda theta: -self.drive.local_ratio(theta), grid[a], grid[b]))
@@ -217,7 +227,7 @@ class Metrics:
     def order_amplitude(self, label: str, signal: int) -> float:
         """Least-squares amplitude of one order against the motor angle over whole revolutions.
 
-        The orders of the kinematic error that turn at least once in the window are fitted along, so that they do not leak.
+        The orders of the kinematic error that turn at least once in the window are fitted along: they do not leak.
         """
         if self.whole_revolutions is None:
             return math.nan
@@ -244,6 +254,9 @@ class Metrics:
         """Frequency [Hz], decay [1/s] and output-speed amplitude [rad/s] of the mode after t_on and after t_off."""
         p = self.problem
         return {"start": fit_mode(self.run, p.t_on, p.t_off), "stop": fit_mode(self.run, p.t_off, p.t_end)}
+
+    def mode(self, event: str, part: int) -> float:
+        return self.modes[event][part]
 
 
 def offsets(values: Vector, base: Vector) -> Vector:

@@ -27,8 +27,8 @@ def linear_mode(drive: Drive) -> tuple[float, float, float]:
 def fit_mode(run: Trajectory, event: float, limit: float) -> tuple[float, float, float]:
     """Frequency [Hz], decay [1/s] and amplitude of the output speed [rad/s] extrapolated to the event.
 
-    The window is five decay times, at most until `limit`. An offset, a slope and the strongest lines of the kinematic error
-    that turn at least once are fitted along with the mode.
+    The window is five decay times, at most until `limit`. An offset, a slope and the strongest lines of the kinematic
+    error that turn at least once are fitted along with the mode.
     """
     drive = run.drive
     if drive.rigid or not limit > event:

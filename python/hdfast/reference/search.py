@@ -3,6 +3,7 @@
 import math
 from collections.abc import Callable
 from functools import cached_property
+from itertools import pairwise
 
 from .integrate import Trajectory
 from .signals import output_speed, transmission_error, windup
@@ -18,7 +19,7 @@ Function = Callable[[float], float]
 
 
 class Scan:
-    """Speed, output speed, transmission error and windup looked at `PARTS` times per step, the net for finer searches."""
+    """Both speeds, transmission error and windup looked at `PARTS` times per step: the net for finer searches."""
 
     def __init__(self, run: Trajectory) -> None:
         self.run = run
@@ -40,10 +41,10 @@ class Scan:
     @cached_property
     def columns(self) -> dict[str, Vector]:
         columns: dict[str, Vector] = {name: [] for name in self.functions}
-        states = [(self.run.start, 0.0)]
+        states = [self.run.start]
         for step in self.run.steps:
-            states += [(step.at(step.t + step.h * part / PARTS), 0.0) for part in range(1, PARTS + 1)]
-        for y, _ in states:
+            states += [step.at(step.t + step.h * part / PARTS) for part in range(1, PARTS + 1)]
+        for y in states:
             columns["omega_m"].append(y[1])
             columns["omega_l"].append(output_speed(self.run.drive, y))
             columns["te"].append(transmission_error(self.run.drive, y))
@@ -68,7 +69,8 @@ class Scan:
 
         for j, value in enumerate(values):
             left, right = max(j - 1, 0), min(j + 1, len(values) - 1)
-            if value >= best - 0.02 * spread and value >= values[left] and value >= values[right]:
+            lower, higher = sorted((values[left], values[right]))
+            if value >= best - 0.02 * spread and lower < value >= higher:
                 best = max(best, peak(signed, self.times[looks[left]], self.times[looks[right]]))
         return best
 
@@ -82,7 +84,7 @@ class Scan:
         """Times in [a, b] at which the signal passes `level` upward (or downward)."""
         looks, column, function = self.window(a, b), self.columns[name], self.functions[name]
         found = []
-        for j, k in zip(looks, looks[1:], strict=False):
+        for j, k in pairwise(looks):
             low, high = column[j] - level, column[k] - level
             if (low < 0.0 <= high) if upward else (low > 0.0 >= high):
                 found.append(root(lambda t: function(t) - level, self.times[j], self.times[k]))
@@ -92,7 +94,7 @@ class Scan:
         """Time [s] in [a, b] that the size of the signal exceeds `level`."""
         looks, function = self.window(a, b), self.functions[name]
         total = 0.0
-        for j, k in zip(looks, looks[1:], strict=False):
+        for j, k in pairwise(looks):
             t0, t1 = self.times[j], self.times[k]
             before, after = abs(self.columns[name][j]) > level, abs(self.columns[name][k]) > level
             if before and after:

@@ -3,22 +3,18 @@
 from __future__ import annotations
 
 import hashlib
-import json
 import math
-import os
-import tempfile
-from collections.abc import Callable
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import Any
 
 from hdfast import catalogue
 from hdfast.config import Config
-from hdfast.errors import InputError
-from hdfast.montecarlo import Verdict
+from hdfast.files import write_atomically, write_json
 from hdfast.report import html, tables
 from hdfast.result import SweepResult
 from hdfast.simulate import Trajectory
+from hdfast.tolerance.limits import Verdict
 
 PAGE, ROWS, TRAJECTORY, SUMMARY, INPUT = (
     "index.html",
@@ -27,37 +23,6 @@ PAGE, ROWS, TRAJECTORY, SUMMARY, INPUT = (
     "summary.json",
     "input.toml",
 )
-
-
-def prepare(folder: str | Path) -> Path:
-    """Create the folder and check that files can be written.
-
-    Raises:
-        InputError: it cannot be created or written.
-    """
-    path = Path(folder)
-    try:
-        path.mkdir(parents=True, exist_ok=True)
-        with tempfile.NamedTemporaryFile(dir=path, prefix=".hdfast-"):
-            pass
-    except OSError as error:
-        raise InputError(f"out = {str(folder)!r} cannot be written: {error.strerror}") from None
-    return path
-
-
-def write_atomically(path: Path, write: Callable[[BinaryIO], Any]) -> None:
-    """Write through a temporary file of the same folder."""
-    handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}-")
-    try:
-        with os.fdopen(handle, "wb") as stream:
-            write(stream)
-            stream.flush()
-            os.fsync(stream.fileno())
-        os.chmod(temporary, 0o644)
-        os.replace(temporary, path)
-    except BaseException:
-        Path(temporary).unlink(missing_ok=True)
-        raise
 
 
 def summary(config: Config, result: SweepResult, verdicts: list[Verdict], seed: int) -> dict[str, Any]:
@@ -132,7 +97,7 @@ def write_sweep(
     if nominal is not None:
         page = html.sweep_page(config, result, verdicts, nominal, seed)
         write_atomically(folder / PAGE, lambda stream: stream.write(page.encode()))
-    _write_json(folder / SUMMARY, numbers)
+    write_json(folder / SUMMARY, numbers)
     return numbers
 
 
@@ -148,10 +113,5 @@ def write_simulate(folder: Path, config: Config, run: Trajectory) -> dict[str, A
     write_table(folder / TRAJECTORY, table, None, numbers["version"])
     page = html.simulate_page(config, run)
     write_atomically(folder / PAGE, lambda stream: stream.write(page.encode()))
-    _write_json(folder / SUMMARY, numbers)
+    write_json(folder / SUMMARY, numbers)
     return numbers
-
-
-def _write_json(path: Path, numbers: dict[str, Any]) -> None:
-    text = json.dumps(numbers, indent=2, allow_nan=False) + "\n"
-    write_atomically(path, lambda stream: stream.write(text.encode()))

@@ -10,11 +10,11 @@ from matplotlib.figure import Figure
 
 from hdfast import catalogue
 from hdfast.config import Config
-from hdfast.montecarlo import Verdict
 from hdfast.printing import html_table
 from hdfast.report import plots, tables
 from hdfast.result import SweepResult
 from hdfast.simulate import Trajectory
+from hdfast.tolerance.limits import Verdict
 
 
 @dataclass(frozen=True)
@@ -36,9 +36,17 @@ class Section:
 
 
 def render(
-    title: str, lead: str, facts: list[tuple[str, str]], sections: list[Section], source: str, verdict: bool | None
+    title: str,
+    lead: str,
+    facts: list[tuple[str, str]],
+    sections: list[Section],
+    source: str,
+    verdict: bool | None,
+    headline: str = "",
 ) -> str:
-    """Fill the page."""
+    """Fill the page; `headline` words the verdict."""
+    if not headline:
+        headline = "Every specification is met." if verdict else "At least one specification is not met."
     template = resources.files("hdfast.report").joinpath("page.html.j2").read_text(encoding="utf-8")
     environment = jinja2.Environment(autoescape=True, trim_blocks=False, undefined=jinja2.StrictUndefined)
     info = catalogue.build_info()
@@ -49,6 +57,7 @@ def render(
         sections=sections,
         source=source,
         verdict=verdict,
+        headline=headline,
         version=info["version"],
         build=f"{info['profile']} build",
     )

@@ -13,9 +13,9 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from hdfast.checks import Floats
-from hdfast.config import Spec
 from hdfast.result import MAIN_METRICS, SweepResult
 from hdfast.simulate import Trajectory
+from hdfast.tolerance.limits import Spec
 
 INK, BLUE, ORANGE, RED, GREY = "#1b1f24", "#1f5f99", "#d9822b", "#b3261e", "#8a929a"
 RPM = 60.0 / (2.0 * math.pi)

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from hdfast.config import Config
-from hdfast.montecarlo import Verdict
 from hdfast.result import SweepResult
+from hdfast.tolerance.limits import Verdict
 
 PERCENTILES = (1.0, 5.0, 50.0, 95.0, 99.0)
 METRIC_HEADER = ["metric", "unit", *(f"P{q:g}" for q in PERCENTILES), "mean", "rows"]
@@ -44,12 +44,17 @@ def spec_rows(verdicts: list[Verdict], units: dict[str, str]) -> list[list[str]]
             number(verdict.spec.lower),
             number(verdict.spec.upper),
             f"{100 * verdict.yield_:.2f} %",
-            f"{100 * verdict.interval[0]:.2f} .. {100 * verdict.interval[1]:.2f} %",
+            _interval(verdict),
             f"{100 * verdict.spec.min_yield:g} %",
             "yes" if verdict.met else "NO",
         ]
         for verdict in verdicts
     ]
+
+
+def _interval(verdict: Verdict) -> str:
+    low, high = verdict.interval
+    return "not known" if math.isnan(low) else f"{100 * low:.2f} .. {100 * high:.2f} %"
 
 
 def tolerance_rows(config: Config) -> list[list[str]]:
@@ -88,6 +93,6 @@ def verdict_entry(verdict: Verdict) -> dict[str, Any]:
         "upper": spec.upper if math.isfinite(spec.upper) else None,
         "min_yield": spec.min_yield,
         "yield": verdict.yield_,
-        "interval_95": list(verdict.interval),
+        "interval_95": None if math.isnan(verdict.interval[0]) else list(verdict.interval),
         "met": verdict.met,
     }

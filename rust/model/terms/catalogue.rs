@@ -18,6 +18,19 @@ pub enum Place {
     Structure,
 }
 
+impl Place {
+    /// Name users see.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Motor => "motor",
+            Self::Mesh => "mesh",
+            Self::Load => "load",
+            Self::Actuator => "actuator",
+            Self::Structure => "structure",
+        }
+    }
+}
+
 /// Defines the list of terms and the calls into those that are on.
 macro_rules! catalog {
     ($($term:ident in $module:ident),* $(,)?) => {
@@ -206,9 +219,10 @@ impl Choice {
         self.on.iter().map(|&index| &TERMS[index])
     }
 
-    /// Column name of a term's parameter: its own, prefixed by the term's id where another term has the same.
-    pub fn column(term: &TermInfo, parameter: &str) -> String {
-        let shared = TERMS.iter().filter(|other| other.parameters.iter().any(|p| p.name == parameter)).count() > 1;
+    /// Column name of a term's parameter: its own, prefixed by the term's id where another chosen term has the same.
+    pub fn column(&self, term: &TermInfo, parameter: &str) -> String {
+        let has_it = |other: &&TermInfo| other.parameters.iter().any(|own| own.name == parameter);
+        let shared = self.terms().filter(has_it).count() > 1;
         if shared { format!("{}_{parameter}", term.id) } else { parameter.into() }
     }
 }
@@ -249,10 +263,11 @@ mod tests {
         let mut ids = HashSet::new();
         let mut columns = HashSet::new();
         let mut states = HashSet::new();
+        let all = Choice { on: (0..TERMS.len()).collect(), ..Choice::default() };
         for term in TERMS {
             assert!(ids.insert(term.id), "{} twice", term.id);
             for parameter in term.parameters {
-                let column = Choice::column(term, parameter.name);
+                let column = all.column(term, parameter.name);
                 assert!(columns.insert(column.to_lowercase()), "{column} twice");
             }
             for state in term.states {

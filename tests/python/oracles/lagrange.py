@@ -1,8 +1,8 @@
 """An independent formulation: generalised coordinates (theta_m, theta_l), solved by SciPy's DOP853 at rtol 1e-12.
 
-Written from the energies T, V and the Rayleigh function D only: with q = (theta_m, theta_l), M q'' = Q - dV/dq - dD/dq'.
-The windup phi(q) = theta_m/i - theta_e(theta_m) - theta_l has the gradient g = (Y, -1); V depends on q through phi, and D is
-the quadratic form of C = diag(B_m, B_l) + B_ml v v^T + B_sp g g^T with v = (1, -s).
+Written from the energies T, V and the Rayleigh function D only: with q = (theta_m, theta_l),
+M q'' = Q - dV/dq - dD/dq'. The windup phi(q) = theta_m/i - theta_e(theta_m) - theta_l has the gradient g = (Y, -1);
+V depends on q through phi, and D is the quadratic form of diag(B_m, B_l) + B_ml v v^T + B_sp g g^T with v = (1, -s).
 """
 
 from __future__ import annotations
@@ -93,7 +93,7 @@ class Solution:
 
 
 def solve(p, orders, labels, spring, segments, t_end, start, rtol=RTOL):
-    """Integrate from breakpoint to breakpoint. `start` = (theta_m, omega_m, theta_l, omega_l, z), `segments` (n, 19)."""
+    """Integrate between breakpoints from (theta_m, omega_m, theta_l, omega_l, z); `segments` has the shape (n, 19)."""
     drive = Lagrangian(p, orders, labels, spring)
     segments = np.asarray(segments, dtype=float)
     edges = [*segments[:, 0], t_end]

@@ -1,7 +1,8 @@
 """Equations (7*) and (8*) of the physics catalogue with any of its effects, one row at a time, solved by SciPy.
 
-Dry friction is a set-valued law here: a shaft at rest stays there as long as the torque on it lies between the resisting
-torques of the two directions. Written from the catalogue's equations; shares nothing with the terms of the engine.
+Dry friction is a set-valued law here: a shaft at rest stays there as long as the torque on it lies between the
+resisting torques of the two directions. Written from the catalogue's equations; shares nothing with the terms of the
+engine.
 """
 
 from __future__ import annotations

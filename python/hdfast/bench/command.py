@@ -1,0 +1,121 @@
+"""The command `hdfast bench`."""
+
+from __future__ import annotations
+
+import argparse
+import json
+from collections.abc import Callable
+from dataclasses import asdict, replace
+from typing import Any
+
+from hdfast import bench
+from hdfast.bench import folder
+from hdfast.bench.sensors import SensorChain, encoder
+from hdfast.config import Config, load
+from hdfast.recordings import Recording
+
+NAME = "bench"
+TEXT = "Make the recordings a test rig would give of a known drive, through its sensors."
+EXAMPLE = "hdfast bench stiffness examples/shf-25-120.toml --out out/bench"
+KINDS = {
+    "stiffness": "torque-windup loop at the locked input (quasi-static, with slip elements)",
+    "kinematic-error": "slow runs at constant speed in both directions",
+    "startstop": "the file's scenario",
+    "friction": "ladder of constant speeds (rigid, with dry friction)",
+    "coastdown": "coasting to rest (rigid, with dry friction)",
+}
+
+
+def arguments(command: argparse.ArgumentParser, whole: Callable[[str, int, int], Any]) -> None:
+    """Declare the arguments; `whole` makes a reader of whole numbers."""
+    kinds = command.add_subparsers(dest="kind", metavar="KIND", required=True)
+    for kind, text in KINDS.items():
+        example = f"example:\n  hdfast bench {kind} examples/shf-25-120.toml --out out/bench"
+        shape = argparse.RawDescriptionHelpFormatter
+        part = kinds.add_parser(kind, help=text, description=text, epilog=example, formatter_class=shape)
+        part.add_argument("file", metavar="FILE.toml", help="the drive")
+        part.add_argument("--out", metavar="DIR", required=True, help="folder for recordings, campaign file and page")
+        part.add_argument("--seed", type=whole("--seed", 0, 2**63 - 1), default=1, help="seed of noise and positions")
+        part.add_argument("--rate", type=float, default=1000.0, help="samples per second")
+        part.add_argument("--motor-bits", type=whole("--motor-bits", 1, 40), default=17, help="motor encoder")
+        part.add_argument("--load-bits", type=whole("--load-bits", 1, 40), default=20, help="load encoder")
+        part.add_argument("--angle-noise", type=float, default=1e-6, help="noise of the load angle [rad]")
+        part.add_argument("--torque-noise", type=float, default=0.05, help="noise of the load torque [N m]")
+        part.add_argument("--delay", type=float, default=0.0, help="lag of the load angle [s]")
+        part.add_argument("--format", choices=("parquet", "csv", "npz"), default="parquet", help="kind of file")
+        part.add_argument("--json", action="store_true", help="print JSON instead of text")
+        part.add_argument("--quiet", action="store_true", help="print nothing but errors")
+        if kind == "stiffness":
+            part.add_argument("--torque", type=float, default=67.0, help="largest torque [N m]")
+            part.add_argument("--torque-rate", type=float, default=2.0, help="speed of the torque [N m/s]")
+            part.add_argument("--loops", type=whole("--loops", 1, 100), default=2, help="whole loops")
+            part.add_argument("--hysteresis", type=float, default=2.0, help="torque of the slip elements [N m]")
+        elif kind == "kinematic-error":
+            part.add_argument("--speed-rpm", type=float, default=15.0, help="motor speed [r/min]")
+            part.add_argument("--revolutions", type=whole("--revolutions", 1, 10**6), default=121, help="of the motor")
+        elif kind != "startstop":
+            part.add_argument("--coulomb", type=float, default=0.03, help="Coulomb torque [N m]")
+
+
+def run(options: argparse.Namespace) -> int:
+    """Run the command and return 0."""
+    from hdfast.report import bench_page
+
+    settings = load(options.file)
+    sensors = _sensors(options)
+    recordings, truth = _record(options, settings, sensors)
+    drive = settings.nominal()
+    path = folder.write(options.out, options.kind, recordings, truth, drive, sensors, options.seed, options.format)
+    page = bench_page.write(options.kind, recordings, truth, path.parent, settings.text)
+    if options.json:
+        print(json.dumps({"kind": options.kind, "campaign": str(path), "truth": truth}, indent=2))
+    elif not options.quiet:
+        lines = [f"{item.name}: {len(item['t'])} samples, {', '.join(item.columns)}" for item in recordings]
+        print("\n".join([*lines, "", str(page), str(path), str(path.parent / folder.TRUTH)]))
+    return 0
+
+
+def _sensors(options: argparse.Namespace) -> SensorChain:
+    base = SensorChain()
+    return replace(
+        base,
+        rate=options.rate,
+        motor_angle=encoder(options.motor_bits),
+        load_angle=encoder(options.load_bits, options.angle_noise, options.delay),
+        load_torque=replace(base.load_torque, noise=options.torque_noise),
+        output_torque=replace(base.output_torque, noise=options.torque_noise),
+    )
+
+
+def _record(
+    options: argparse.Namespace, settings: Config, sensors: SensorChain
+) -> tuple[list[Recording], dict[str, Any]]:
+    shared: dict[str, Any] = {"sensors": sensors, "seed": options.seed}
+    drive, model = settings.drive, settings.model
+    nominal = settings.nominal()
+    if options.kind == "stiffness":
+        loop = bench.SlipLoop(torque=options.hysteresis)
+        made = bench.stiffness(
+            drive,
+            model=model,
+            torque=options.torque,
+            rate=options.torque_rate,
+            loops=options.loops,
+            loop=loop,
+            **shared,
+        )
+        return [made.recording], made.truth
+    if options.kind == "kinematic-error":
+        runs = bench.kinematic_error(
+            drive, model=model, speed_rpm=options.speed_rpm, revolutions=options.revolutions, **shared
+        )
+        return runs, {name: value for name, value in nominal.items() if name.startswith("te_")}
+    if options.kind == "startstop":
+        return [bench.startstop(drive, model=model, scenario=settings.scenario, **shared)], nominal
+    viscous = nominal["B_m"] + nominal["B_ml"] + nominal["B_l"] / nominal["ratio"] ** 2
+    inertia = nominal["J_m"] + nominal["J_l"] / nominal["ratio"] ** 2
+    law = bench.FrictionLaw(T_c=options.coulomb, T_s=4.0 / 3.0 * options.coulomb, B=viscous)
+    truth = {**asdict(law), "inertia": inertia}
+    if options.kind == "friction":
+        return bench.friction(law, ratio=nominal["ratio"], **shared), truth
+    return bench.coastdown(law, inertia=inertia, **shared), truth

@@ -1,0 +1,51 @@
+"""The virtual start-stop test: any scenario of the engine through the sensor chain."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from hdfast.bench.sensors import SensorChain
+from hdfast.model import Model
+from hdfast.recordings import Recording
+from hdfast.scenario import Scenario
+from hdfast.simulate import simulate
+
+SIGNALS = {
+    "motor_angle": "theta_m",
+    "motor_torque": "tau_m",
+    "load_angle": "theta_l",
+    "output_torque": "gear_torque",
+}
+
+
+def startstop(
+    drive: Mapping[str, float] | None = None,
+    *,
+    model: Model | None = None,
+    scenario: Scenario | None = None,
+    sensors: SensorChain | None = None,
+    seed: int = 1,
+) -> Recording:
+    """Record a start, run and stop.
+
+    Args:
+        drive: parameters that differ from the defaults.
+        model: the equations.
+        scenario: the inputs; default `Scenario.start_stop()`.
+        sensors: the sensor chain.
+        seed: seed of noise and encoder positions.
+    """
+    chosen = Scenario.start_stop() if scenario is None else scenario
+    chain = SensorChain() if sensors is None else sensors
+    t = chain.times(chosen.t_end)
+    run = simulate(
+        dict(drive or {}),
+        model=model,
+        scenario=chosen,
+        t_eval=t,
+        signals=list(SIGNALS.values()),
+        metrics=[],
+        rtol=1e-8,
+        strict=True,
+    )
+    return chain.record("startstop", t, {column: run[signal] for column, signal in SIGNALS.items()}, seed)

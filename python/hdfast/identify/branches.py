@@ -1,0 +1,135 @@
+"""The two branches of a loop: where they run parallel, how wide they stand apart, what a cycle costs."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hdfast.checks import Floats
+from hdfast.identify.estimate import Estimate, estimate
+from hdfast.identify.least_squares import fit
+from hdfast.identify.loop import Crossings
+
+LOST_MOTION_SHARE = 0.04
+STEEPER = 2.0  # the branches part faster at a reversal than the chord to the first level says
+
+
+@dataclass(frozen=True, eq=False)
+class Branches:
+    """Torques of both branches at common levels, averaged over the passes.
+
+    Attributes:
+        windup: common levels [rad], ascending, (n,).
+        rising, falling: torque on each branch [N m], (n,).
+        noise: standard deviation of one averaged torque [N m].
+        cut: windup after a reversal within which the branches still approach their distance [rad].
+        plateau: their distance beyond [N m].
+    """
+
+    windup: Floats
+    rising: Floats
+    falling: Floats
+    noise: float
+    cut: float
+    plateau: float
+
+
+def branches(found: Crossings) -> Branches:
+    """Pair the branches and find where they run parallel."""
+    key = np.round(found.windup / found.spacing * 2.0).astype(np.int64)
+    rising, falling = (_means(key[found.direction == s], found.torque[found.direction == s]) for s in (1.0, -1.0))
+    common = np.array(sorted(rising.keys() & falling.keys()))
+    windup = common * found.spacing / 2.0
+    up, down = np.array([rising[k] for k in common]), np.array([falling[k] for k in common])
+    width = up - down
+    noise = float(np.median(np.abs(np.diff(width, 2)))) / 0.6745 / np.sqrt(6.0)
+    middle = np.abs(windup - np.mean(found.reach)) < 0.25 * np.ptp(found.reach)
+    plateau = float(np.median(width[middle]))
+    cut = _cut(windup, width, found.reach, plateau, noise)
+    return Branches(windup, up, down, noise / np.sqrt(2.0), cut, plateau)
+
+
+def _means(key: NDArray[np.int64], torque: Floats) -> dict[int, float]:
+    keys, inverse = np.unique(key, return_inverse=True)
+    sums = np.bincount(inverse, torque) / np.bincount(inverse)
+    return dict(zip(keys.tolist(), sums.tolist(), strict=True))
+
+
+def _cut(windup: Floats, width: Floats, reach: tuple[float, float], plateau: float, noise: float) -> float:
+    if plateau < 4.0 * noise:
+        return 0.0
+    after = np.minimum(reach[1] - windup, windup - reach[0])
+    order = np.argsort(after)
+    smooth = np.convolve(width[order], np.full(4, 0.25), mode="same")[2:-2]
+    near = np.abs(smooth - plateau) > max(2.0 * noise, 0.03 * plateau)
+    far = after[order][2:-2]
+    reachable = far < 0.15 * np.ptp(reach)
+    late = np.flatnonzero(near & reachable)
+    return float(1.3 * far[late[-1]]) if late.size else 0.0
+
+
+def parallel(found: Crossings, cut: float) -> NDArray[np.bool_]:
+    """Crossings farther than `cut` from the reversal they come from and averaged over half a level or more, (n,)."""
+    since = np.where(found.direction > 0, found.windup - found.reach[0], found.reach[1] - found.windup)
+    return np.asarray((since > cut) & (found.share >= 0.5))
+
+
+def energy(loop: Branches, found: Crossings) -> Estimate:
+    """Energy of a cycle [J]: distance of the branches times the spacing, summed over every level inside the loop.
+
+    The levels fall on the loop by chance, so that the sum has no bias; what their place does to it at the two ends,
+    where the branches close, is the slope there times the second Bernoulli polynomial (standard deviation 1/sqrt(180)).
+    """
+    width = loop.rising - loop.falling
+    noise = np.sqrt(2.0) * loop.noise
+    area, variance = float(width.sum()) * found.spacing, len(width) * (noise * found.spacing) ** 2
+    for inner, outer, tip in (
+        (loop.windup[0], width[0], found.reach[0]),
+        (loop.windup[-1], width[-1], found.reach[1]),
+    ):
+        gap = abs(tip - inner)
+        missing = np.arange(found.spacing, gap, found.spacing)
+        closing = outer * (1.0 - missing / gap)
+        area += float(closing.sum()) * found.spacing
+        slope = STEEPER * outer / max(gap, 0.5 * found.spacing)
+        variance += (0.5 * slope * found.spacing**2) ** 2 / 180.0 + (0.2 * float(closing.sum()) * found.spacing) ** 2
+    meaning = "energy lost in a cycle: area of the loop"
+    return estimate("loop_energy", area, "J", float(np.sqrt(variance)), meaning=meaning)
+
+
+def hysteresis_loss(found: Crossings) -> Estimate:
+    """Distance of the branches at zero torque [rad]."""
+    at_zero = _at(found, 0.0)
+    up, down = at_zero[1.0], at_zero[-1.0]
+    sigma = float(np.hypot(up[1], down[1]))
+    return estimate(
+        "hysteresis_loss", down[0] - up[0], "rad", sigma, up[2] + down[2], "distance of the branches at zero torque"
+    )
+
+
+def lost_motion(found: Crossings, rated: float) -> Estimate:
+    """Windup between -4 % and +4 % of the rated torque, on the middle of the branches [rad]."""
+    torque = LOST_MOTION_SHARE * rated
+    sides = [_at(found, sign * torque) for sign in (1.0, -1.0)]
+    middle = [0.5 * (side[1.0][0] + side[-1.0][0]) for side in sides]
+    sigma = 0.5 * float(np.sqrt(sum(branch[1] ** 2 for side in sides for branch in side.values())))
+    freedom = sum(branch[2] for side in sides for branch in side.values())
+    meaning = f"windup from -{torque:.3g} to +{torque:.3g} N m on the middle of the branches"
+    return estimate("lost_motion", middle[0] - middle[1], "rad", sigma, freedom, meaning)
+
+
+def _at(found: Crossings, torque: float) -> dict[float, tuple[float, float, int]]:
+    """(windup, its standard deviation, degrees of freedom) of each branch at a torque, from a parabola around it."""
+    result = {}
+    window = 0.06 * float(np.ptp(found.top))
+    for direction in (1.0, -1.0):
+        chosen = found.direction == direction
+        x, y = found.torque[chosen] - torque, found.windup[chosen]
+        while np.sum(np.abs(x) < window) < 8 and window < np.ptp(found.top):
+            window *= 1.5
+        near = np.abs(x) < window
+        line = fit(np.stack([np.ones(near.sum()), x[near], x[near] ** 2], axis=1), y[near])
+        result[direction] = (float(line.coefficients[0]), float(line.sigma[0]), line.freedom)
+    return result

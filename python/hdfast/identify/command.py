@@ -1,0 +1,130 @@
+"""The command `hdfast identify`."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import tomllib
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+from hdfast import identify
+from hdfast.config import load as load_config
+from hdfast.errors import ConfigError, InputError
+from hdfast.identify.fit import Fit, plain
+from hdfast.recordings import gather, load_campaign
+
+NAME = "identify"
+TEXT = "Identify a drive from recordings: stiffness, kinematic error, friction, coast-down."
+EXAMPLE = "hdfast identify stiffness out/bench/campaign.toml --out out/stiffness"
+KINDS = {
+    "stiffness": "spring and hysteresis from a torque-windup loop at the locked input",
+    "kinematic-error": "Fourier series of the kinematic error from slow runs at constant speed",
+    "friction": "Coulomb, Stribeck and viscous friction from a ladder of constant speeds",
+    "coastdown": "friction over inertia from coasting to rest",
+}
+GAIN = ("J_l", "k1", "B_sp", "B_l")
+
+
+def arguments(command: argparse.ArgumentParser, whole: Callable[[str, int, int], Any]) -> None:
+    """Declare the arguments; `whole` makes a reader of whole numbers."""
+    kinds = command.add_subparsers(dest="kind", metavar="KIND", required=True)
+    for kind, text in KINDS.items():
+        example = f"example:\n  hdfast identify {kind} out/bench/campaign.toml --out out/{kind}"
+        shape = argparse.RawDescriptionHelpFormatter
+        part = kinds.add_parser(kind, help=text, description=text, epilog=example, formatter_class=shape)
+        part.add_argument(
+            "input", nargs="+", metavar="FILE", help="one campaign TOML, or recordings (CSV, Parquet, NPZ)"
+        )
+        part.add_argument("--model", metavar="FILE.toml", help="drive into which the result is written")
+        part.add_argument("--out", metavar="DIR", help="folder for the page, the model file, the JSON and the points")
+        part.add_argument("--ratio", type=float, help="gear ratio instead of the file's")
+        part.add_argument(
+            "--column",
+            action="append",
+            default=[],
+            metavar="NAME=COLUMN[*SCALE]",
+            help="where a standard column stands in the file, and its factor to SI units; may be repeated",
+        )
+        part.add_argument("--json", action="store_true", help="print JSON instead of text")
+        part.add_argument("--quiet", action="store_true", help="print nothing but errors")
+        if kind == "stiffness":
+            part.add_argument(
+                "--law", choices=("odd", "full", "piecewise"), default="odd", help="law of the model file"
+            )
+            part.add_argument(
+                "--corners", type=float, nargs=2, metavar=("T1", "T2"), help="corners of K1, K2, K3 [N m]"
+            )
+            part.add_argument("--rated-torque", type=float, default=67.0, help="rated torque [N m]")
+        elif kind == "kinematic-error":
+            part.add_argument("--orders", help="orders, such as 1,2,4,240/121; default 1 to n by cross-validation")
+            part.add_argument("--most", type=whole("--most", 1, 60), default=20, help="largest n tried")
+        elif kind == "coastdown":
+            part.add_argument("--inertia", type=float, help="moving inertia at the motor [kg m^2]")
+            part.add_argument("--cubic", action="store_true", help="fit a cubic term as well")
+
+
+def run(options: argparse.Namespace) -> int:
+    """Run the command; 0 when something was identified."""
+    fit = _identify(options)
+    page = fit.report(options.out) if options.out else None
+    if options.json:
+        from hdfast.report.identify_page import summary
+
+        print(json.dumps(summary(fit), indent=2))
+    elif not options.quiet:
+        print(fit)
+        if page is not None:
+            print(f"\n{page}\n{page.parent / 'model.toml'}\n{page.parent / 'fit.json'}")
+    return 0
+
+
+def _identify(options: argparse.Namespace) -> Fit:
+    columns = _columns(options.column)
+    recordings, base, source = _inputs(options.input, columns)
+    if options.model is not None:
+        load_config(options.model)
+        base = {**base, **tomllib.loads(Path(options.model).read_text(encoding="utf-8"))}
+    drive = plain(base.get("drive", {}))
+    shared: dict[str, Any] = {"base": base, "source": source}
+    ratio = options.ratio if options.ratio is not None else drive.get("ratio")
+    if options.kind == "stiffness":
+        corners: dict[str, Any] = {"corners": tuple(options.corners)} if options.corners else {}
+        return identify.stiffness(
+            recordings, law=options.law, ratio=ratio, rated_torque=options.rated_torque, **corners, **shared
+        )
+    if options.kind == "coastdown":
+        return identify.coastdown(recordings, inertia=options.inertia, ratio=ratio, cubic=options.cubic, **shared)
+    if ratio is None:
+        raise InputError("ratio is missing: give --ratio, or [drive] ratio in the campaign or the model file")
+    if options.kind == "friction":
+        return identify.friction(recordings, ratio=ratio, **shared)
+    gain = {name: float(drive[name]) for name in GAIN} if set(GAIN) <= set(drive) else None
+    orders = [part.strip() for part in options.orders.split(",")] if options.orders else None
+    return identify.kinematic_error(recordings, ratio=ratio, orders=orders, most=options.most, gain=gain, **shared)
+
+
+def _inputs(paths: list[str], columns: Mapping[str, Any]) -> tuple[list[Any], dict[str, Any], str]:
+    if any(path.endswith(".toml") for path in paths):
+        if len(paths) != 1:
+            raise InputError("give one campaign TOML or recordings, not both")
+        if columns:
+            raise InputError("--column has no meaning with a campaign, whose section [columns] says it")
+        campaign = load_campaign(paths[0])
+        return campaign.recordings, dict(campaign.data), campaign.text
+    return gather(paths, columns), {}, ""
+
+
+def _columns(entries: list[str]) -> dict[str, Any]:
+    found: dict[str, Any] = {}
+    for entry in entries:
+        name, separator, rest = entry.partition("=")
+        column, star, scale = rest.partition("*")
+        if not separator or not column:
+            raise InputError(f"--column {entry!r} is not NAME=COLUMN or NAME=COLUMN*SCALE")
+        try:
+            found[name] = {"name": column, "scale": float(scale) if star else 1.0}
+        except ValueError:
+            raise ConfigError(f"--column {entry!r}: {scale!r} is not a number") from None
+    return found

@@ -1,0 +1,73 @@
+"""An identified number with its uncertainty."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from hdfast.printing import text_table
+
+CONFIDENCE = 0.90
+HEADER = ["quantity", "value", "unit", "90 % interval", "relative"]
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """A number, its standard deviation and its two-sided 90 % interval, all in `unit`."""
+
+    name: str
+    value: float
+    unit: str
+    sigma: float
+    low: float
+    high: float
+    meaning: str = ""
+
+    def covers(self, truth: float) -> bool:
+        """True when the interval holds the truth."""
+        return self.low <= truth <= self.high
+
+
+def estimate(
+    name: str, value: float, unit: str, sigma: float, freedom: float = math.inf, meaning: str = ""
+) -> Estimate:
+    """An estimate whose 90 % interval follows Student's t with `freedom` degrees of freedom."""
+    from scipy import stats
+
+    half = float(stats.t.ppf(0.5 + CONFIDENCE / 2.0, max(freedom, 1.0))) * sigma
+    return Estimate(name, float(value), unit, float(sigma), float(value - half), float(value + half), meaning)
+
+
+def rows(estimates: Sequence[Estimate]) -> list[list[str]]:
+    """The estimates as rows of text under `HEADER`."""
+    return [
+        [
+            item.name,
+            f"{item.value:.5g}",
+            item.unit,
+            f"{item.low:.5g} .. {item.high:.5g}" if math.isfinite(item.sigma) else "not known",
+            f"{100.0 * item.sigma / abs(item.value):.2g} %" if item.value and math.isfinite(item.sigma) else "-",
+        ]
+        for item in estimates
+    ]
+
+
+class Estimates(tuple[Estimate, ...]):
+    """Estimates in order; found by name, printed as a table."""
+
+    __slots__ = ()
+
+    def named(self, name: str) -> Estimate:
+        """The estimate of that name.
+
+        Raises:
+            KeyError: there is none.
+        """
+        for item in self:
+            if item.name == name:
+                return item
+        raise KeyError(name)
+
+    def __repr__(self) -> str:
+        return text_table(HEADER, rows(self), right=(1,))

@@ -1,0 +1,166 @@
+"""Friction at the motor from a ladder of constant speeds."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from hdfast import checks
+from hdfast.checks import Floats
+from hdfast.identify.estimate import Estimate, Estimates, estimate
+from hdfast.identify.fit import Fit
+from hdfast.identify.nonlinear import NonlinearFit, fit
+from hdfast.identify.plateaus import Plateaus, plateaus
+from hdfast.model import terms
+from hdfast.params import params
+from hdfast.recordings import gather
+
+UNITS = {
+    "T_c_forward": ("N m", "Coulomb torque forward"),
+    "T_c_backward": ("N m", "Coulomb torque backward"),
+    "B": ("N m s/rad", "viscous damping at the motor: B_m + B_ml + B_l/ratio^2 together"),
+    "T_s_excess": ("N m", "breakaway above Coulomb torque"),
+    "omega_s": ("rad/s", "speed scale of the Stribeck dip"),
+    "c_L": ("1", "share of the output torque that adds to friction"),
+    "beta": ("1/K", "fall of the viscous damping with temperature"),
+}
+LEAST_WARMING = 3.0
+
+
+def friction(
+    recordings: Any,
+    *,
+    ratio: float,
+    columns: Mapping[str, Any] | None = None,
+    base: Mapping[str, Any] | None = None,
+    source: str = "",
+) -> Fit:
+    """Identify Coulomb, Stribeck and viscous friction, their asymmetry, and what load and temperature change.
+
+    Fits motor_torque - load_torque/ratio = sgn(w) [T_c + T_s_excess exp(-(w/omega_s)^2) + c_L |load|/ratio]
+    + B exp(-beta (temperature - 20)) w on the means over constant speeds. The dip is kept when it lowers BIC; load and
+    temperature enter when they were recorded and varied.
+
+    Args:
+        recordings: each needs t, motor_angle and motor_torque; speed_reference where it holds several speeds.
+        ratio: gear ratio.
+        columns, base, source: as in `stiffness`.
+
+    Raises:
+        InputError: a column is missing, or there are too few constant speeds.
+    """
+    i = checks.positive("ratio", ratio, 1e4)
+    listed = gather(recordings, columns)
+    means = plateaus(listed, i)
+    notes = [f"{item.name}: {note}" for item in listed for note in item.notes]
+    names = _names(means, listed, notes)
+    plain = _fit(means, names, i)
+    dipped_names = [*names, "T_s_excess", "omega_s"]
+    dipped = _fit(means, dipped_names, i) if len(means.speed) > len(dipped_names) + 2 else None
+    kept = dipped is not None and dipped.bic < plain.bic - 2.0 and dipped.values[-2] > 0.0
+    found, names = (dipped, dipped_names) if kept and dipped is not None else (plain, names)
+    if not kept:
+        notes.append("no Stribeck dip: it does not lower BIC, or there are too few speeds")
+    few = int(np.sum(means.turns < 1.0))
+    if few:
+        notes.append(f"{few} speeds cover less than a revolution: their torque holds a part of the ripple")
+    estimates = _estimates(found, names)
+    drive, extra = _model(estimates, base, i, notes)
+    return Fit(
+        "friction",
+        "Friction from a ladder of constant speeds",
+        Estimates(estimates),
+        {"drive": drive},
+        notes,
+        {"speeds": len(means.speed), "residual_rms": float(np.sqrt(np.mean(found.residuals**2))), **extra},
+        {},
+        {"means": means, "law": dict(zip(names, found.values.tolist(), strict=True)), "ratio": i},
+        {
+            "speed": ("rad/s", means.speed),
+            "torque": ("N m", means.torque),
+            "load": ("N m", means.load),
+            "temperature": ("degC", means.temperature),
+        },
+        base or {},
+        source,
+    )
+
+
+def law_torque(law: Mapping[str, float], speed: Floats, load: Floats, temperature: Floats, ratio: float) -> Floats:
+    """Torque [N m] of the fitted law; temperature NaN counts as 20 degC."""
+    sign = np.sign(speed)
+    dry = np.where(speed > 0, law["T_c_forward"], law.get("T_c_backward", law["T_c_forward"]))
+    if "omega_s" in law:
+        dry = dry + law["T_s_excess"] * np.exp(-((speed / law["omega_s"]) ** 2))
+    warm = np.where(np.isfinite(temperature), temperature - 20.0, 0.0)
+    viscous = law["B"] * np.exp(-law.get("beta", 0.0) * warm) * speed
+    return np.asarray(sign * (dry + law.get("c_L", 0.0) * np.abs(load) / ratio) + viscous)
+
+
+def _names(means: Plateaus, listed: list[Any], notes: list[str]) -> list[str]:
+    names = ["T_c_forward", "B"]
+    if np.any(means.speed > 0) and np.any(means.speed < 0):
+        names.insert(1, "T_c_backward")
+    else:
+        notes.append("one direction only: asymmetry is not known")
+    if np.ptp(np.abs(means.load)) > 1.0:
+        names.append("c_L")
+    else:
+        missing = "load_torque is not recorded" if "load_torque" not in listed[0] else "the load does not vary"
+        notes.append(f"load dependence is not known: {missing}")
+    warm = means.temperature[np.isfinite(means.temperature)]
+    if len(warm) == len(means.speed) and np.ptp(warm) > LEAST_WARMING:
+        names.append("beta")
+    else:
+        notes.append("temperature dependence is not known: temperature is not recorded or varies by less than 3 K")
+    return names
+
+
+def _fit(means: Plateaus, names: list[str], ratio: float) -> NonlinearFit:
+    size = float(np.max(np.abs(means.torque)))
+    fast = float(np.max(np.abs(means.speed)))
+    starts = {"T_c_forward": 0.5 * size, "T_c_backward": 0.5 * size, "B": 0.5 * size / fast, "T_s_excess": 0.1 * size}
+    starts |= {"omega_s": 0.05 * fast, "c_L": 0.05, "beta": 0.02}
+    floor = float(np.median(means.noise))
+    weight = 1.0 / np.hypot(means.noise, floor)
+
+    def residual(values: Floats) -> Floats:
+        law = dict(zip(names, values.tolist(), strict=True))
+        return (means.torque - law_torque(law, means.speed, means.load, means.temperature, ratio)) * weight
+
+    return fit(residual, [starts[name] for name in names])
+
+
+def _estimates(found: NonlinearFit, names: list[str]) -> list[Estimate]:
+    listed = []
+    for j, name in enumerate(names):
+        unit, meaning = UNITS[name]
+        listed.append(estimate(name, found.values[j], unit, found.sigma[j], found.freedom, meaning))
+    return listed
+
+
+def _model(
+    estimates: list[Estimate], base: Mapping[str, Any] | None, ratio: float, notes: list[str]
+) -> tuple[dict[str, Any], dict[str, Any]]:
+    by_name = {item.name: item.value for item in estimates}
+    drive = viscous_share(by_name["B"], base, ratio, notes)
+    if "coulomb_friction" not in [term["id"] for term in terms()]:
+        notes.append("the model file holds B only: Coulomb and Stribeck torque need terms this version does not have")
+    backward = by_name.get("T_c_backward", by_name["T_c_forward"])
+    mean = 0.5 * (by_name["T_c_forward"] + backward)
+    return drive, {"T_c": mean, "asymmetry": (by_name["T_c_forward"] - backward) / (2.0 * mean) if mean else 0.0}
+
+
+def viscous_share(total: float, base: Mapping[str, Any] | None, ratio: float, notes: list[str]) -> dict[str, Any]:
+    """Section [drive] for a viscous damping at the motor [N m s/rad] of which only the sum is seen."""
+    defaults = {row.name: row.default for row in params()}
+    known = {key: v["value"] if isinstance(v, Mapping) else v for key, v in (base or {}).get("drive", {}).items()}
+    shares = {name: float(known.get(name, defaults[name])) for name in ("B_ml", "B_l")}
+    own = total - shares["B_ml"] - shares["B_l"] / ratio**2
+    origin = "the given drive" if set(shares) <= set(known) else "the defaults"
+    notes.append(f"only the sum B is seen; B_ml and B_l are those of {origin}, B_m takes the rest")
+    if own >= 0.0:
+        return {"ratio": ratio, "B_m": own, **shares}
+    return {"ratio": ratio, "B_m": 0.0, "B_ml": max(total - shares["B_l"] / ratio**2, 0.0), "B_l": shares["B_l"]}

@@ -1,0 +1,204 @@
+"""Fourier series against the motor angle by least squares, nested over the number of orders."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hdfast.checks import Floats
+
+Columns = NDArray[np.int64]
+
+TURN = 2.0 * math.pi
+LARGEST_PHASE = 1.2
+
+
+@dataclass(frozen=True, eq=False)
+class Run:
+    """One run in blocks of samples: block means of motor angle, time and error, and the angle a block spans [rad]."""
+
+    angle: Floats
+    time: Floats
+    error: Floats
+    span: float
+    samples: int
+
+    @property
+    def direction(self) -> float:
+        """+1 forward, -1 backward."""
+        return 1.0 if self.angle[-1] > self.angle[0] else -1.0
+
+    @property
+    def revolutions(self) -> float:
+        """Motor revolutions covered."""
+        return float(abs(self.angle[-1] - self.angle[0]) + self.span) / TURN
+
+
+def blocks(t: Floats, angle: Floats, error: Floats, highest: float) -> Run:
+    """Average neighbouring samples as long as the highest order turns by less than 1.2 rad within a block.
+
+    Only the last whole number of motor revolutions is kept.
+    """
+    travelled = np.abs(angle - angle[-1])
+    whole = math.floor(travelled[0] / TURN) * TURN
+    start = int(np.flatnonzero(travelled >= whole)[-1]) if whole else 0
+    t, angle, error = t[start:], angle[start:], error[start:]
+    per_sample = abs(angle[-1] - angle[0]) / (len(angle) - 1)
+    size = max(1, min(int(LARGEST_PHASE / (highest * per_sample)), len(angle) // 64))
+    count = len(angle) // size
+    means = [values[len(values) - count * size :].reshape(count, size).mean(axis=1) for values in (angle, t, error)]
+    return Run(means[0], means[1], means[2], per_sample * size, size)
+
+
+def series(run: Run, orders: Sequence[float]) -> Floats:
+    """Columns cos n theta, sin n theta (n, 2 len(orders)), reduced by what averaging over a block takes away."""
+    columns = np.empty((len(run.angle), 2 * len(orders)))
+    turn = np.exp(1j * run.angle)
+    power, at = np.ones_like(turn), 0
+    for j, n in enumerate(orders):
+        if n == int(n) and n > at:
+            for _ in range(int(n) - at):
+                power = power * turn
+            at = int(n)
+        wave = power if n == at else np.exp(1j * n * run.angle)
+        kept = _mean_gain(n * run.span / run.samples, run.samples)
+        columns[:, 2 * j], columns[:, 2 * j + 1] = wave.real * kept, wave.imag * kept
+    return columns
+
+
+def _mean_gain(phase: float, count: int) -> float:
+    """Amplitude left of a sine when `count` samples `phase` [rad] apart are averaged."""
+    return 1.0 if count == 1 else math.sin(0.5 * count * phase) / (count * math.sin(0.5 * phase))
+
+
+def nuisance(runs: Sequence[Run]) -> tuple[list[Floats], list[str]]:
+    """Columns of each run for offsets, ratio or scale error (per motor angle) and clock skew (per time).
+
+    Angle and time can be told apart only when the runs go both ways.
+    """
+    both = len({run.direction for run in runs}) == 2
+    names = [f"offset_{i}" for i in range(len(runs))] + ["scale_error"] + (["clock_skew"] if both else [])
+    scale = max(float(np.max(np.abs(run.angle))) for run in runs)
+    columns = []
+    for i, run in enumerate(runs):
+        block = np.zeros((len(run.angle), len(names)))
+        block[:, i] = 1.0
+        block[:, len(runs)] = (run.angle - run.angle.mean()) / scale
+        if both:
+            block[:, -1] = (run.time - run.time.mean()) / np.ptp(run.time)
+        columns.append(block)
+    return columns, names
+
+
+@dataclass(frozen=True, eq=False)
+class Normal:
+    """Normal equations by fold: G (b, p, p), g (b, p), y'y (b,), rows (b,)."""
+
+    gram: Floats
+    right: Floats
+    power: Floats
+    rows: Floats
+
+    def solve(self, columns: Columns, leave: int | None = None) -> Floats:
+        """Coefficients of the chosen columns, optionally without one fold."""
+        gram, right = self.gram.sum(axis=0), self.right.sum(axis=0)
+        if leave is not None:
+            gram, right = gram - self.gram[leave], right - self.right[leave]
+        return _solve(gram[np.ix_(columns, columns)], right[columns])
+
+    def without(self, fold: int) -> Normal:
+        """The same with one fold emptied."""
+        kept = (np.arange(len(self.rows)) != fold).astype(np.float64)
+        return Normal(self.gram * kept[:, None, None], self.right * kept[:, None], self.power * kept, self.rows * kept)
+
+    def loss(self, fold: int, columns: Columns, coefficients: Floats) -> float:
+        """Mean square residual of one fold."""
+        gram, right = self.gram[fold][np.ix_(columns, columns)], self.right[fold][columns]
+        square = self.power[fold] - 2.0 * coefficients @ right + coefficients @ gram @ coefficients
+        return float(max(square, 0.0) / self.rows[fold])
+
+
+@dataclass(frozen=True, eq=False)
+class Design:
+    """Nuisances and series of all runs, and their normal equations by folds of whole revolutions.
+
+    Attributes:
+        runs: the runs.
+        matrices: columns of each run: nuisances, then a cosine and a sine for each order.
+        nuisances: names of the nuisances.
+        orders: the orders.
+        by_fold, by_run: normal equations.
+    """
+
+    runs: Sequence[Run]
+    matrices: Sequence[Floats]
+    nuisances: list[str]
+    orders: list[float]
+    by_fold: Normal
+    by_run: Normal
+
+    def columns(self, orders: Sequence[float]) -> Columns:
+        """Columns of the nuisances and of some orders."""
+        fixed = len(self.nuisances)
+        where = [fixed + 2 * self.orders.index(order) + part for order in orders for part in (0, 1)]
+        return np.array([*range(fixed), *where], dtype=np.int64)
+
+    def residuals(self, columns: Columns, coefficients: Floats) -> list[Floats]:
+        """Residual of each run."""
+        return [run.error - m[:, columns] @ coefficients for m, run in zip(self.matrices, self.runs, strict=True)]
+
+
+def design(runs: Sequence[Run], orders: Sequence[float], folds: int) -> Design:
+    """Set up the least-squares problem for all orders that may be asked for."""
+    fixed, names = nuisance(runs)
+    listed = list(dict.fromkeys(orders))
+    matrices = [np.hstack([block, series(run, listed)]) for block, run in zip(fixed, runs, strict=True)]
+    total = max(math.floor(sum(run.revolutions for run in runs) + 1e-6), 1)
+    fold, turned = [], 0
+    for run in runs:
+        revolution = turned + np.floor(np.abs(run.angle - run.angle[0]) / TURN).astype(np.int64)
+        fold.append(np.minimum(revolution * folds // total, folds - 1))
+        turned += math.floor(run.revolutions + 1e-6)
+    index = [np.full(len(run.angle), j) for j, run in enumerate(runs)]
+    return Design(runs, matrices, names, listed, _normal(matrices, runs, fold), _normal(matrices, runs, index))
+
+
+def _normal(matrices: Sequence[Floats], runs: Sequence[Run], groups: Sequence[Columns]) -> Normal:
+    parts = []
+    for group in np.unique(np.concatenate(groups)):
+        gram: Any = 0.0
+        right: Any = 0.0
+        power = rows = 0.0
+        for matrix, run, found in zip(matrices, runs, groups, strict=True):
+            chosen = found == group
+            part, data = matrix[chosen], run.error[chosen]
+            gram, right = gram + part.T @ part, right + part.T @ data
+            power, rows = power + float(data @ data), rows + len(data)
+        parts.append((gram, right, power, rows))
+    return Normal(*(np.array([part[k] for part in parts]) for k in range(4)))
+
+
+def _solve(gram: Floats, right: Floats) -> Floats:
+    """Solution of normal equations of columns scaled to unit length."""
+    scale = np.sqrt(np.maximum(np.diag(gram), 1e-300))
+    return np.asarray(np.linalg.lstsq(gram / np.outer(scale, scale), right / scale, rcond=1e-13)[0] / scale)
+
+
+def density(residuals: Sequence[Floats], runs: Sequence[Run], order: float) -> float:
+    """Spectral density of the residual near an order, as the variance a white residual of that level would have."""
+    weight = total = 0.0
+    for values, run in zip(residuals, runs, strict=True):
+        spectrum = np.abs(np.fft.rfft(values)) ** 2 / len(values)
+        turns = run.span * len(values) / TURN
+        half = max(0.4 * turns, 6.0)
+        low, high = round(order * turns - half), round(order * turns + half)
+        band = spectrum[max(low, 1) : min(high, len(spectrum) - 1) + 1]
+        if band.size:
+            total += float(band.sum())
+            weight += band.size
+    return total / weight if weight else math.nan

@@ -1,0 +1,99 @@
+"""Stretches of constant motor speed and what was measured in them."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from hdfast.checks import Floats
+from hdfast.errors import InputError
+from hdfast.recordings import Recording
+
+SETTLE = 0.2
+PIECES = 8
+TURN = 2.0 * math.pi
+
+
+@dataclass(frozen=True, eq=False)
+class Plateaus:
+    """Means over constant speeds, each (n,).
+
+    Attributes:
+        speed: motor speed [rad/s].
+        torque: motor torque less the share of the load [N m].
+        noise: standard deviation of that mean [N m].
+        load: output torque [N m].
+        temperature: [degC]; NaN where it is not recorded.
+        turns: motor revolutions averaged.
+    """
+
+    speed: Floats
+    torque: Floats
+    noise: Floats
+    load: Floats
+    temperature: Floats
+    turns: Floats
+
+
+def plateaus(recordings: list[Recording], ratio: float) -> Plateaus:
+    """Collect the constant speeds of all recordings.
+
+    A recording with speed_reference may hold many speeds, one without it must hold a single one. The first fifth of
+    each is left out; whole revolutions are averaged where there is one.
+
+    Raises:
+        InputError: a column is missing, or no constant speed is found.
+    """
+    rows: list[tuple[float, ...]] = []
+    for recording in recordings:
+        rows += _of(recording, ratio)
+    if len(rows) < 3:
+        raise InputError(f"{len(rows)} constant speeds found (allowed: at least 3)")
+    return Plateaus(*np.array(rows).T)
+
+
+def _of(recording: Recording, ratio: float) -> list[tuple[float, ...]]:
+    names = ["t", "motor_angle", "motor_torque"]
+    extra = [name for name in ("speed_reference", "load_torque", "temperature") if name in recording]
+    found = dict(zip([*names, *extra], recording.need("a friction ladder", *names, *extra), strict=True))
+    size = len(found["t"])
+    if "speed_reference" in found:
+        edges = np.flatnonzero(np.abs(np.diff(found["speed_reference"])) > 1e-9) + 1
+        bounds = np.concatenate([[0], edges, [size]])
+    else:
+        bounds = np.array([0, size])
+        settled = found["motor_angle"][int(SETTLE * size) :]
+        half = len(settled) // 2
+        first, second = np.ptp(settled[:half]), np.ptp(settled[-half:])
+        if abs(first - second) > 0.05 * max(first, second):
+            raise InputError(
+                f"{recording.name}: the speed is not constant, and speed_reference, which tells its steps, is missing"
+            )
+    stretches = pairwise(bounds)
+    rows = (_mean({name: v[a:b] for name, v in found.items()}, ratio) for a, b in stretches)
+    return [row for row in rows if row is not None]
+
+
+def _mean(part: dict[str, Floats], ratio: float) -> tuple[float, ...] | None:
+    start = int(SETTLE * len(part["t"]))
+    part = {name: values[start:] for name, values in part.items()}
+    if len(part["t"]) < 4 * PIECES:
+        return None
+    travelled = np.abs(part["motor_angle"] - part["motor_angle"][-1])
+    whole = math.floor(travelled[0] / TURN)
+    if whole:
+        begin = int(np.flatnonzero(travelled >= whole * TURN)[-1])
+        part = {name: values[begin:] for name, values in part.items()}
+    duration = part["t"][-1] - part["t"][0]
+    speed = float((part["motor_angle"][-1] - part["motor_angle"][0]) / duration)
+    if speed == 0.0:
+        return None
+    load = part.get("load_torque", np.zeros_like(part["t"]))
+    torque = part["motor_torque"] - load / ratio
+    steps = np.diff(torque)
+    noise = float(np.std(steps) / math.sqrt(2.0) / math.sqrt(len(torque)))
+    warm = float(np.mean(part["temperature"])) if "temperature" in part else math.nan
+    return speed, float(np.mean(torque)), noise, float(np.mean(load)), warm, abs(speed) * duration / TURN

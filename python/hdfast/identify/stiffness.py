@@ -1,0 +1,166 @@
+"""Torsional stiffness from a torque-windup loop with the input locked."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from hdfast import checks, spring
+from hdfast.checks import Floats
+from hdfast.errors import choose
+from hdfast.identify import branches, loop, spring_fit
+from hdfast.identify.estimate import Estimates
+from hdfast.identify.fit import Fit
+from hdfast.identify.spring_fit import SpringFit
+from hdfast.recordings import gather
+
+LAWS = ("odd", "full", "piecewise")
+CATALOGUE_CORNERS = (14.0, 48.0)  # size 25, N m
+
+
+def stiffness(
+    recordings: Any,
+    *,
+    law: str = "odd",
+    ratio: float | None = None,
+    corners: tuple[float, float] = CATALOGUE_CORNERS,
+    rated_torque: float = 67.0,
+    columns: Mapping[str, Any] | None = None,
+    base: Mapping[str, Any] | None = None,
+    source: str = "",
+) -> Fit:
+    """Identify the spring from a slow torque loop 0, +T, -T, +T, ... at the locked output shaft.
+
+    Windup is theta_m/ratio - theta_l, torque is output_torque, or load_torque when there is none. Loading and unloading
+    branches are compared at equal windup, where hysteresis adds to the torque of the spring; the coefficients come from
+    the parts where the branches run parallel.
+
+    Args:
+        recordings: one recording or several; each needs t, load_angle and output_torque or load_torque.
+        law: law of the model file: "odd" (k1, k3, k5), "full" (k1 ... k5) or "piecewise" (K1, K2, K3). All are fitted.
+        ratio: gear ratio, to take off what the motor turned; needed when it turned.
+        corners: torques T1, T2 of the piecewise law [N m].
+        rated_torque: for the lost motion (4 % of it) and the table of stiffness [N m].
+        columns: standard column -> name in the file, or {"name": ..., "scale": ...}.
+        base: sections of the model file into which the result is written.
+        source: text of the campaign file, for the page.
+
+    Raises:
+        InputError: a column is missing, the loop is not whole, or an argument is out of range.
+    """
+    choose("law", law, LAWS)
+    t1 = checks.positive("corners[0]", corners[0], 1e6, "N m")
+    t2 = checks.number("corners[1]", corners[1], t1, 1e6, "N m")
+    rated = checks.positive("rated_torque", rated_torque, 1e6, "N m")
+    found, torque_column, notes = _crossings(recordings, ratio, columns)
+    pair = branches.branches(found)
+    used = branches.parallel(found, pair.cut)
+    data = (found.windup[used], found.torque[used], found.direction[used])
+    odd = spring_fit.odd(*data, float(np.mean(found.reach)))
+    fits = {"odd": odd, "full": spring_fit.full(*data, odd.zero)}
+    if min(abs(found.top[0]), abs(found.top[1])) > t2:
+        half = odd.value("hysteresis_torque")
+        fits["piecewise"] = spring_fit.piecewise(*data, half, (t1, t2), odd.zero)
+    else:
+        notes.append(f"no K1, K2, K3: the torque reaches {min(map(abs, found.top)):.3g} N m, T2 is {t2:g} N m")
+        choose("law (with this range of torque)", law, fits)
+    chosen = fits[law]
+    phi_max = float(np.max(np.abs(np.array(found.reach) - chosen.zero)))
+    drive = law_parameters(chosen, phi_max, (t1, t2))
+    loss = [branches.energy(pair, found), branches.hysteresis_loss(found), branches.lost_motion(found, rated)]
+    notes += _limits(chosen, drive, phi_max, pair, torque_column)
+    return Fit(
+        "stiffness",
+        "Torsional stiffness from a torque-windup loop",
+        Estimates([*chosen.estimates, *loss]),
+        {"drive": drive},
+        notes,
+        {
+            "law": law,
+            "laws": {name: {item.name: item.value for item in fit.estimates} for name, fit in fits.items()},
+            "rms_residual": {name: fit.rms for name, fit in fits.items()},
+            "range": phi_max,
+            "cut": pair.cut,
+        },
+        {
+            "Spring laws": _law_table(fits, data[2]),
+            "Stiffness along the spring": _slope_table(fits, phi_max, (0.0, t1, t2, rated)),
+        },
+        {"branches": pair, "fits": fits, "data": data, "found": found, "rated": rated, "corners": (t1, t2)},
+        {"windup": ("rad", found.windup), "torque": ("N m", found.torque), "direction": ("1", found.direction)},
+        base or {},
+        source,
+    )
+
+
+def _crossings(recordings: Any, ratio: float | None, columns: Any) -> tuple[loop.Crossings, str, list[str]]:
+    listed = gather(recordings, columns)
+    notes = [f"{item.name}: {note}" for item in listed for note in item.notes]
+    if len(listed) > 1:
+        notes.append(f"the loop of {listed[0].name} is used; {len(listed) - 1} further recordings are not joined to it")
+    windup, torque, column = loop.windup_and_torque(listed[0], ratio)
+    if "load_angle" not in listed[0].resolution:
+        notes.append("resolution of load_angle is not stated: the smallest step found is taken")
+    return loop.crossings(windup, torque, listed[0].resolution.get("load_angle")), column, notes
+
+
+def law_parameters(chosen: SpringFit, phi_max: float, corners: tuple[float, float]) -> dict[str, Any]:
+    """Keys of the section [drive] for a fitted law; phi_max [rad], corners [N m]."""
+    kept = {item.name: item.value for item in chosen.estimates if item.name[0] in "kK"}
+    if chosen.law == "piecewise":
+        return {"spring": "piecewise", **kept, "T1": corners[0], "T2": corners[1]}
+    return {"spring": "polynomial", **kept, "phi_max": phi_max}
+
+
+def _limits(
+    chosen: SpringFit, drive: Mapping[str, Any], phi_max: float, pair: branches.Branches, torque: str
+) -> list[str]:
+    notes = [f"torque is the column {torque}; windup counts from {chosen.zero:.4g} rad, where the spring is relaxed"]
+    if pair.cut:
+        notes.append(
+            f"the branches run parallel {pair.plateau:.3g} N m apart from {pair.cut * 1e6:.0f} µrad "
+            "after a reversal on; the fit uses these parts. The spring law cannot hold the loop: "
+            "it needs a hysteresis term"
+        )
+    else:
+        notes.append("no stretch after a reversal had to be left out")
+    if drive["spring"] == "polynomial":
+        slope = spring.polynomial_tangent(drive, np.linspace(-phi_max, phi_max, 2001))
+        notes.append(f"smallest tangent within the range of ±{phi_max:.4g} rad: {np.min(slope):.4g} N m/rad")
+        beyond = np.linspace(phi_max, 3.0 * phi_max, 4001)
+        tangent = spring.polynomial_tangent(dict(drive) | {"phi_max": np.inf}, beyond)
+        zero = beyond[np.argmax(tangent <= 0.0)] if np.any(tangent <= 0.0) else np.inf
+        notes.append(
+            f"the tangent vanishes at {zero:.4g} rad, {100 * (zero / phi_max - 1):.0f} % outside; "
+            "simulation continues linearly there"
+            if np.isfinite(zero)
+            else "the tangent stays positive up to three times the range"
+        )
+    return notes
+
+
+def _law_table(fits: Mapping[str, SpringFit], direction: Floats) -> tuple[list[str], list[list[str]]]:
+    header = ["law", "coefficients", "rms [N m]", "rms loading", "rms unloading", "largest [N m]"]
+    rows = []
+    for name, fit in fits.items():
+        text = ", ".join(f"{item.name} {item.value:.4g}" for item in fit.estimates if item.name[0] in "kK")
+        parts = [float(np.sqrt(np.mean(fit.residual[direction == s] ** 2))) for s in (1.0, -1.0)]
+        values = [fit.rms, *parts, float(np.max(np.abs(fit.residual)))]
+        rows.append([name, text, *(f"{value:.3g}" for value in values)])
+    return header, rows
+
+
+def _slope_table(
+    fits: Mapping[str, SpringFit], phi_max: float, torques: tuple[float, ...]
+) -> tuple[list[str], list[list[str]]]:
+    grid = np.linspace(0.0, phi_max, 4001)
+    rows = []
+    for name, fit in fits.items():
+        k = law_parameters(fit, phi_max, (torques[1], torques[2]))
+        held = spring.torque(k["spring"], k, grid)
+        slope = np.gradient(held, grid)
+        cells = [f"{np.interp(T, held, slope):.4g}" if held[-1] >= 0.98 * T else "outside" for T in torques]
+        rows.append([name, *cells])
+    return ["law", *(f"K at {T:g} N m [N m/rad]" for T in torques)], rows

@@ -1,0 +1,56 @@
+"""The standard columns of a recording, and how a file that names or scales them otherwise is mapped."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from hdfast import checks
+from hdfast.errors import InputError, choose, shorten
+
+COLUMNS = {
+    "t": ("s", "time"),
+    "motor_angle": ("rad", "motor angle, unwrapped"),
+    "motor_torque": ("N m", "motor torque, positive accelerates forward"),
+    "load_angle": ("rad", "load angle, unwrapped"),
+    "load_torque": ("N m", "external torque on the load, positive resists"),
+    "output_torque": ("N m", "torque between gear and load, positive drives the load"),
+    "speed_reference": ("rad/s", "motor speed asked for"),
+    "temperature": ("degC", "temperature of the gear"),
+}
+
+
+@dataclass(frozen=True)
+class ColumnMap:
+    """Where a standard column stands in a file: its name there and the factor that turns it into SI units."""
+
+    name: str
+    scale: float = 1.0
+
+
+def read_column_map(given: Mapping[str, Any] | None) -> dict[str, ColumnMap]:
+    """Read a map such as `{"motor_angle": {"name": "enc_m", "scale": 4.79e-5}, "t": "time"}`.
+
+    Raises:
+        InputError: an unknown standard column or key, or a scale that is no finite number other than zero.
+    """
+    return {choose("columns", key, COLUMNS): _entry(key, value) for key, value in (given or {}).items()}
+
+
+def _entry(key: str, value: Any) -> ColumnMap:
+    if isinstance(value, ColumnMap):
+        return value
+    if isinstance(value, str):
+        return ColumnMap(value)
+    if not isinstance(value, Mapping):
+        raise InputError(f"columns.{key} = {shorten(value)} is not a name or a table with name and scale")
+    for name in value:
+        choose(f"columns.{key}", name, ("name", "scale", "sigma"))
+    name = value.get("name", key)
+    if not isinstance(name, str):
+        raise InputError(f"columns.{key}.name = {shorten(name)} is not text")
+    scale = checks.finite(f"columns.{key}.scale", value.get("scale", 1.0))
+    if scale == 0.0:
+        raise InputError(f"columns.{key}.scale = 0 (allowed: a finite number other than zero)")
+    return ColumnMap(name, scale)

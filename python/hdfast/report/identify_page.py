@@ -1,0 +1,84 @@
+"""The result folder of an identification: page, model file, JSON and the points it rests on."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from hdfast import catalogue
+from hdfast.files import prepare, write_json, write_text
+from hdfast.identify import estimate
+from hdfast.identify.fit import Fit
+from hdfast.printing import html_table
+from hdfast.report import folder, html, identify_plots
+
+MODEL, NUMBERS, POINTS = "model.toml", "fit.json", "points.parquet"
+
+
+def summary(fit: Fit) -> dict[str, Any]:
+    """The identification in numbers, ready for JSON; what is not finite becomes null."""
+    return {
+        "kind": fit.kind,
+        "version": catalogue.build_info()["version"],
+        "estimates": {
+            item.name: {
+                "value": _clean(item.value),
+                "unit": item.unit,
+                "sigma": _clean(item.sigma),
+                "interval_90": [_clean(item.low), _clean(item.high)],
+                "meaning": item.meaning,
+            }
+            for item in fit.estimates
+        },
+        "notes": fit.notes,
+        **_clean(fit.numbers),
+    }
+
+
+def _clean(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {str(key): _clean(item) for key, item in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [_clean(item) for item in value]
+    if isinstance(value, float):
+        return value if math.isfinite(value) else None
+    return value
+
+
+def page(fit: Fit) -> str:
+    """The page of an identification."""
+    parts = [item for item in fit.estimates if item.name.startswith(("te_cos_", "te_sin_"))]
+    main = [item for item in fit.estimates if item not in parts]
+    figures = [html.picture(draw(fit), caption) for draw, caption in identify_plots.FIGURES[fit.kind]]
+    sections = [
+        html.Section("What was identified", tables=[_table(main)]),
+        html.Section("Pictures", figures=figures),
+        html.Section("What it rests on, and what it cannot hold", texts=fit.notes),
+    ]
+    sections += [html.Section(name, tables=[html_table(*table)]) for name, table in fit.tables.items()]
+    if parts:
+        sections.append(html.Section("Coefficients", tables=[_table(parts)]))
+    sections.append(html.Section("Model file", texts=[f"{MODEL} holds these values for every other command."]))
+    return html.render(fit.title, f"hdfast identify {fit.kind.replace('_', '-')}", [], sections, fit.source, None)
+
+
+def _table(estimates: Sequence[estimate.Estimate]) -> str:
+    return html_table(estimate.HEADER, estimate.rows(estimates), (1,))
+
+
+def write(fit: Fit, out: str | Path) -> Path:
+    """Write everything, the JSON last, and return the page."""
+    import pyarrow as pa
+
+    target = prepare(out)
+    write_text(target / MODEL, fit.model_text())
+    fields = [pa.field(name, pa.float64(), metadata={"unit": unit}) for name, (unit, _) in fit.points.items()]
+    table = pa.Table.from_arrays([pa.array(values) for _, values in fit.points.values()], schema=pa.schema(fields))
+    folder.write_table(target / POINTS, table, None, catalogue.build_info()["version"])
+    write_text(target / folder.PAGE, page(fit))
+    if fit.source:
+        write_text(target / folder.INPUT, fit.source)
+    write_json(target / NUMBERS, summary(fit))
+    return target / folder.PAGE

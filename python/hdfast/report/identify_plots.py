@@ -1,0 +1,200 @@
+"""Figures of the identifications."""
+
+from __future__ import annotations
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from hdfast import spring
+from hdfast.identify.coastdown import coast
+from hdfast.identify.fit import Fit
+from hdfast.identify.friction import law_torque
+from hdfast.report.look import GREEN, SERIES, label, legend
+from hdfast.report.plots import BLUE, GREY, INK, ORANGE, RED, RPM, styled
+from hdfast.report.speed_plots import draw_rmse
+
+TURN = 2.0 * np.pi
+
+
+@styled
+def stiffness_loop(fit: Fit) -> Figure:
+    """The loop with the spring through its middle, the distance of the branches, and the residual of each."""
+    pair, found, fits = fit.curves["branches"], fit.curves["found"], fit.curves["fits"]
+    law = fits[fit.numbers["law"]]
+    figure = Figure(figsize=(9.6, 6.4), layout="constrained")
+    grid = figure.add_gridspec(2, 2, width_ratios=(3, 2))
+    left = figure.add_subplot(grid[:, 0])
+    upper, lower = figure.add_subplot(grid[0, 1]), figure.add_subplot(grid[1, 1])
+    for direction, color, name in ((1.0, BLUE, "loading"), (-1.0, ORANGE, "unloading")):
+        chosen = found.direction == direction
+        left.plot((found.windup[chosen] - law.zero) * 1e3, found.torque[chosen], ".", ms=2.5, color=color, label=name)
+        windup, _, direct = fit.curves["data"]
+        used = direct == direction
+        lower.plot((windup[used] - law.zero) * 1e3, law.residual[used], ".", ms=2.0, color=color, label=name)
+    x = np.linspace(-1.0, 1.0, 401) * fit.numbers["range"]
+    drive = fit.sections["drive"]
+    left.plot(x * 1e3, spring.torque(drive["spring"], drive, x), color=INK, label=f"spring, {law.law}")
+    label(left, "windup [mrad]", "torque [N m]")
+    legend(left)
+    upper.plot((pair.windup - law.zero) * 1e3, pair.rising - pair.falling, ".", ms=2.5, color=GREEN)
+    upper.axhline(2.0 * law.value("hysteresis_torque"), color=INK, linewidth=0.9, linestyle="--")
+    label(upper, "windup [mrad]", "distance [N m]", "distance of the branches")
+    label(lower, "windup [mrad]", "residual [N m]", "torque minus fit")
+    return figure
+
+
+@styled
+def stiffness_slope(fit: Fit) -> Figure:
+    """Tangent of every spring law over torque."""
+    from hdfast.identify.stiffness import law_parameters
+
+    figure = Figure(figsize=(9.6, 3.0), layout="constrained")
+    axes = figure.add_subplot()
+    x = np.linspace(0.0, fit.numbers["range"], 2001)
+    for (name, law), color in zip(fit.curves["fits"].items(), (BLUE, ORANGE, GREY), strict=False):
+        k = law_parameters(law, fit.numbers["range"], fit.curves["corners"])
+        held = spring.torque(k["spring"], k, x)
+        axes.plot(held, np.gradient(held, x) * 1e-3, color=color, label=name)
+    axes.axvline(fit.curves["rated"], color=RED, linewidth=0.8, linestyle=":", label="rated torque")
+    axes.set_ylim(bottom=0.0)
+    label(axes, "torque [N m]", "stiffness [kN m/rad]")
+    legend(axes, 4)
+    return figure
+
+
+@styled
+def order_selection(fit: Fit) -> Figure:
+    """Error of the series over the number of orders, and BIC."""
+    selection = fit.curves["selection"]
+    figure = Figure(figsize=(9.6, 3.2), layout="constrained")
+    left, right = figure.subplots(1, 2, width_ratios=(3, 2))
+    draw_rmse(left, selection)
+    numbers = np.arange(1, len(selection.bic) + 1)
+    right.plot(numbers, (selection.bic - np.min(selection.bic)) * 1e-3, "o-", ms=3.5, color=GREEN)
+    right.axvline(selection.best_bic, color=GREY, linewidth=0.9, linestyle=":")
+    label(right, "number of orders", "BIC above its least, thousands", f"smallest BIC at {selection.best_bic}")
+    return figure
+
+
+@styled
+def error_series(fit: Fit) -> Figure:
+    """Measured transmission error over a motor revolution with the series, and the amplitudes with intervals."""
+    figure = Figure(figsize=(9.6, 3.6), layout="constrained")
+    left, right = figure.subplots(1, 2)
+    for run, color, offset in zip(fit.curves["runs"], (BLUE, ORANGE), _offsets(fit), strict=False):
+        name = "forward" if run.direction > 0 else "backward"
+        every = max(1, len(run.angle) // 6000)
+        values = (run.error - offset)[::every]
+        left.plot((run.angle % TURN)[::every], values * 1e6, ".", ms=1.2, color=color, label=name, rasterized=True)
+    orders = [order for order in fit.curves["orders"] if order.denominator == 1]
+    angle = np.linspace(0.0, TURN, 721)
+    wave = sum(
+        fit.estimates.named(f"te_cos_{n}").value * np.cos(int(n) * angle)
+        + fit.estimates.named(f"te_sin_{n}").value * np.sin(int(n) * angle)
+        for n in orders
+    )
+    left.plot(angle, wave * 1e6, color=INK, label="series")
+    label(left, "motor angle [rad], one revolution", "transmission error [µrad]")
+    legend(left, markers=6.0)
+    found = [fit.estimates.named(f"te_{order}") for order in fit.curves["orders"]]
+    place = np.arange(len(found))
+    size = np.array([item.value for item in found]) * 1e6
+    half = np.array([item.high - item.value for item in found]) * 1e6
+    right.bar(place, size, color=BLUE, width=0.7)
+    right.errorbar(place, size, half, fmt="none", ecolor=INK, elinewidth=0.9, capsize=1.5)
+    right.set_xticks(place, [str(order) for order in fit.curves["orders"]], fontsize=7.0, rotation=45)
+    right.set_yscale("log")
+    right.set_ylim(bottom=max(0.3 * float(np.min(size)), 1e-4))
+    label(right, "order [per motor revolution]", "amplitude [µrad], 90 % intervals")
+    return figure
+
+
+def _offsets(fit: Fit) -> list[float]:
+    nuisances = fit.curves["found"].nuisances
+    return [nuisances[f"offset_{i}"] for i in range(len(fit.curves["runs"]))]
+
+
+@styled
+def residual_spectrum(fit: Fit) -> Figure:
+    """What the series leaves, over order."""
+    figure = Figure(figsize=(9.6, 2.8), layout="constrained")
+    axes = figure.add_subplot()
+    for run, residual, color in zip(fit.curves["runs"], fit.curves["found"].residuals, (BLUE, ORANGE), strict=False):
+        turns = run.span * len(residual) / TURN
+        size = 2.0 * np.abs(np.fft.rfft(residual)) / len(residual)
+        orders = np.arange(len(size)) / turns
+        shown = (orders > 0) & (orders < 25)
+        name = "forward" if run.direction > 0 else "backward"
+        axes.plot(orders[shown], size[shown] * 1e6, color=color, linewidth=0.7, label=name)
+    axes.set_yscale("log")
+    label(axes, "order [per motor revolution]", "residual amplitude [µrad]")
+    legend(axes)
+    return figure
+
+
+@styled
+def friction_ladder(fit: Fit) -> Figure:
+    """Torque over speed with the fitted law, both directions, and the residual."""
+    means, law, ratio = fit.curves["means"], fit.curves["law"], fit.curves["ratio"]
+    figure = Figure(figsize=(9.6, 3.8), layout="constrained")
+    left, right = figure.subplots(1, 2, width_ratios=(3, 2))
+    fitted = law_torque(law, means.speed, means.load, means.temperature, ratio)
+    fast = float(np.max(np.abs(means.speed)))
+    warm = np.array([float(np.nanmean(means.temperature)) if np.isfinite(means.temperature).any() else np.nan])
+    for load, color in zip(np.unique(np.round(means.load)), SERIES, strict=False):
+        chosen = np.round(means.load) == load
+        left.plot(
+            means.speed[chosen] * RPM, means.torque[chosen] * 1e3, "o", ms=3.0, color=color, label=f"load {load:g} N m"
+        )
+        for sign in (1.0, -1.0):
+            speed = sign * np.geomspace(1e-3 * fast, fast, 200)
+            torque = law_torque(law, speed, np.full_like(speed, load), warm.repeat(200), ratio)
+            left.plot(speed * RPM, torque * 1e3, color=color, linewidth=0.9)
+    right.errorbar(
+        means.speed * RPM, (means.torque - fitted) * 1e3, means.noise * 1e3, fmt="o", ms=2.5, color=BLUE, elinewidth=0.8
+    )
+    right.axhline(0.0, color=INK, linewidth=0.7)
+    label(left, "motor speed [r/min]", "friction torque [mN m]")
+    label(right, "motor speed [r/min]", "residual [mN m]")
+    legend(left)
+    return figure
+
+
+@styled
+def coasts(fit: Fit) -> Figure:
+    """Angle over time of every coast, and the residual."""
+    figure = Figure(figsize=(9.6, 3.4), layout="constrained")
+    left, right = figure.subplots(1, 2)
+    for (t, angle), start, color in zip(fit.curves["runs"], fit.curves["starts"], SERIES, strict=False):
+        fitted = start[0] + coast(t, float(start[1]), fit.curves["law"])
+        left.plot(t, angle, ".", ms=2.5, color=color, label=f"from {start[1] * RPM:.0f} r/min")
+        left.plot(t, fitted, color=INK, linewidth=0.8)
+        right.plot(t, (angle - fitted) * 1e6, color=color, linewidth=0.8)
+    label(left, "time [s]", "motor angle travelled [rad]")
+    label(right, "time [s]", "residual [µrad]")
+    legend(left)
+    return figure
+
+
+FIGURES = {
+    "stiffness": (
+        (
+            stiffness_loop,
+            "Torque against windup, one point for each step of the angle sensor; the spring law lies in the middle of "
+            "the branches. Right: distance of the branches (dashed: twice the hysteresis torque), residual of the fit.",
+        ),
+        (stiffness_slope, "Tangent stiffness of every fitted law."),
+    ),
+    "kinematic_error": (
+        (
+            error_series,
+            "Transmission error against the motor angle with the fitted series, and the amplitude of every order.",
+        ),
+        (order_selection, "Error of the fit and of left-out revolutions over the number of orders, and BIC."),
+        (residual_spectrum, "What is left: a line standing out is an order that is missing from the list."),
+    ),
+    "friction": (
+        (friction_ladder, "Friction torque at constant speeds, less the share of the load; lines: fitted law."),
+    ),
+    "coastdown": ((coasts, "Angle while coasting; black: fitted law."),),
+}

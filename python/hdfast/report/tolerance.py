@@ -1,0 +1,135 @@
+"""The result folder of a tolerance study: page, tables as Parquet and CSV, summary and exact input; no clock in any."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import math
+from pathlib import Path
+from typing import Any
+
+import pyarrow as pa
+import pyarrow.csv as pc
+import pyarrow.parquet as pq
+
+from hdfast.catalogue import build_info
+from hdfast.files import prepare, write_atomically, write_json, write_text
+from hdfast.report.tolerance_page import page
+from hdfast.tolerance.intervals import Estimate
+from hdfast.tolerance.limits import Verdict
+from hdfast.tolerance.store import MemoryStore
+from hdfast.tolerance.study import Study
+
+PAGE, SUMMARY, INPUT = "index.html", "summary.json", "input.toml"
+STATISTICS, WORST = "statistics", "worst"
+ROWS = "rows.parquet"
+
+
+def write_study(study: Study, out: Path) -> Path:
+    """Write everything of a study, the summary last; returns the page.
+
+    Raises:
+        InputError: the folder cannot be written.
+        FailedRowsError: rows failed and the policy is "refuse".
+    """
+    folder = prepare(out)
+    numbers = summary(study)
+    text = page(study)
+    write_text(folder / INPUT, study.config.text)
+    _write_table(folder, STATISTICS, statistics_rows(study))
+    _write_table(folder, WORST, study.worst())
+    if isinstance(study.store, MemoryStore):
+        rows = study.store.table()
+        write_atomically(folder / ROWS, lambda stream: pq.write_table(rows, stream, compression="zstd"))
+    write_text(folder / PAGE, text)
+    write_json(folder / SUMMARY, numbers)
+    return folder / PAGE
+
+
+def summary(study: Study) -> dict[str, Any]:
+    """The study in numbers, ready for JSON; null where a number is not known."""
+    info = build_info()
+    numbers = {
+        "title": study.config.title,
+        "version": info["version"],
+        "input_sha256": hashlib.sha256(study.config.text.encode()).hexdigest(),
+        "rows": study.n,
+        "sampling": study.plan.sampling,
+        "seed": study.plan.seed,
+        "failed": study.policy,
+        "status": study.status_counts,
+        "poison": [{"row": row, "reason": reason} for row, reason in study.store.poison],
+        "specifications": {name: _verdict(verdict) for name, verdict in study.yields.items()},
+        "capability": {
+            name: {"cp": found.cp, "cpk": _estimate(found.cpk), "ppk": found.ppk}
+            for name, found in study.capabilities.items()
+        },
+        "metrics": {row["metric"]: {k: v for k, v in row.items() if k != "metric"} for row in statistics_rows(study)},
+        "withheld": study.withheld,
+        "rare": {
+            metric: {"ppm": _estimate(found.ppm), "levels": found.levels, "rows": found.evaluations}
+            for metric, found in study.rare_events.items()
+        },
+        "contributions": {
+            metric: {name: _estimate(share) for name, share in shares.items()}
+            for metric, shares in study.contributions.items()
+        },
+    }
+    return dict(_clean(numbers))
+
+
+def statistics_rows(study: Study) -> list[dict[str, Any]]:
+    """One entry per metric: unit, rows, moments, and every percentile with its limits."""
+    found = []
+    for metric, row in study.summaries.items():
+        entry: dict[str, Any] = {"metric": metric, "unit": row.unit, "rows": row.rows, "missing": row.missing}
+        entry |= {"mean": row.mean.value, "mean_low": row.mean.low, "mean_high": row.mean.high}
+        entry |= {"std": row.deviation, "skewness": row.skewness, "kurtosis": row.kurtosis}
+        entry |= {"min": row.low, "max": row.high}
+        entry |= {"holds_95_low": row.tolerance[0], "holds_95_high": row.tolerance[1]}
+        for percentage, estimate in row.percentiles.items():
+            label = f"P{percentage:g}"
+            entry |= {label: estimate.value, f"{label}_low": estimate.low, f"{label}_high": estimate.high}
+        found.append(entry)
+    return found
+
+
+def _verdict(verdict: Verdict) -> dict[str, Any]:
+    spec = verdict.spec
+    return {
+        "outcome": verdict.outcome,
+        "lower": spec.lower,
+        "upper": spec.upper,
+        "min_yield": spec.min_yield,
+        "yield": verdict.yield_,
+        "interval_95": list(verdict.interval),
+        "ppm": _estimate(verdict.ppm),
+        "within": verdict.within,
+        "rows": verdict.rows,
+        "missing": verdict.missing,
+    }
+
+
+def _estimate(estimate: Estimate) -> list[float]:
+    return [estimate.value, estimate.low, estimate.high]
+
+
+def _clean(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {key: _clean(item) for key, item in value.items()}
+    if isinstance(value, list):
+        return [_clean(item) for item in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def _write_table(folder: Path, name: str, rows: list[dict[str, Any]]) -> None:
+    if not rows:
+        return
+    table = pa.Table.from_pylist(rows)
+    write_atomically(folder / f"{name}.parquet", lambda stream: pq.write_table(table, stream))
+    write_atomically(folder / f"{name}.csv", lambda stream: pc.write_csv(table, stream))
+
+
+def as_json(study: Study) -> str:
+    """The summary as text."""
+    return json.dumps(summary(study), indent=2)

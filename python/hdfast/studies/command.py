@@ -1,0 +1,68 @@
+"""The command `hdfast study`."""
+
+from __future__ import annotations
+
+import argparse
+import json
+from collections.abc import Callable
+from typing import Any
+
+from hdfast.config import load
+from hdfast.errors import InputError
+from hdfast.printing import text_table
+from hdfast.studies import STUDIES, Study
+from hdfast.threads import MAX_THREADS
+
+NAME = "study"
+TEXT = "Run the article's studies and decide its claims."
+EXAMPLE = "hdfast study speed examples/shf-25-120.toml --out out/speed"
+ALL = "all"
+
+
+def arguments(command: argparse.ArgumentParser, whole: Callable[[str, int, int], Any]) -> None:
+    """Declare the arguments; `whole` makes a reader of whole numbers."""
+    command.add_argument("name", choices=[*STUDIES, ALL], metavar="NAME", help=f"{', '.join(STUDIES)} or {ALL}")
+    command.add_argument("file", nargs="?", metavar="FILE.toml", help="the drive; default the SHF-25-120")
+    command.add_argument("--out", metavar="DIR", help="folder for the page, the rows and the claims")
+    command.add_argument("--threads", type=whole("--threads", 1, MAX_THREADS), help="number of threads")
+
+
+def run(options: argparse.Namespace) -> int:
+    """Run the command; 0 whatever the verdicts are."""
+    from hdfast.report import study_page
+
+    drive = _drive(options.file) if options.file else None
+    names = list(STUDIES) if options.name == ALL else [options.name]
+    found = [STUDIES[name](drive, options.threads) for name in names]
+    page = None
+    if options.out:
+        page = study_page.write_overview(found, options.out) if len(found) > 1 else found[0].report(options.out)
+    if options.json:
+        listed = [claim for study in found for claim in study_page.claims_json(study.claims)]
+        print(json.dumps({"studies": names, "claims": listed}, indent=2))
+    elif not options.quiet:
+        print("\n\n".join(_text(study) for study in found))
+        if page is not None:
+            print(f"\n{page}\n{page.parent / study_page.CLAIMS}")
+    return 0
+
+
+def _text(study: Study) -> str:
+    rows = [[claim.item, claim.text, claim.verdict] for claim in study.claims]
+    return f"{study.title}: {study.lead}\n{text_table(['claim', 'article says', 'verdict'], rows)}"
+
+
+def _drive(path: str) -> dict[str, float]:
+    """Parameters of a file as the studies take them: two inertias, polynomial spring, orders 1 to 15."""
+    settings = load(path)
+    if settings.model.base != "two_inertia" or settings.model.spring != "polynomial":
+        raise InputError(
+            f"{path}: base {settings.model.base!r} with spring {settings.model.spring!r} "
+            "(allowed for a study: 'two_inertia' with 'polynomial')"
+        )
+    most = [str(n) for n in range(1, 16)]
+    foreign = [name for name in settings.model.order_labels if name not in most]
+    if foreign:
+        raise InputError(f"{path}: orders {', '.join(foreign)} (allowed for a study: 1 to 15)")
+    drive = {f"te_{part}_{n}": 0.0 for part in ("cos", "sin") for n in most} if "te_cos_1" in settings.drive else {}
+    return drive | settings.drive

@@ -1,0 +1,89 @@
+"""The catalogue of physics beyond the nominal model, read from the compiled core."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any
+
+from hdfast import _core
+from hdfast.errors import InputError, nearest, shorten
+
+
+@dataclass(frozen=True)
+class TermParameter:
+    """One parameter of a term: SI unit, default and plausible range for a size-25 unit."""
+
+    name: str
+    symbol: str
+    unit: str
+    default: float
+    low: float
+    high: float
+    meaning: str
+
+
+@dataclass(frozen=True)
+class Term:
+    """One effect: where it sits, its equation and source, its parameters, and which of them is its amplitude."""
+
+    id: str
+    place: str
+    description: str
+    equation: str
+    source: str
+    amplitude: str
+    parameters: tuple[TermParameter, ...]
+    states: tuple[tuple[str, str], ...]
+
+
+class TermTable:
+    """Terms in the order in which they act; prints as a table, iterates over `Term`, indexed by id."""
+
+    def __init__(self, rows: tuple[Term, ...]) -> None:
+        self._rows = rows
+
+    @property
+    def ids(self) -> list[str]:
+        """Effect ids in the order in which the terms act."""
+        return [row.id for row in self._rows]
+
+    def __len__(self) -> int:
+        return len(self._rows)
+
+    def __iter__(self) -> Iterator[Term]:
+        return iter(self._rows)
+
+    def __getitem__(self, name: str) -> Term:
+        for row in self._rows:
+            if row.id == name:
+                return row
+        raise InputError(f"terms: no term {shorten(name)} exists{nearest(str(name), self.ids)}")
+
+    def _cells(self) -> list[list[str]]:
+        def parameters(row: Term) -> str:
+            return ", ".join(f"{p.name} = {p.default:.4g} {p.unit}" for p in row.parameters)
+
+        return [[row.id, row.place, row.equation, parameters(row), row.source] for row in self._rows]
+
+    def __repr__(self) -> str:
+        from hdfast.printing import text_table
+
+        return text_table(["id", "place", "equation", "parameters", "source"], self._cells())
+
+    def _repr_html_(self) -> str:
+        from hdfast.printing import html_table
+
+        return html_table(["id", "place", "equation", "parameters", "source"], self._cells())
+
+
+@lru_cache(maxsize=1)
+def terms() -> TermTable:
+    """Catalogue of the physics beyond the nominal model: id, place, equation, parameters with units, source."""
+    return TermTable(tuple(_term(entry) for entry in _core.terms()))
+
+
+def _term(entry: dict[str, Any]) -> Term:
+    parameters = tuple(TermParameter(**parameter) for parameter in entry["parameters"])
+    return Term(**(entry | {"parameters": parameters, "states": tuple(entry["states"])}))

@@ -1,0 +1,99 @@
+"""The same chunks on Dask distributed: workers may die, a chunk that kills them is halved down to the row to blame."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+from hdfast.errors import require_package
+from hdfast.threads import available_threads
+from hdfast.tolerance.chunks import Range, Report, Store, Work, describe
+from hdfast.tolerance.task import Piece, join
+
+LOCAL = "local"
+ALLOWED_FAILURES = 2
+AHEAD = 2
+
+
+def run_on_cluster(
+    work: Work, todo: list[Range], store: Store, report: Report, *, address: str = LOCAL, workers: int | None = None
+) -> None:
+    """Run chunks on a cluster; finished ones are stored by this process, so the bytes are those of a local run.
+
+    Args:
+        work: what is done to a chunk; must be picklable.
+        address: of a scheduler, or "local" for a `LocalCluster` on this machine.
+        workers: processes of the local cluster; default one per CPU.
+
+    Raises:
+        MissingPackageError: Dask distributed is not installed.
+    """
+    with connect(address, workers) as client:
+        _Dispatch(client, work, store, report).run(todo)
+
+
+@contextmanager
+def connect(address: str = LOCAL, workers: int | None = None) -> Iterator[Any]:
+    """A Dask client; a local cluster lives as long as the client."""
+    require_package("distributed", "cluster")
+    import dask
+    from distributed import Client, LocalCluster
+
+    if address != LOCAL:
+        with Client(address) as client:  # type: ignore[no-untyped-call]
+            yield client
+        return
+    with (
+        dask.config.set({"distributed.scheduler.allowed-failures": ALLOWED_FAILURES}),
+        LocalCluster(  # type: ignore[no-untyped-call]
+            n_workers=workers or available_threads(), threads_per_worker=1, processes=True, dashboard_address=None
+        ) as cluster,
+        Client(cluster) as client,  # type: ignore[no-untyped-call]
+    ):
+        yield client
+
+
+class _Dispatch:
+    """Keeps a few chunks per worker under way and puts the parts of a halved chunk together again."""
+
+    def __init__(self, client: Any, work: Work, store: Store, report: Report) -> None:
+        self.client, self.work, self.store, self.report = client, work, store, report
+        self.parts: dict[Range, list[Piece]] = {}
+        self.origin: dict[str, tuple[Range, Range]] = {}
+
+    def run(self, todo: list[Range]) -> None:
+        from distributed import as_completed
+
+        waiting = iter(todo)
+        under_way: Any = as_completed()  # type: ignore[no-untyped-call]
+        workers = max(1, len(self.client.scheduler_info(n_workers=-1)["workers"]))
+        for _, chunk in zip(range(AHEAD * workers), waiting, strict=False):
+            under_way.add(self.submit(chunk, chunk))
+        for future in under_way:
+            chunk, part = self.origin.pop(future.key)
+            if future.status == "finished":
+                self.collect(chunk, future.result())
+            elif part[1] - part[0] == 1:
+                self.collect(chunk, self.work.poisoned(part[0], describe(future.exception())))
+            else:
+                middle = (part[0] + part[1]) // 2
+                for half in ((part[0], middle), (middle, part[1])):
+                    under_way.add(self.submit(chunk, half))
+            future.release()
+            if chunk not in self.parts and (following := next(waiting, None)) is not None:
+                under_way.add(self.submit(following, following))
+
+    def submit(self, chunk: Range, part: Range) -> Any:
+        future = self.client.submit(self.work, *part, pure=False)
+        self.origin[future.key] = (chunk, part)
+        self.parts.setdefault(chunk, [])
+        return future
+
+    def collect(self, chunk: Range, piece: Piece) -> None:
+        parts = self.parts[chunk]
+        parts.append(piece)
+        if sum(part.stop - part.start for part in parts) == chunk[1] - chunk[0]:
+            del self.parts[chunk]
+            self.store.put(join(parts))
+            self.report(chunk[1] - chunk[0])

@@ -1,0 +1,122 @@
+"""What a tolerance does: the same rows again with one spread made narrower or wider."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hdfast.checks import Floats
+from hdfast.tolerance.intervals import CONFIDENCE, Estimate, Groups, clopper_pearson, mean
+from hdfast.tolerance.limits import JOINT, Spec
+from hdfast.tolerance.sample import Plan
+
+FACTORS = (0.0, 0.5, 1.5)
+RESAMPLES = 100
+
+Run = tuple[Mapping[str, Floats], NDArray[np.bool_]]
+Evaluate = Callable[[Plan, int], Run]
+
+
+@dataclass(frozen=True)
+class Effect:
+    """What happens when the spread of one parameter is multiplied by `factor`, all else the same.
+
+    Attributes:
+        parameter, factor: what was changed; 0 holds the parameter at its middle.
+        yields: change of each yield, JOINT among them, as a share (0.01 is one more drive in a hundred).
+        percentiles: change of the percentile of each metric in its unit.
+        variances: change of each variance relative to what it was.
+        missing: rows that lack one of the metrics before or after, left out of its percentile and variance.
+    """
+
+    parameter: str
+    factor: float
+    yields: dict[str, Estimate]
+    percentiles: dict[str, Estimate]
+    variances: dict[str, float]
+    missing: int
+
+
+def effects(
+    evaluate: Evaluate,
+    plan: Plan,
+    specs: Mapping[str, Spec],
+    metrics: Sequence[str],
+    *,
+    rows: int,
+    percentage: float = 99.0,
+    factors: Sequence[float] = FACTORS,
+    names: Sequence[str] | None = None,
+) -> list[Effect]:
+    """Effects of every tolerance at every factor.
+
+    Args:
+        evaluate: (plan, rows) to metrics (rows,) and which rows finished.
+        plan: what is drawn as it is.
+        specs: limits by metric.
+        metrics: metrics whose percentiles are followed; for one with a lower limit only, the opposite tail.
+        rows: per variant; every variant draws the same probabilities, so differences are not blurred by chance.
+        percentage: which percentile.
+        names: parameters to change, default all.
+
+    Returns:
+        One per parameter and factor. A row that lacks a metric in either run is left out of that comparison.
+    """
+    before = evaluate(plan, rows)
+    groups = plan.groups(0, rows)
+    found = []
+    for name in plan.names if names is None else names:
+        for factor in factors:
+            after = evaluate(plan.scaled({name: factor}), rows)
+            found.append(_compare(name, factor, before, after, specs, metrics, percentage, groups))
+    return found
+
+
+def _compare(
+    name: str, factor: float, before: Run, after: Run, specs: Mapping[str, Spec], metrics: Sequence[str],
+    percentage: float, groups: Groups | None,
+) -> Effect:  # fmt: skip
+    held = [_held(run, specs) for run in (before, after)]
+    yields = {key: _yield_change(held[0][key], held[1][key], groups) for key in held[0]}
+    percentiles, variances = {}, {}
+    complete = before[1] & after[1]
+    for metric in metrics:
+        both = before[1] & after[1] & np.isfinite(before[0][metric]) & np.isfinite(after[0][metric])
+        complete &= both
+        old, new = before[0][metric][both], after[0][metric][both]
+        spec = specs.get(metric)
+        share = percentage / 100.0 if spec is None or math.isfinite(spec.upper) else 1.0 - percentage / 100.0
+        percentiles[metric] = _percentile_change(old, new, share)
+        whole = float(np.var(old)) if len(old) else 0.0
+        variances[metric] = float(np.var(new)) / whole - 1.0 if whole > 0.0 else math.nan
+    return Effect(name, factor, yields, percentiles, variances, int(np.sum(~complete)))
+
+
+def _held(run: Run, specs: Mapping[str, Spec]) -> dict[str, NDArray[np.bool_]]:
+    values, finished = run
+    held = {metric: finished & spec.holds(values[metric]) for metric, spec in specs.items()}
+    return {**held, JOINT: np.logical_and.reduce(list(held.values()))} if held else {}
+
+
+def _yield_change(old: NDArray[np.bool_], new: NDArray[np.bool_], groups: Groups | None) -> Estimate:
+    change = new.astype(float) - old
+    if np.any(change):
+        return mean(change, groups)
+    reach = clopper_pearson(0, len(change) if groups is None or not groups.alike else groups.count)[1]
+    return Estimate(0.0, -reach, reach)
+
+
+def _percentile_change(old: Floats, new: Floats, share: float, confidence: float = CONFIDENCE) -> Estimate:
+    from scipy.special import ndtri
+
+    if len(old) < 2:
+        return Estimate(math.nan, math.nan, math.nan)
+    picks = np.random.default_rng(1).integers(0, len(old), (RESAMPLES, len(old)))
+    value = float(np.quantile(new, share) - np.quantile(old, share))
+    changes = np.quantile(new[picks], share, axis=1) - np.quantile(old[picks], share, axis=1)
+    reach = float(ndtri(0.5 + confidence / 2.0)) * float(np.std(changes, ddof=1))
+    return Estimate(value, value - reach, value + reach)

@@ -1,0 +1,147 @@
+"""Rare events: how often a drive leaves its limits when that happens less than once in ten thousand."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from hdfast import checks
+from hdfast.checks import Floats
+from hdfast.tolerance.intervals import CONFIDENCE, Estimate
+
+ACCEPTANCE = 0.44
+FIRST_STEP = 0.6
+
+
+@dataclass(frozen=True)
+class RareEvent:
+    """Probability of a margin below 0.
+
+    Attributes:
+        probability: with its interval; 0 with an upper limit when no replicate reached the event.
+        replicates: (R,) probability of every replicate.
+        levels: largest number of levels any replicate took.
+        evaluations: rows that were simulated.
+    """
+
+    probability: Estimate
+    replicates: tuple[float, ...]
+    levels: int
+    evaluations: int
+
+    @property
+    def ppm(self) -> Estimate:
+        """In parts per million."""
+        p = self.probability
+        return Estimate(1e6 * p.value, 1e6 * p.low, 1e6 * p.high)
+
+
+def subset_simulation(
+    margin: Callable[[Floats], Floats],
+    dimensions: int,
+    *,
+    rows: int = 1000,
+    share: float = 0.1,
+    replicates: int = 8,
+    seed: int = 1,
+    smallest: float = 1e-9,
+    confidence: float = CONFIDENCE,
+) -> RareEvent:
+    """Subset simulation (Au and Beck 2001) with adaptive conditional sampling (Papaioannou et al. 2015).
+
+    Every level keeps the `share` of rows nearest to the event and walks on from there, so that a probability of 1e-6
+    takes six levels of `rows` rows and not 1e8 rows.
+
+    Args:
+        margin: (m, d) independent standard normal scores to (m,) margins; below 0 is the event, NaN counts as it.
+        rows: per level and replicate; a multiple of 1 / share.
+        replicates: independent runs; the interval comes from their spread (lognormal, Cox's method).
+        smallest: levels stop below this probability.
+
+    Raises:
+        InputError: naming argument, value and allowed range.
+    """
+    checks.whole("rows", rows, 100, 10**7)
+    checks.whole("replicates", replicates, 2, 1000)
+    checks.number("share", share, 0.01, 0.5)
+    return _Levels(margin, dimensions, rows, share, replicates, seed, smallest).run(confidence)
+
+
+class _Levels:
+    """All replicates side by side, so that one sweep serves one step of all of them."""
+
+    def __init__(
+        self, margin: Callable[[Floats], Floats], dimensions: int, rows: int, share: float, replicates: int, seed: int,
+        smallest: float,
+    ) -> None:  # fmt: skip
+        self.margin, self.rows, self.share, self.smallest = margin, rows, share, smallest
+        self.seeds = max(1, round(rows * share))
+        self.generator = np.random.default_rng([seed, 4])
+        self.scores = self.generator.standard_normal((replicates, rows, dimensions))
+        self.evaluations = 0
+        self.values = self.evaluate(self.scores)
+        self.probability = np.ones(replicates)
+        self.open = np.ones(replicates, dtype=bool)
+
+    def evaluate(self, scores: Floats) -> Floats:
+        flat = scores.reshape(-1, scores.shape[-1])
+        self.evaluations += len(flat)
+        values = np.asarray(self.margin(flat), dtype=float)
+        return np.where(np.isnan(values), -np.inf, values).reshape(scores.shape[:-1])
+
+    def run(self, confidence: float) -> RareEvent:
+        levels = 1
+        while True:
+            threshold = np.partition(self.values, self.seeds - 1, axis=1)[:, self.seeds - 1]
+            arrived = self.open & (threshold <= 0.0)
+            self.probability[arrived] *= np.mean(self.values[arrived] <= 0.0, axis=1)
+            self.open &= ~arrived
+            self.probability[self.open] *= self.seeds / self.rows
+            lost = self.open & (self.probability < self.smallest)
+            self.probability[lost] = 0.0
+            self.open &= ~lost
+            if not self.open.any():
+                break
+            self.walk(threshold)
+            levels += 1
+        found = tuple(self.probability.tolist())
+        return RareEvent(_combine(self.probability, self.smallest, confidence), found, levels, self.evaluations)
+
+    def walk(self, threshold: Floats) -> None:
+        """Refill the open replicates from their best rows; a step is kept when it stays below the threshold."""
+        which = np.flatnonzero(self.open)
+        best = np.argsort(self.values[which], axis=1, kind="stable")[:, : self.seeds]
+        scores = np.take_along_axis(self.scores[which], best[:, :, None], axis=1)
+        values = np.take_along_axis(self.values[which], best, axis=1)
+        kept_scores, kept_values = [scores], [values]
+        step = np.full(len(which), FIRST_STEP)
+        for k in range(1, math.ceil(self.rows / self.seeds)):
+            stay = np.sqrt(1.0 - step**2)
+            noise = self.generator.standard_normal(scores.shape)
+            candidate = stay[:, None, None] * scores + step[:, None, None] * noise
+            reached = self.evaluate(candidate)
+            accept = reached <= threshold[which][:, None]
+            scores = np.where(accept[:, :, None], candidate, scores)
+            values = np.where(accept, reached, values)
+            kept_scores.append(scores)
+            kept_values.append(values)
+            step = np.clip(step * np.exp((accept.mean(axis=1) - ACCEPTANCE) / math.sqrt(k)), 0.01, 1.0)
+        self.scores[which] = np.concatenate(kept_scores, axis=1)[:, : self.rows]
+        self.values[which] = np.concatenate(kept_values, axis=1)[:, : self.rows]
+
+
+def _combine(found: Floats, smallest: float, confidence: float) -> Estimate:
+    from scipy.special import stdtrit
+
+    count = len(found)
+    if np.any(found == 0.0):
+        value = float(np.mean(found))
+        return Estimate(value, 0.0, max(smallest, float(np.max(found))))
+    logs = np.log(found)
+    variance = float(np.var(logs, ddof=1))
+    centre = float(np.mean(logs)) + variance / 2.0
+    reach = stdtrit(count - 1, 0.5 + confidence / 2.0) * math.sqrt(variance / count + variance**2 / (2 * (count - 1)))
+    return Estimate(float(np.mean(found)), math.exp(centre - reach), min(1.0, math.exp(centre + reach)))

@@ -1,0 +1,118 @@
+"""Run or continue a tolerance study."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from hdfast import checks, config
+from hdfast.catalogue import build_info
+from hdfast.config import Config
+from hdfast.errors import InputError, choose, shorten
+from hdfast.tolerance.chunks import ranges, run_here
+from hdfast.tolerance.cluster import LOCAL, run_on_cluster
+from hdfast.tolerance.designs import DESIGNS
+from hdfast.tolerance.policy import POLICIES
+from hdfast.tolerance.progress import meter
+from hdfast.tolerance.sample import MAX_ROWS
+from hdfast.tolerance.simulation import study_metrics
+from hdfast.tolerance.store import CHUNK, FolderStore, MemoryStore
+from hdfast.tolerance.study import Study
+from hdfast.tolerance.task import Task
+
+
+def tolerance(
+    file: str | Path | Config,
+    *,
+    n: int | None = None,
+    seed: int | None = None,
+    sampling: str | None = None,
+    failed: str | None = None,
+    out: str | Path | None = None,
+    resume: bool = False,
+    cluster: str | None = None,
+    workers: int | None = None,
+    threads: int | None = None,
+    chunk: int = CHUNK,
+    progress: bool | Callable[[int, int], None] = False,
+) -> Study:
+    """Run a tolerance study.
+
+    Args:
+        file: configuration file, or one that is read already.
+        n: number of rows, instead of the file's; a worst-case sampling has its own.
+        seed: instead of the file's.
+        sampling: "monte_carlo", "latin_hypercube", "sobol", "corners", "one_at_a_time" or "factorial".
+        failed: "refuse" (default: no statistic over rows that failed), "exclude" or "worst".
+        out: folder for the rows; without it they stay in memory.
+        resume: continue the study in `out`, with more rows if `n` is larger.
+        cluster: run on Dask distributed: "local", or the address of a scheduler.
+        workers: processes of a local cluster.
+        threads: of a local run, or of each worker (default 1 there).
+        chunk: rows per chunk and file; changes nothing in the result.
+        progress: True shows a bar on stderr; a function is called with (rows done, rows in total).
+
+    Returns:
+        The study; every statistic is computed when asked for.
+
+    Raises:
+        InputError: naming argument, value and allowed range; nothing was run.
+        FailedRowsError: from the statistics, when rows failed under "refuse". The rows are kept.
+    """
+    settings = file if isinstance(file, Config) else config.load(file)
+    plan = settings.plan(
+        None if seed is None else checks.whole("seed", seed, 0, 2**63 - 1),
+        None if sampling is None else choose("sampling", sampling, DESIGNS),
+    )
+    policy = choose("failed", settings.run.failed if failed is None else failed, POLICIES)
+    rows = plan.rows(checks.whole("n", settings.run.rows if n is None else n, 1, MAX_ROWS))
+    if resume and out is None:
+        raise InputError("resume = True needs out, the folder of the study to continue")
+    size = checks.whole("chunk", chunk, 1, MAX_ROWS)
+    task = Task(settings, plan, tuple(study_metrics(settings)), threads)
+    store = _store(task, out, size, resume=resume)
+    if isinstance(store, FolderStore):
+        store.check_rows(rows)
+    todo = [part for part in ranges(rows, store.chunk) if not store.done(*part)]
+    if cluster is not None and not isinstance(cluster, str):
+        raise InputError(f"cluster = {shorten(cluster)} is neither 'local' nor the address of a scheduler")
+    with meter(progress, rows, rows - sum(stop - start for start, stop in todo)) as watch:
+        if cluster is None:
+            run_here(replace(task, progress=watch.within), todo, store, watch.chunk)
+        else:
+            work = replace(task, threads=threads or 1)
+            run_on_cluster(work, todo, store, watch.chunk, address=cluster or LOCAL, workers=workers)
+    return Study(settings, plan, rows, store, policy, task)
+
+
+def fingerprint(task: Task) -> dict[str, Any]:
+    """What decides the content of a study's rows, ready for JSON."""
+    settings, info = task.config, build_info()
+    return {
+        "input_sha256": hashlib.sha256(settings.text.encode()).hexdigest(),
+        "plan_sha256": hashlib.sha256(repr(task.plan).encode()).hexdigest(),
+        "sampling": task.plan.sampling,
+        "seed": task.plan.seed,
+        "metrics": list(task.metrics),
+        "hdfast_version": info["version"],
+        "simd": info["simd"],
+    }
+
+
+def _store(task: Task, out: str | Path | None, chunk: int, *, resume: bool) -> MemoryStore | FolderStore:
+    if out is None:
+        store = MemoryStore()
+        store.chunk = chunk
+        return store
+    wanted = task.config.trajectories
+    return FolderStore(
+        Path(out),
+        fingerprint(task),
+        chunk=chunk,
+        resume=resume,
+        signals=wanted.signals if wanted else (),
+        times=wanted.times(task.config.scenario.t_end) if wanted else None,
+    )

@@ -1,0 +1,143 @@
+"""Rows of parameters by number: design, dependence, batches and distributions put together."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from hdfast.checks import Floats
+from hdfast.errors import InputError
+from hdfast.tolerance.correlation import Correlation
+from hdfast.tolerance.designs import DESIGNS, Design
+from hdfast.tolerance.distributions import Tolerance
+from hdfast.tolerance.intervals import Groups
+from hdfast.tolerance.laws import TINY
+from hdfast.tolerance.streams import stream
+
+MAX_ROWS = 10**9
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What is drawn; a row is a function of the plan and its number.
+
+    Attributes:
+        tolerances: the d parameters that vary.
+        sampling: a key of `DESIGNS`.
+        seed: of every stream.
+        replicates: number of Sobol sequences that take turns.
+        block: rows of one Latin hypercube.
+        levels: of a full factorial design.
+        correlation: dependence between parameters.
+        batch_size: rows that share what `batch_share` of their tolerances says.
+    """
+
+    tolerances: tuple[Tolerance, ...]
+    sampling: str = "monte_carlo"
+    seed: int = 1
+    replicates: int = 16
+    block: int = 1000
+    levels: int = 3
+    correlation: Correlation | None = None
+    batch_size: int = 1
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The parameters that vary."""
+        return tuple(tolerance.name for tolerance in self.tolerances)
+
+    @property
+    def design(self) -> Design:
+        """How rows are placed."""
+        return DESIGNS[self.sampling]
+
+    @property
+    def batched(self) -> bool:
+        """True when rows of a batch have something in common."""
+        return self.batch_size > 1 and any(tolerance.batch_share > 0.0 for tolerance in self.tolerances)
+
+    def rows(self, asked: int) -> int:
+        """Number of rows to run: `asked`, or the size of a finite design.
+
+        Raises:
+            InputError: the finite design is too large.
+        """
+        if self.design.size is None:
+            return asked
+        size = self.design.size(self)
+        if size > MAX_ROWS:
+            raise InputError(
+                f"sampling = {self.sampling!r} of {len(self.names)} tolerances has {size:.3g} rows "
+                f"(allowed: at most {MAX_ROWS}); vary fewer parameters or take a random sampling"
+            )
+        return size
+
+    def draw(self, start: int, stop: int) -> dict[str, Floats]:
+        """Columns (stop - start,) of the rows start to stop."""
+        if not self.tolerances or stop <= start:
+            return {name: np.empty(0) for name in self.names}
+        points = self.design.points(self, start, stop)
+        if not self.design.random:
+            return {tol.name: _at_level(tol, points[:, j]) for j, tol in enumerate(self.tolerances)}
+        dependent = self._dependent(points, start, stop)
+        return {tolerance.name: tolerance.quantile(dependent[:, j]) for j, tolerance in enumerate(self.tolerances)}
+
+    def dependent_scores(self, scores: Floats) -> Floats:
+        """(m, d) normal scores with the correlation of the plan from independent ones."""
+        if self.correlation is None:
+            return scores
+        columns = [self.names.index(name) for name in self.correlation.names]
+        mixed = np.array(scores)
+        mixed[:, columns] = self.correlation.mix(scores[:, columns])
+        return mixed
+
+    def from_scores(self, scores: Floats) -> dict[str, Floats]:
+        """Columns (m,) at (m, d) normal scores."""
+        from scipy.special import ndtr
+
+        return {tolerance.name: tolerance.quantile(ndtr(scores[:, j])) for j, tolerance in enumerate(self.tolerances)}
+
+    def _dependent(self, points: Floats, start: int, stop: int) -> Floats:
+        mixing = self.correlation is not None and self.sampling != "latin_hypercube"
+        if not mixing and not self.batched:
+            return points
+        from scipy.special import ndtr, ndtri
+
+        points = np.array(points)
+        if mixing:
+            points = ndtr(self.dependent_scores(ndtri(np.clip(points, TINY, 1.0 - TINY))))
+        for j, tolerance in enumerate(self.tolerances if self.batched else ()):
+            if tolerance.batch_share > 0.0:
+                own = ndtri(np.clip(points[:, j], TINY, 1.0 - TINY))
+                common = ndtri(np.clip(self._batch_level(tolerance.name, start, stop), TINY, 1.0 - TINY))
+                share = tolerance.batch_share
+                points[:, j] = ndtr(np.sqrt(share) * common + np.sqrt(1.0 - share) * own)
+        return points
+
+    def _batch_level(self, name: str, start: int, stop: int) -> Floats:
+        first, last = start // self.batch_size, (stop - 1) // self.batch_size
+        levels = stream(self.seed, f"batch of {name}", first, last - first + 1)
+        return levels[np.arange(start, stop) // self.batch_size - first]
+
+    def groups(self, start: int, stop: int) -> Groups | None:
+        """Which of the rows depend on each other; None when none do."""
+        if self.batched:
+            return Groups(np.arange(start, stop) // self.batch_size, alike=True)
+        if not self.design.random:
+            return Groups(np.zeros(stop - start, dtype=np.int64), alike=True)
+        if self.design.groups is None:
+            return None
+        return Groups(self.design.groups(self, start, stop).astype(np.int64), alike=False)
+
+    def scaled(self, factors: Mapping[str, float]) -> Plan:
+        """The same plan with the spread of some tolerances multiplied."""
+        return replace(self, tolerances=tuple(t.scaled(factors.get(t.name, 1.0)) for t in self.tolerances))
+
+
+def _at_level(tolerance: Tolerance, level: Floats) -> Floats:
+    """Value between the worst cases: -1 lower, 0 middle, 1 upper, straight lines between."""
+    low, high = tolerance.extremes()
+    middle = min(max(tolerance.middle, low), high)
+    return np.interp(level, (-1.0, 0.0, 1.0), (low, middle, high))

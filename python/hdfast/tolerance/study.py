@@ -1,0 +1,223 @@
+"""What the rows of a tolerance study say: everything an engineer signs."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hdfast import catalogue
+from hdfast.checks import Floats
+from hdfast.config import Config
+from hdfast.errors import choose
+from hdfast.printing import text_table
+from hdfast.tolerance import convergence
+from hdfast.tolerance.chunks import Store
+from hdfast.tolerance.further import FurtherRuns
+from hdfast.tolerance.intervals import Estimate, Groups, share
+from hdfast.tolerance.limits import JOINT, Spec, Verdict, as_worst_case, judge_values, margin
+from hdfast.tolerance.policy import FailedRowsError, Usable, gate
+from hdfast.tolerance.sample import Plan
+from hdfast.tolerance.sensitivity import rank_correlation, variance_share
+from hdfast.tolerance.statistics import Capability, Summary, capability, summarise
+from hdfast.tolerance.task import Task
+
+WORST = 5
+
+
+class Study(FurtherRuns):
+    """Rows of a tolerance study and what they say.
+
+    Attributes:
+        config, plan: what was asked; `n` rows were run.
+        policy: what happens to rows that failed or lack a metric.
+        metrics: names of the metrics, those with limits first; `units` has their units.
+    """
+
+    def __init__(self, settings: Config, plan: Plan, n: int, store: Store, policy: str, task: Task) -> None:
+        self.config, self.plan, self.n, self.store, self.policy, self.task = settings, plan, n, store, policy, task
+        self.metrics = task.metrics
+        self.units = {name: catalogue.metric(name).unit for name in task.metrics}
+        self.groups: Groups | None = plan.groups(0, n)
+        self._columns: dict[str, Floats] = {}
+
+    @cached_property
+    def finished(self) -> NDArray[np.bool_]:
+        """(n,) True where the row finished."""
+        return np.asarray(self.store.status() == catalogue.FINISHED)
+
+    @cached_property
+    def status_counts(self) -> dict[str, int]:
+        """Number of rows per outcome, only those that occur."""
+        status = self.store.status()
+        counts = {known.name: int(np.count_nonzero(status == known.name)) for known in catalogue.statuses().values()}
+        return {name: count for name, count in counts.items() if count}
+
+    def column(self, name: str) -> Floats:
+        """(n,) values of a metric or a parameter that varies, in row order; failed rows included."""
+        choose("name", name, [*self.metrics, *self.plan.names])
+        values: Floats = self.store.column(name)
+        return values
+
+    def usable(self, metric: str) -> Usable:
+        """Values of a metric after the failure policy.
+
+        Raises:
+            FailedRowsError: under "refuse", when rows failed or lack the metric.
+        """
+        spec = self.specs.get(metric)
+        return gate(self.column(metric), self.finished, self.policy, metric, spec.bad_side if spec else math.inf)
+
+    def _groups_of(self, usable: Usable) -> Groups | None:
+        return None if self.groups is None else self.groups.take(usable.index)
+
+    @cached_property
+    def verdicts(self) -> list[Verdict]:
+        """Every specification held against the rows."""
+        return [self._verdict(spec, self.column(spec.metric)) for spec in self.specs.values()]
+
+    def _verdict(self, spec: Spec, values: Floats) -> Verdict:
+        if self.policy == "refuse":
+            gate(values, self.finished, self.policy, spec.metric)
+        found = judge_values(spec, values, self.finished, policy=self.policy, groups=self.groups)
+        return found if self.plan.design.random else as_worst_case(found)
+
+    @cached_property
+    def joint(self) -> Verdict | None:
+        """All specifications at once; the yield asked for is the smallest of them. None without specifications."""
+        if not self.specs:
+            return None
+        worst = self.worst_margin
+        spec = Spec(JOINT, 0.0, math.inf, min(spec.min_yield for spec in self.specs.values()))
+        held = self.finished & (worst >= 0.0)
+        used = self.finished & np.isfinite(worst) if self.policy == "exclude" else np.ones(self.n, dtype=bool)
+        found = share(held[used], self.groups.take(used) if self.groups is not None else None)
+        verdict = Verdict(spec, int(held.sum()), int(used.sum()), (found.low, found.high), int(np.sum(~used)))
+        return verdict if self.plan.design.random else as_worst_case(verdict)
+
+    @cached_property
+    def worst_margin(self) -> Floats:
+        """(n,) distance to the nearest limit of all, in standard deviations; negative outside, -inf where missing."""
+        smallest = np.full(self.n, np.inf)
+        for spec in self.specs.values():
+            values = self.column(spec.metric)
+            if self.policy == "refuse":
+                gate(values, self.finished, self.policy, spec.metric)
+            good = self.finished & np.isfinite(values)
+            deviation = float(np.std(values[good])) if good.any() else 1.0
+            smallest = np.minimum(smallest, margin(spec, np.where(good, values, np.nan), deviation))
+        return smallest
+
+    @property
+    def yields(self) -> dict[str, Verdict]:
+        """Yield with interval of every specification, and of all together."""
+        found = {verdict.spec.metric: verdict for verdict in self.verdicts}
+        return {**found, JOINT: self.joint} if self.joint is not None else found
+
+    @cached_property
+    def summaries(self) -> dict[str, Summary]:
+        """Statistics of every metric that no row lacks; see `withheld` for the others."""
+        found = {}
+        for metric in self.metrics:
+            try:
+                usable = self.usable(metric)
+            except FailedRowsError:
+                if metric in self.specs or not self.finished.all():
+                    raise
+                continue
+            found[metric] = summarise(metric, self.units[metric], usable, self._groups_of(usable))
+        return found
+
+    @property
+    def withheld(self) -> dict[str, int]:
+        """Metrics without limits that some finished rows lack, with their number; no statistic is made of them."""
+        lacking = {m: int(np.sum(~np.isfinite(self.column(m)))) for m in self.metrics if m not in self.summaries}
+        return {metric: count for metric, count in lacking.items() if count}
+
+    @property
+    def percentiles(self) -> dict[str, dict[float, Estimate]]:
+        """Percentiles with their limits by metric and percentage."""
+        return {metric: summary.percentiles for metric, summary in self.summaries.items()}
+
+    @cached_property
+    def capabilities(self) -> dict[str, Capability]:
+        """Capability of every metric with limits."""
+        found = {}
+        for metric, spec in self.specs.items():
+            usable = self.usable(metric)
+            found[metric] = capability(usable.values, spec.lower, spec.upper, self._groups_of(usable))
+        return found
+
+    def worst(self, count: int = WORST) -> list[dict[str, Any]]:
+        """The rows nearest to or furthest beyond their limits, with `row`, `margin` and every column."""
+        if not self.specs:
+            return []
+        order = np.argsort(self.worst_margin, kind="stable")[:count].tolist()
+        rows = self.store.rows(order)
+        return [
+            {"row": number, "margin": float(self.worst_margin[number]), **row}
+            for number, row in zip(order, rows, strict=True)
+        ]
+
+    def convergence(self, metric: str, percentage: float | None = None) -> convergence.Course:
+        """Running yield of a specification, or running percentile of a metric."""
+        if percentage is None:
+            spec = self.specs[choose("metric", metric, self.specs)]
+            return convergence.running_share(self.finished & spec.holds(self.column(metric)), self.groups)
+        usable = self.usable(metric)
+        return convergence.running_percentile(usable.values, percentage / 100.0, self._groups_of(usable))
+
+    @cached_property
+    def contributions(self) -> dict[str, dict[str, Estimate]]:
+        """Share of the variance of each metric that each tolerance explains alone, from the rows of the study."""
+        inputs = {name: self.column(name) for name in self.plan.names}
+        return {metric: self._shares(inputs, self.usable(metric)) for metric in self.summaries}
+
+    def _shares(self, inputs: Mapping[str, Floats], usable: Usable) -> dict[str, Estimate]:
+        index, values = usable.index, usable.values
+        if usable.missing and usable.policy == "worst":
+            keep = np.isfinite(values)
+            index, values = index[keep], values[keep]
+        return {name: variance_share(column[index], values) for name, column in inputs.items()}
+
+    @cached_property
+    def loss_contributions(self) -> dict[str, dict[str, Estimate]]:
+        """The same for being outside each limit: which tolerance decides whether a drive is bad."""
+        inputs = {name: self.column(name) for name in self.plan.names}
+        outside = {metric: ~spec.holds(self.column(metric)) for metric, spec in self.specs.items()}
+        return {
+            metric: {name: variance_share(column, bad.astype(float)) for name, column in inputs.items()}
+            for metric, bad in outside.items()
+        }
+
+    def rank_correlations(self, metric: str) -> dict[str, Estimate]:
+        """Spearman's rank correlation of a metric with every parameter that varies."""
+        usable = self.usable(metric)
+        keep = np.isfinite(usable.values)
+        index, values = usable.index[keep], usable.values[keep]
+        return {name: rank_correlation(self.column(name)[index], values) for name in self.plan.names}
+
+    @property
+    def met(self) -> bool:
+        """True when every specification is met with the confidence stated."""
+        return all(verdict.outcome == "met" for verdict in self.verdicts)
+
+    def report(self, out: str | Path) -> Path:
+        """Write the page, tables, summary and exact input into a folder; returns the page."""
+        from hdfast.report.tolerance import write_study
+
+        return write_study(self, Path(out))
+
+    def __repr__(self) -> str:
+        counts = ", ".join(f"{name} {count:,}" for name, count in self.status_counts.items())
+        head = f"Study: {self.n:,} rows ({counts}), {self.plan.sampling}, seed {self.plan.seed}"
+        rows = [
+            [name, f"{100 * v.yield_:.4g} %", f"{100 * v.interval[0]:.4g} .. {100 * v.interval[1]:.4g} %", v.outcome]
+            for name, v in self.yields.items()
+        ]
+        return head + ("\n" + text_table(["specification", "yield", "95 % interval", "outcome"], rows) if rows else "")

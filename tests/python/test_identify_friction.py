@@ -1,0 +1,103 @@
+"""Round trips of the friction ladder and the coast-down."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import hdfast
+import numpy as np
+import pytest
+from hdfast import config, identify
+from hdfast.bench import FrictionLaw, coastdown, friction, startstop
+from hdfast.errors import InputError
+from scipy.integrate import solve_ivp
+
+LAW = FrictionLaw(asymmetry=0.1, load_share=0.12, beta=0.03)
+TRUTH = {"T_c_forward": 0.033, "T_c_backward": 0.027, "B": 1.2e-3, "c_L": 0.12, "beta": 0.03, "T_s_excess": 0.01}
+J = 3e-4 + 0.5 / 121.0**2
+DATA = Path(os.environ.get("HDFAST_DATA", Path(__file__).parents[3] / "shared" / "data"))
+
+
+def test_exact_ladder_with_load_and_temperature(long):
+    covered = []
+    for seed in range(100 if long else 12):
+        recordings = friction(LAW, loads=(0.0, 20.0, -60.0), temperature=25.0, dwell_revolutions=2.0, seed=seed)
+        fit = identify.friction(recordings, ratio=121.0)
+        for name, value in TRUTH.items():
+            assert fit.estimates.named(name).value == pytest.approx(value, rel=0.02)
+            covered.append(fit.estimates.named(name).covers(value))
+    assert 0.82 <= np.mean(covered) <= 0.98
+    assert fit.numbers["asymmetry"] == pytest.approx(0.1, rel=0.02)
+
+
+def test_exact_what_was_not_varied_is_not_claimed():
+    fit = identify.friction(friction(FrictionLaw(T_s=0.03)), ratio=121.0)
+    assert {item.name for item in fit.estimates} == {"T_c_forward", "T_c_backward", "B"}
+    text = " ".join(fit.notes)
+    for missing in ("load dependence", "temperature dependence", "no Stribeck dip"):
+        assert missing in text
+    assert config.parse(fit.model_text()).drive["B_m"] == pytest.approx(1.2e-3 - 6e-4 - 0.5 / 121**2, rel=0.02)
+
+
+def test_exact_coast_to_rest(long):
+    covered = []
+    for seed in range(100 if long else 30):
+        fit = identify.coastdown(coastdown(FrictionLaw(), seed=seed), inertia=J, ratio=121.0)
+        for name, value in (("T_c", 0.03), ("B", 1.2e-3)):
+            assert fit.estimates.named(name).value == pytest.approx(value, rel=1e-3)
+            covered.append(fit.estimates.named(name).covers(value))
+    assert 0.82 <= np.mean(covered) <= 0.99
+
+
+def test_against_scipy_cubic_coast():
+    """A cubic law integrated by scipy; the identification integrates its own way."""
+    a, b, c = 90.0, 3.0, 1e-3
+    done = solve_ivp(
+        lambda _t, y: [y[1], -(a + b * y[1] + c * y[1] ** 3)],
+        (0.0, 1.0),
+        [0.0, 60.0],
+        events=[lambda _t, y: y[1]],
+        max_step=1e-3,
+        rtol=1e-10,
+        atol=1e-10,
+    )
+    stop = float(done.t_events[0][0])
+    t = np.arange(0.0, stop, 1e-3)
+    runs = [{"t": t, "motor_angle": np.interp(t, done.t, done.y[0])}]
+    fit = identify.coastdown(runs, cubic=True)
+    found = [fit.estimates.named(name).value for name in ("T_c_over_J", "B_over_J", "b3_over_J")]
+    np.testing.assert_allclose(found, [a, b, c], rtol=0.02)
+
+
+def test_against_engine_viscous_coast():
+    """The engine's coast without friction: B over J of the model, no Coulomb torque."""
+    scenario = hdfast.Scenario.start_stop(speed_rpm=300.0, t_off=3.0, t_end=6.0)
+    whole = startstop({"te_scale": 0.0}, scenario=scenario)
+    late = whole["t"] > 3.05
+    fit = identify.coastdown({name: values[late] for name, values in whole.items()}, inertia=J, ratio=121.0)
+    viscous = 1.2e-3 + 0.5 / 121.0**2
+    assert fit.estimates.named("B").value == pytest.approx(viscous, rel=0.005)
+    assert abs(fit.estimates.named("T_c").value) < 1e-4
+
+
+def test_exact_driven_and_still_recordings_are_refused():
+    t = np.linspace(0.0, 1.0, 200)
+    with pytest.raises(InputError, match="motor_torque is not near zero"):
+        identify.coastdown({"t": t, "motor_angle": t, "motor_torque": 0.1 + 0 * t})
+    with pytest.raises(InputError, match="turns by"):
+        identify.coastdown({"t": t, "motor_angle": 0.0 * t})
+    with pytest.raises(InputError, match="speed_reference"):
+        identify.friction({"t": t, "motor_angle": 50 * t**2, "motor_torque": 0 * t}, ratio=121.0)
+
+
+def test_against_published_friction_of_a_strain_wave_joint():
+    """Kinova Gen3 joint 7 at constant speeds: about 1.39 + 0.69 v N m at the joint, 7.6 N m/A."""
+    files = sorted(DATA.glob("kinova_gen3_j7_v*.npz"))
+    if not files:
+        pytest.skip(f"no recordings of the joint in {DATA} (HDFAST_DATA)")
+    columns = {"motor_angle": "q", "motor_torque": {"name": "i_meas", "scale": 7.6}}
+    fit = identify.friction(files, ratio=1.0, columns=columns)
+    assert fit.estimates.named("T_c_forward").value == pytest.approx(1.39, rel=0.05)
+    assert fit.estimates.named("B").value == pytest.approx(0.69, rel=0.1)
+    assert any("one direction only" in note for note in fit.notes)

@@ -1,0 +1,87 @@
+"""Round trip of the stiffness test: known spring, virtual bench, identification."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hdfast import Model, config, identify
+from hdfast.bench import SensorChain, SlipLoop, encoder, stiffness
+from hdfast.errors import InputError
+
+SENSORS = [(17, 100.0), (17, 1000.0), (20, 100.0), (20, 1000.0)]
+SEEDS = 100
+WITHIN = {"k1": 0.01, "k3": 0.01, "k5": 0.01, "K1": 0.01, "K2": 0.01, "K3": 0.01, "loop_energy": 0.05}
+
+
+def round_trip(spring, bits, rate, seed):
+    chain = SensorChain(rate=rate, load_angle=encoder(bits, noise=1e-6))
+    made = stiffness(model=Model(spring=spring), sensors=chain, seed=seed)
+    law = "odd" if spring == "polynomial" else "piecewise"
+    return made.truth, identify.stiffness(made.recording, ratio=121.0, law=law)
+
+
+@pytest.mark.parametrize(("bits", "rate"), SENSORS)
+@pytest.mark.parametrize("spring", ["polynomial", "piecewise"])
+def test_exact_round_trip_and_coverage(spring, bits, rate, long):
+    seeds = SEEDS if long or (spring == "polynomial") == (rate < 500.0) else 25
+    covered = []
+    for seed in range(seeds):
+        truth, fit = round_trip(spring, bits, rate, seed)
+        for item in fit.estimates:
+            if item.name in WITHIN:
+                assert abs(item.value / truth[item.name] - 1.0) < WITHIN[item.name], (seed, item)
+            if item.name in truth and item.name != "loop_energy":
+                covered.append(item.covers(truth[item.name]))
+    slack = 0.0 if seeds == SEEDS else 0.04
+    assert 0.85 - slack <= np.mean(covered) <= 0.95 + slack
+
+
+def test_exact_spring_without_loop_needs_no_cut():
+    made = stiffness(loop=SlipLoop(torque=0.0), seed=3)
+    fit = identify.stiffness(made.recording, ratio=121.0)
+    assert fit.numbers["cut"] == 0.0
+    assert fit.estimates.named("k5").value == pytest.approx(made.truth["k5"], rel=0.01)
+    assert abs(fit.estimates.named("hysteresis_loss").value) < 2e-6
+
+
+def test_exact_loss_and_lost_motion_follow_from_the_loop():
+    made = stiffness(loop=SlipLoop(torque=3.0), seed=1)
+    fit = identify.stiffness(made.recording, ratio=121.0)
+    k1, k3 = made.truth["k1"], made.truth["k3"]
+    half = 3.0 / (k1 + k3 * (3.0 / k1) ** 2)
+    assert fit.estimates.named("hysteresis_loss").value == pytest.approx(2.0 * half, rel=0.01)
+    torque = 0.04 * 67.0
+
+    def windup(held):
+        return next(float(r.real) for r in np.roots([k3, 0.0, k1, -held]) if abs(r.imag) < 1e-12)
+
+    middle = 0.5 * (windup(torque - 3.0) + windup(torque + 3.0))
+    assert fit.estimates.named("lost_motion").value == pytest.approx(2.0 * middle, rel=0.01)
+
+
+def test_exact_residual_of_a_polynomial_on_both_branches_tells_the_loop():
+    made = stiffness(seed=2)
+    fit = identify.stiffness(made.recording, ratio=121.0)
+    assert any("cannot hold the loop" in note for note in fit.notes)
+    assert fit.numbers["laws"]["full"]["k2"] * 1.4e-3**2 == pytest.approx(0.0, abs=0.05)
+
+
+def test_exact_model_file_is_read_by_every_command():
+    made = stiffness(seed=2)
+    for law in ("odd", "full", "piecewise"):
+        fit = identify.stiffness(made.recording, ratio=121.0, law=law)
+        settings = config.parse(fit.model_text())
+        assert settings.model.spring == ("piecewise" if law == "piecewise" else "polynomial")
+        assert settings.drive[{"piecewise": "K1"}.get(law, "k1")] > 3e4
+
+
+def test_exact_missing_and_wrong_are_named():
+    made = stiffness(seed=2)
+    short = {name: values[:20_000] for name, values in made.recording.items()}
+    with pytest.raises(InputError, match="whole passes"):
+        identify.stiffness(short, ratio=121.0)
+    with pytest.raises(InputError, match="'piecwise' is not known"):
+        identify.stiffness(made.recording, law="piecwise")
+    turned = dict(made.recording.columns) | {"motor_angle": made.recording["t"]}
+    with pytest.raises(InputError, match="give ratio"):
+        identify.stiffness(turned)

@@ -1,0 +1,143 @@
+"""Every claim of the article is decided by computation; what the decision is, is pinned here."""
+
+from __future__ import annotations
+
+import functools
+
+import numpy as np
+import pytest
+from hdfast.studies import STUDIES
+from hdfast.studies.claims import CONTRADICTORY, OPEN, PARTLY, REPRODUCED, trend
+from hdfast.studies.claims_list import CLAIMS
+
+EXPECTED = {
+    "speed": {
+        "S11 start A": REPRODUCED,
+        "S11 start A, released": CONTRADICTORY,
+        "S11 f": PARTLY,
+        "S11 run A": PARTLY,
+        "S11 stop A": PARTLY,
+        "S11 lines": CONTRADICTORY,
+        "S12": REPRODUCED,
+        "S20": CONTRADICTORY,
+    },
+    "load-inertia": {
+        "S13 start f": REPRODUCED,
+        "S13 start A": PARTLY,
+        "S13 stop f": REPRODUCED,
+        "S13 stop A": REPRODUCED,
+    },
+    "motor-inertia": {
+        "S14 start f": REPRODUCED,
+        "S14 start A": PARTLY,
+        "S14 stop f": PARTLY,
+        "S14 stop A": PARTLY,
+    },
+    "stiffness": {
+        "S15 start f": REPRODUCED,
+        "S15 start A": PARTLY,
+        "S15 stop f": REPRODUCED,
+        "S15 stop A": PARTLY,
+    },
+    "damping": {
+        "S16 text": CONTRADICTORY,
+        "S16 abstract": REPRODUCED,
+        "S16 f": CONTRADICTORY,
+        "S17 start A": CONTRADICTORY,
+        "S17 stop A": REPRODUCED,
+        "S17 f": REPRODUCED,
+        "S17 energy": REPRODUCED,
+        "S17 kept torque": REPRODUCED,
+        "S18 mode": REPRODUCED,
+        "S18 rise time": CONTRADICTORY,
+        "S18 mode, B_l": REPRODUCED,
+    },
+    "transmission-error": {
+        "S19 start A": REPRODUCED,
+        "S19 run A": REPRODUCED,
+        "S19 stop A": PARTLY,
+        "S19 f": REPRODUCED,
+    },
+    "validate": {
+        "S4": REPRODUCED,
+        "S5": REPRODUCED,
+        "S6": REPRODUCED,
+        "S7, S8 p-p": REPRODUCED,
+        "S7, S8 mean": REPRODUCED,
+        "S7, S8 peak": PARTLY,
+        "S8 initial peak": REPRODUCED,
+        "S9 start": REPRODUCED,
+        "S9 stop": OPEN,
+        "S10": OPEN,
+    },
+}
+
+
+@functools.cache
+def study(name):
+    return STUDIES[name]()
+
+
+@pytest.mark.parametrize("name", STUDIES)
+def test_regress_every_claim_is_decided(name):
+    assert {claim.item: claim.verdict for claim in study(name).claims} == EXPECTED[name]
+
+
+def test_exact_no_claim_is_left_out():
+    decided = {claim.item for name in STUDIES for claim in study(name).claims}
+    assert {claim.item for claim in CLAIMS} <= decided
+    assert {f"S{n}" for n in range(4, 21)} <= {part for item in decided for part in item.replace(",", "").split()}
+
+
+@pytest.mark.parametrize("name", [name for name in STUDIES if name != "validate"])
+def test_exact_every_row_of_a_study_finishes(name):
+    for grid in study(name).grids.values():
+        assert grid.result.finished.all()
+        assert grid.marked.sum() < len(grid.values)
+        assert float(np.max(grid.result["energy_residual"])) < 1e-4
+
+
+def test_exact_a_claim_needs_numbers_to_be_reproduced():
+    for name in STUDIES:
+        for claim in study(name).claims:
+            assert bool(claim.findings) == (claim.verdict != OPEN)
+            assert claim.verdict not in (OPEN, CONTRADICTORY, PARTLY) or claim.reason or claim.findings
+
+
+@pytest.mark.parametrize(
+    ("values", "sign"),
+    [([1, 2, 3], "up"), ([3, 2, 1], "down"), ([1, 1.01, 1], "const"), ([1, 2, 1], "mixed"), ([1, np.nan, 2], "mixed")],
+)
+def test_exact_signs(values, sign):
+    assert trend(values)[0] == sign
+
+
+def test_against_design_table_transmission_error_over_speed():
+    """p-p and rms in µrad at 15, 50, 100, 300, 600 r/min."""
+    table = {
+        0.5: [(222.1, 67.5), (222.9, 67.6), (225.9, 68.1), (242.3, 73.8), (395.5, 111)],
+        2.0: [(222.3, 67.5), (225.9, 68.1), (236.2, 70.2), (348.5, 100), (610, 207)],
+        12.0: [(224.1, 67.8), (235.7, 71.5), (268.7, 83.7), (279.5, 87.4), (125.6, 38.5)],
+    }
+    from hdfast.studies import validate
+
+    held = study("validate").curves["held"]
+    for load, pairs in table.items():
+        found = zip(validate.te(held, "te_pp", load), validate.te(held, "te_rms", load), strict=True)
+        for measured, expected in zip(found, pairs, strict=True):
+            np.testing.assert_allclose(1e6 * np.array(measured), expected, rtol=5e-3)
+
+
+def test_against_design_brake_torques():
+    """2.8, 12 and 39 N m at load inertias of 0.5, 2 and 12 kg m^2 for 100 r/min in 20 ms."""
+    grid = study("motor-inertia").grids["J_m"]
+    nominal = int(np.flatnonzero(grid.values == 1.0)[0])
+    found = [grid.of("spring_torque", "e", load)[nominal] for load in grid.loads]
+    np.testing.assert_allclose(found, [2.8, 12.0, 39.0], rtol=0.02)
+
+
+def test_against_design_energy_and_speed_of_b_ml():
+    """Constant torque: 396, 341, 300, 267 r/min for B_ml times 0.5 to 1.25."""
+    grid = study("damping").grids["B_ml"]
+    speed = grid.of("steady_speed", "t")[grid.marked] * 60 / (2 * np.pi)
+    np.testing.assert_allclose(speed / speed[2] * 300.0, [396, 341, 300, 267], rtol=0.01)

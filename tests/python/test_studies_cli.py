@@ -1,0 +1,82 @@
+"""Bench, identify and study from the command line: files, exit codes, pages."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+from hdfast import cli, config
+
+EXAMPLE = str(Path(__file__).parents[2] / "examples" / "shf-25-120.toml")
+
+
+@pytest.mark.parametrize(
+    ("kind", "options", "key"),
+    [
+        ("stiffness", ["--torque-rate", "8"], "k1"),
+        ("kinematic-error", ["--revolutions", "6"], "te_cos_2"),
+        ("friction", ["--format", "csv", "--rate", "200"], None),
+        ("coastdown", ["--format", "npz"], None),
+    ],
+)
+def test_exact_bench_then_identify_then_sweep(kind, options, key, tmp_path, capsys):
+    bench, out = tmp_path / "bench", tmp_path / "found"
+    assert cli.main(["bench", kind, EXAMPLE, "--out", str(bench), *options, "--quiet"]) == 0
+    inertia = ["--inertia", "3.34e-4"] if kind == "coastdown" else []
+    campaign = str(bench / "campaign.toml")
+    arguments = ["identify", kind, campaign, "--model", EXAMPLE, "--out", str(out), "--json", *inertia]
+    assert cli.main(arguments) == 0
+    printed = json.loads(capsys.readouterr().out)
+    assert printed["estimates"]
+    assert {path.name for path in out.iterdir()} == {
+        "index.html",
+        "model.toml",
+        "fit.json",
+        "points.parquet",
+        "input.toml",
+    }
+    settings = config.load(out / "model.toml")
+    if key:
+        truth = json.loads((bench / "truth.json").read_text())["truth"]
+        assert settings.drive[key] == pytest.approx(truth[key], rel=0.02)
+    assert cli.main(["sweep", str(out / "model.toml"), "--rows", "4", "--quiet"]) in (0, 1)
+
+
+def test_exact_bench_of_a_start_and_stop(tmp_path):
+    assert cli.main(["bench", "startstop", EXAMPLE, "--out", str(tmp_path), "--quiet"]) == 0
+    assert (tmp_path / "startstop.parquet").exists()
+    assert "<svg" in (tmp_path / "index.html").read_text()
+
+
+def test_exact_study_writes_page_rows_and_claims(tmp_path, capsys):
+    assert cli.main(["study", "load-inertia", EXAMPLE, "--out", str(tmp_path)]) == 0
+    assert "S13 start A" in capsys.readouterr().out
+    claims = json.loads((tmp_path / "claims.json").read_text())["claims"]
+    assert {claim["claim"] for claim in claims} == {"S13 start f", "S13 start A", "S13 stop f", "S13 stop A"}
+    assert (tmp_path / "rows_J_l.parquet").exists()
+    page = (tmp_path / "index.html").read_text()
+    assert page.count("<svg") >= 2
+    assert "http://" not in page.replace("http://www.w3.org", "").replace("http://purl.org", "").replace(
+        "http://creativecommons.org", ""
+    )
+
+
+@pytest.mark.parametrize(
+    ("arguments", "text"),
+    [
+        (["identify", "friction", "missing.csv"], "no such file"),
+        (["identify", "kinematic-error", "{run}"], "--ratio"),
+        (["identify", "stiffness", "{run}", "--ratio", "121"], "load_angle"),
+        (["identify", "stiffness", "{run}", "--column", "motor_angel=x"], "did you mean 'motor_angle'"),
+        (["identify", "stiffness", "{run}", "--column", "t"], "is not NAME=COLUMN"),
+        (["study", "stiffness", "{piecewise}"], "allowed for a study"),
+    ],
+)
+def test_exact_wrong_input_ends_with_two(arguments, text, tmp_path, capsys):
+    run, piecewise = tmp_path / "run.csv", tmp_path / "piecewise.toml"
+    run.write_text("t,motor_angle\n" + "".join(f"{i},{i}\n" for i in range(20)))
+    piecewise.write_text('[drive]\nspring = "piecewise"\n')
+    given = [part.format(run=run, piecewise=piecewise) for part in arguments]
+    assert cli.main(given) == 2
+    assert text in capsys.readouterr().err

@@ -1,0 +1,82 @@
+from __future__ import annotations
+
+import math
+
+import hdfast
+import numpy as np
+import pytest
+from hdfast.tolerance.intervals import clopper_pearson
+from hdfast.tolerance.rare import subset_simulation
+from scipy import stats
+from toleranced import SMALL
+
+SEEDS = 200
+ENOUGH = int(stats.binom(SEEDS, 0.95).ppf(0.001))
+
+
+def plane(beta, dimensions):
+    return lambda scores: beta - scores.sum(axis=1) / math.sqrt(dimensions)
+
+
+@pytest.mark.parametrize("ppm", [1000.0, 50.0, 1.0])
+def test_exact_linear_gaussian_probability_in_95_percent_of_seeds(ppm):
+    truth = ppm * 1e-6
+    beta = stats.norm.isf(truth)
+    hits = sum(
+        subset_simulation(plane(beta, 5), 5, rows=400, seed=seed).probability.covers(truth) for seed in range(SEEDS)
+    )
+    assert hits >= ENOUGH - 4, hits
+
+
+def test_exact_two_failure_regions():
+    """|u1| > 4: two regions apart, where chains must not all end in one."""
+    truth = 2 * stats.norm.sf(4.0)
+    found = subset_simulation(lambda scores: 4.0 - np.abs(scores[:, 0]), 3, rows=1000, seed=5)
+    assert found.probability.covers(truth)
+
+
+def test_against_openturns_subset_sampling():
+    ot = pytest.importorskip("openturns")
+    ot.RandomGenerator.SetSeed(1)
+    vector = ot.RandomVector(ot.Normal(2))
+    function = ot.SymbolicFunction(["x1", "x2"], ["5.5 - x1 - x2 + 0.1 * (x1 - x2)^2"])
+    event = ot.ThresholdEvent(ot.CompositeRandomVector(function, vector), ot.Less(), 0.0)
+    algorithm = ot.SubsetSampling(event)
+    algorithm.setMaximumOuterSampling(20_000)
+    algorithm.run()
+    theirs = algorithm.getResult()
+    mine = subset_simulation(lambda s: 5.5 - s[:, 0] - s[:, 1] + 0.1 * (s[:, 0] - s[:, 1]) ** 2, 2, rows=2000, seed=1)
+    spread = 3 * theirs.getStandardDeviation()
+    assert mine.probability.low <= theirs.getProbabilityEstimate() + spread
+    assert mine.probability.high >= theirs.getProbabilityEstimate() - spread
+
+
+def test_exact_missing_margin_counts_as_the_event_and_nothing_found_is_bounded():
+    found = subset_simulation(lambda scores: np.where(scores[:, 0] > 1.0, np.nan, 1.0), 2, rows=1000)
+    assert found.probability.covers(stats.norm.sf(1.0))
+    never = subset_simulation(lambda scores: 100.0 - scores[:, 0], 2, rows=100, smallest=1e-6)
+    assert never.probability.value == 0.0
+    assert never.probability.high >= 1e-6
+
+
+def test_exact_wrong_arguments():
+    for options, name in (({"rows": 10}, "rows"), ({"replicates": 1}, "replicates"), ({"share": 0.9}, "share")):
+        with pytest.raises(hdfast.InputError, match=name):
+            subset_simulation(plane(3, 2), 2, **options)
+
+
+def test_against_brute_force_on_a_drive(tmp_path, long):
+    """Transmission error beyond a limit of about 600 (with --long 100) ppm: subset simulation and counting agree."""
+    rows = 200_000 if long else 20_000
+    limit = "2.35e-4" if long else "2.25e-4"
+    path = tmp_path / "drive.toml"
+    path.write_text(SMALL.replace("upper = 3e-4", f"upper = {limit}"))
+    study = hdfast.tolerance(path, n=rows)
+    verdict = study.yields["te_pp"]
+    outside = verdict.rows - verdict.within
+    assert outside >= 5
+    counted = clopper_pearson(outside, rows, 0.99)
+    found = study.rare("te_pp", rows=400, replicates=6)
+    assert found.probability.low <= counted[1]
+    assert found.probability.high >= counted[0]
+    assert found.evaluations < rows

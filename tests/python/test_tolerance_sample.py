@@ -1,0 +1,216 @@
+from __future__ import annotations
+
+import math
+from itertools import pairwise
+
+import hdfast
+import numpy as np
+import pytest
+from hdfast import config
+from hdfast.tolerance.correlation import correlation
+from hdfast.tolerance.designs import DESIGNS
+from hdfast.tolerance.distributions import Tolerance
+from hdfast.tolerance.reading import read_tolerance
+from hdfast.tolerance.sample import Plan
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy import stats
+from toleranced import normal, uniform
+
+MIXED = (normal("J_l", 1.0, 0.1), uniform("k1", 2.0, 3.0), Tolerance("B_m", "lognormal", 1.0, 0.3, 0.0, math.inf))
+COUPLED = correlation([["J_l", "k1", 0.6]], "scores", ["J_l", "k1", "B_m"])
+
+
+def tolerance(entry, nominal=2.0, folder=None):
+    return read_tolerance("J_l", entry, nominal, lambda found, allowed: None, folder)
+
+
+LAWS = [
+    ({"distribution": "beta", "a": 2, "b": 5, "lower": 1, "upper": 3}, stats.beta(2, 5, 1, 2)),
+    ({"distribution": "capability", "tolerance": 0.3, "cp": 1.0}, stats.norm(2, 0.1)),
+    ({"distribution": "capability", "tolerance": 0.3, "cp": 2.0, "cpk": 1.0}, stats.norm(2.15, 0.05)),
+    ({"distribution": "capability", "tolerance": 0.3, "cp": 2, "cpk": 1, "side": "lower"}, stats.norm(1.85, 0.05)),
+    ({"distribution": "capability", "tolerance": 0.2, "cpk": 0.5, "inspected": True},
+     stats.truncnorm(-1.5, 1.5, 2, 0.4 / 3)),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("entry", "law"), LAWS)
+def test_against_scipy_laws(entry, law):
+    u = np.linspace(0.001, 0.999, 999)
+    assert tolerance(entry).quantile(u) == pytest.approx(law.ppf(u), rel=1e-9)
+    assert tolerance(entry).describe()
+
+
+def test_exact_capability_is_what_it_says():
+    """The Cp and Cpk of a large sample are those asked for."""
+    values = tolerance({"distribution": "capability", "tolerance": 0.3, "cp": 1.5, "cpk": 1.2}).sample(400_000, 1)
+    sigma = values.std()
+    assert 0.3 / (3 * sigma) == pytest.approx(1.5, rel=0.01)
+    assert min(2.3 - values.mean(), values.mean() - 1.7) / (3 * sigma) == pytest.approx(1.2, rel=0.01)
+
+
+def test_exact_discrete_shares():
+    found = tolerance({"distribution": "discrete", "values": [3, 1, 2], "weights": [1, 2, 1]})
+    values, counts = np.unique(found.quantile((np.arange(4000) + 0.5) / 4000), return_counts=True)
+    assert values.tolist() == [1, 2, 3]
+    assert counts.tolist() == [2000, 1000, 1000]
+
+
+def test_exact_measured_values_from_list_and_file(tmp_path):
+    measured = [1.0, 5.0, 2.0, 4.0, 3.0]
+    (tmp_path / "m.csv").write_text("part,J_l\n" + "\n".join(f"a,{value}" for value in measured))
+    one = tolerance({"distribution": "empirical", "values": measured})
+    two = tolerance({"distribution": "empirical", "file": "m.csv"}, folder=tmp_path)
+    assert one == two
+    assert one.quantile(np.array([0.0, 0.1, 0.5, 0.9, 1.0])).tolist() == [1, 1, 3, 5, 5]
+
+
+WRONG = [
+    ({"distribution": "beta", "a": -1, "b": 1, "lower": 0, "upper": 1}, "a = -1"),
+    ({"distribution": "beta", "a": 1, "b": 1, "lower": 0}, "'upper'"),
+    ({"distribution": "discrete", "values": [1]}, "at least 2"),
+    ({"distribution": "discrete", "values": [1, 2], "weights": [1]}, "weights has 1"),
+    ({"distribution": "empirical"}, "either 'values' or 'file'"),
+    ({"distribution": "empirical", "file": "nothing.csv"}, "no such file"),
+    ({"distribution": "capability", "tolerance": 0.1}, "'cp', 'cpk' or both"),
+    ({"distribution": "capability", "tolerance": 0.1, "cp": 1, "cpk": 2}, "cpk = 2 is out of range"),
+    ({"distribution": "capability", "tolerance": 0.1, "cp": 1, "side": "left"}, "side = 'left'"),
+    ({"distribution": "normal", "sigma": 1, "batch_share": 2}, "batch_share = 2"),
+]
+
+
+@pytest.mark.parametrize(("entry", "message"), WRONG)
+def test_exact_wrong_tolerances_say_what_is_allowed(entry, message):
+    with pytest.raises(hdfast.InputError, match=message):
+        tolerance(entry)
+
+
+@pytest.mark.parametrize("sampling", DESIGNS)
+@pytest.mark.parametrize("batches", [1, 7])
+@pytest.mark.parametrize("coupled", [None, COUPLED])
+def test_exact_rows_do_not_depend_on_the_pieces(sampling, batches, coupled):
+    tolerances = tuple(
+        Tolerance(t.name, t.distribution, t.centre, t.width, t.lower, t.upper, batch_share=0.3) for t in MIXED
+    )
+    plan = Plan(tolerances, sampling, 11, replicates=5, block=30, levels=5, correlation=coupled, batch_size=batches)
+    rows = plan.rows(100)
+    whole = plan.draw(0, rows)
+    for cuts in ([0, 1, 2, rows], [0, rows // 3, rows // 2, rows], list(range(rows + 1))):
+        parts = [plan.draw(a, b) for a, b in pairwise(cuts) if b > a]
+        for name in plan.names:
+            assert np.array_equal(np.concatenate([part[name] for part in parts]), whole[name])
+
+
+@pytest.mark.parametrize("sampling", ["monte_carlo", "latin_hypercube", "sobol"])
+def test_against_scipy_marginals_of_every_sampling(sampling):
+    drawn = Plan(MIXED, sampling, 5, block=500, correlation=COUPLED).draw(0, 8000)
+    assert stats.kstest(drawn["J_l"], stats.norm(1, 0.1).cdf).pvalue > 1e-3
+    assert stats.kstest(drawn["k1"], stats.uniform(2, 1).cdf).pvalue > 1e-3
+    assert stats.kstest(drawn["B_m"], stats.lognorm(0.3).cdf).pvalue > 1e-3
+    scores = stats.norm.ppf((stats.rankdata(drawn["J_l"]) - 0.5) / 8000), stats.norm.ppf(drawn["k1"] - 2.0)
+    assert np.corrcoef(*scores)[0, 1] == pytest.approx(0.6, abs=0.025)
+    assert abs(np.corrcoef(drawn["J_l"], drawn["B_m"])[0, 1]) < 0.04
+
+
+@pytest.mark.parametrize("sampling", ["monte_carlo", "latin_hypercube", "sobol"])
+def test_exact_rank_correlation_is_what_was_asked_for(sampling):
+    coupled = correlation([["J_l", "k1", -0.7]], "rank", ["J_l", "k1", "B_m"])
+    drawn = Plan(MIXED, sampling, 5, block=1000, correlation=coupled).draw(0, 16_000)
+    assert stats.spearmanr(drawn["J_l"], drawn["k1"]).statistic == pytest.approx(-0.7, abs=0.02)
+
+
+def test_exact_latin_hypercube_fills_every_stratum_even_when_correlated():
+    plan = Plan(MIXED, "latin_hypercube", 5, block=50, correlation=COUPLED)
+    points = plan.design.points(plan, 0, 100)
+    for block in (points[:50], points[50:]):
+        for column in block.T:
+            assert sorted((column * 50).astype(int)) == list(range(50))
+
+
+def test_exact_sobol_replicates_are_balanced():
+    plan = Plan(MIXED, "sobol", 5, replicates=4)
+    points = plan.design.points(plan, 0, 4 * 64)
+    for replicate in range(4):
+        for column in points[replicate::4].T:
+            assert sorted((column * 64).astype(int)) == list(range(64))
+
+
+def test_exact_batches_share_what_they_should():
+    plan = Plan((normal("a", 0.0, 1.0, batch_share=0.36),), seed=2, batch_size=10)
+    values = plan.draw(0, 100_000)["a"].reshape(-1, 10)
+    assert values.var() == pytest.approx(1.0, rel=0.03)
+    within = values.var(axis=1, ddof=1).mean()
+    assert within == pytest.approx(0.64, rel=0.03)
+
+
+def test_exact_worst_case_designs():
+    plan = Plan((uniform("a", 0.0, 2.0), normal("b", 5.0, 1.0)), "corners")
+    rows = plan.draw(0, plan.rows(1))
+    assert plan.rows(1) == 5
+    assert rows["a"].tolist() == [1, 0, 2, 0, 2]
+    assert rows["b"] == pytest.approx([5, 2, 2, 8, 8])
+    single = Plan(plan.tolerances, "one_at_a_time").draw(0, 5)
+    assert single["a"].tolist() == [1, 0, 2, 1, 1]
+    assert single["b"] == pytest.approx([5, 5, 5, 2, 8])
+    grid = Plan(plan.tolerances, "factorial", levels=3).draw(0, 9)
+    assert len({(a, b) for a, b in zip(grid["a"], grid["b"], strict=True)}) == 9
+    many = Plan(tuple(uniform(f"p{i}", 0, 1) for i in range(40)), "corners")
+    with pytest.raises(hdfast.InputError, match=r"1.1e\+12 rows"):
+        many.rows(1)
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.floats(-5, 5), st.floats(0.1, 3), st.floats(-4, 4), st.floats(0.1, 5), st.floats(0, 3))
+def test_exact_bounds_hold_whatever_the_law(centre, width, lower, span, spread):
+    law = Tolerance("a", "normal", centre, width, lower, lower + span)
+    u = np.array([0.0, 1e-300, 0.3, 0.5, 1.0 - 1e-16, 1.0])
+    values = law.quantile(u)
+    assert np.all((values >= lower) & (values <= lower + span))
+    assert np.all(np.diff(values) >= 0)
+    scaled = law.scaled(spread).quantile(u)
+    assert scaled - law.middle == pytest.approx(spread * (values - law.middle), abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("pairs", "message"),
+    [
+        ([["J_l", "J_l", 0.5]], "no pair of different"),
+        ([["J_l", "k9", 0.5]], "'k9' is not known"),
+        ([["J_l", "k1", 1.5]], "1.5 is out of range"),
+        ([["J_l", "k1", 0.9], ["k1", "B_m", 0.9], ["J_l", "B_m", -0.9]], "no distribution has"),
+    ],
+)
+def test_exact_impossible_correlations_are_refused(pairs, message):
+    with pytest.raises(hdfast.InputError, match=message):
+        correlation(pairs, "scores", ["J_l", "k1", "B_m"])
+
+
+def test_exact_file_sections():
+    parsed = config.parse(
+        "[tolerance.J_l]\ndistribution = 'normal'\nsigma = 0.01\nbatch_share = 0.5\n"
+        "[tolerance.k1]\ndistribution = 'normal'\nsigma = 100\n"
+        "[correlation]\nkind = 'rank'\npairs = [['J_l', 'k1', 0.5]]\n[batches]\nsize = 20\n"
+        "[run]\nsampling = 'sobol'\nreplicates = 8\nfailed = 'worst'\n[trajectories]\nsignals = ['te']\nstep = 0.01\n"
+    )
+    plan = parsed.plan()
+    assert (plan.sampling, plan.replicates, plan.batch_size) == ("sobol", 8, 20)
+    assert plan.correlation.matrix[0][1] == pytest.approx(2 * math.sin(math.pi / 12))
+    assert parsed.trajectories.signals == ("te",)
+
+
+@pytest.mark.parametrize(
+    ("text", "line", "message"),
+    [
+        ("[correlation]\npairs = [['J_l', 'k1', 0.5]]\n", 1, "J_l"),
+        ("[batches]\nsize = 0\n", 2, "size = 0"),
+        ("[run]\nsampling = 'sobl'\n", 2, "did you mean 'sobol'"),
+        ("[run]\nfailed = 'ignore'\n", 2, "failed = 'ignore'"),
+        ("[trajectories]\nsignals = ['te']\n", 1, "needs the key 'step'"),
+        ("[trajectories]\nsignals = ['tee']\nstep = 0.1\n", 1, "did you mean 'te'"),
+    ],
+)
+def test_exact_wrong_sections_name_the_line(text, line, message):
+    with pytest.raises(hdfast.ConfigError, match=message) as caught:
+        config.parse(text)
+    assert caught.value.line == line

@@ -1,0 +1,159 @@
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hdfast.tolerance import indices, sensitivity
+from hdfast.tolerance.allocation import allocate
+from hdfast.tolerance.effects import effects
+from hdfast.tolerance.limits import Spec
+from hdfast.tolerance.sample import Plan
+from scipy import stats
+from toleranced import LinearGaussian, additive, additive_indices, g_function, g_indices, ishigami, ishigami_indices
+
+PROBLEM = LinearGaussian()
+SEEDS = 200
+ENOUGH = int(stats.binom(SEEDS, 0.95).ppf(0.001))
+NAMES = list("abcdef")
+
+
+@pytest.mark.parametrize(
+    ("function", "truth"),
+    [(ishigami, ishigami_indices()), (g_function, g_indices()), (additive, additive_indices())],
+    ids=["ishigami", "g_function", "additive_drive"],
+)
+def test_exact_sobol_indices_hold_in_95_percent_of_seeds(function, truth):
+    first, total = truth
+    dimensions = len(first)
+    hits = np.zeros((2, dimensions))
+    for seed in range(SEEDS):
+        values = function(indices.saltelli_points(dimensions, 512, seed))
+        found = indices.sobol_indices(values, NAMES[:dimensions], seed=seed, resamples=60)
+        hits[0] += [e.covers(v) for e, v in zip(found.first.values(), first, strict=True)]
+        hits[1] += [e.covers(v) for e, v in zip(found.total.values(), total, strict=True)]
+    assert hits.min() >= ENOUGH, hits
+
+
+def test_exact_more_base_points_continue_the_first():
+    whole = indices.saltelli_points(4, 64, 7)
+    parts = [indices.saltelli_points(4, 40, 7), indices.saltelli_points(4, 24, 7, start=40)]
+    assert np.array_equal(np.concatenate(parts), whole)
+    assert np.array_equal(indices.morris_points(4, 20, 7)[:50], indices.morris_points(4, 10, 7))
+
+
+def test_against_salib_on_the_same_samples():
+    pytest.importorskip("SALib")
+    from SALib.analyze import morris, sobol
+
+    problem = {"num_vars": 6, "names": NAMES, "bounds": [[0, 1]] * 6}
+    points = indices.saltelli_points(6, 256, 3)
+    values = g_function(points)
+    theirs = sobol.analyze(problem, values, calc_second_order=False, num_resamples=10)
+    mine = indices.sobol_indices(values, NAMES)
+    assert [e.value for e in mine.first.values()] == pytest.approx(theirs["S1"], abs=1e-9)
+    assert [e.value for e in mine.total.values()] == pytest.approx(theirs["ST"], abs=1e-9)
+    walks = indices.morris_points(6, 30, 3)
+    effects_found = indices.morris_effects(walks, g_function(walks), NAMES)
+    theirs = morris.analyze(problem, walks, g_function(walks), num_resamples=10)
+    assert list(effects_found.mean.values()) == pytest.approx(theirs["mu"], rel=1e-9)
+    assert [e.value for e in effects_found.mean_size.values()] == pytest.approx(theirs["mu_star"], rel=1e-9)
+    assert list(effects_found.deviation.values()) == pytest.approx(theirs["sigma"], rel=1e-9)
+
+
+def test_against_openturns_on_the_same_samples():
+    ot = pytest.importorskip("openturns")
+    points = indices.saltelli_points(3, 512, 3).reshape(512, 5, 3)
+    order = [0, 4, 1, 2, 3]  # OpenTURNS wants A, B, then A with one column of B after the other
+    design = np.concatenate([points[:, k] for k in order])
+    algorithm = ot.SaltelliSensitivityAlgorithm(ot.Sample(design), ot.Sample(ishigami(design).reshape(-1, 1)), 512)
+    mine = indices.sobol_indices(ishigami(points.reshape(-1, 3)), NAMES[:3])
+    assert [e.value for e in mine.first.values()] == pytest.approx(list(algorithm.getFirstOrderIndices()), abs=0.06)
+    jansen = ot.JansenSensitivityAlgorithm(ot.Sample(design), ot.Sample(ishigami(design).reshape(-1, 1)), 512)
+    assert [e.value for e in mine.total.values()] == pytest.approx(list(jansen.getTotalOrderIndices()), abs=0.02)
+    drawn = Plan(PROBLEM.tolerances, seed=5).draw(0, 800)
+    y = PROBLEM(drawn)
+    table = ot.CorrelationAnalysis(ot.Sample(np.column_stack(list(drawn.values()))), ot.Sample(y.reshape(-1, 1)))
+    ranks = [sensitivity.rank_correlation(drawn[name], y).value for name in drawn]
+    assert ranks == pytest.approx(list(table.computeSpearmanCorrelation()), abs=1e-9)
+    partial = sensitivity.partial_rank_correlation(drawn, y)
+    assert list(partial.values()) == pytest.approx(list(table.computePRCC()), abs=1e-9)
+
+
+def test_exact_shares_of_variance_from_rows_at_hand():
+    hits = dict.fromkeys(PROBLEM.shares, 0)
+    for seed in range(SEEDS):
+        drawn = Plan(PROBLEM.tolerances, seed=seed).draw(0, 1000)
+        for name, share in PROBLEM.shares.items():
+            hits[name] += sensitivity.variance_share(drawn[name], PROBLEM(drawn)).covers(share)
+    assert min(hits.values()) >= ENOUGH, hits
+
+
+def test_exact_rank_correlation_of_normal_values():
+    hits = 0
+    truth = 6 / math.pi * math.asin(2.0 / PROBLEM.sigma / 2)
+    for seed in range(SEEDS):
+        drawn = Plan(PROBLEM.tolerances, seed=seed).draw(0, 400)
+        hits += sensitivity.rank_correlation(drawn["a"], PROBLEM(drawn)).covers(truth)
+    assert hits >= ENOUGH
+
+
+def test_exact_nan_is_refused_everywhere():
+    x, y = np.arange(200.0), np.arange(200.0)
+    y[7] = np.nan
+    for call in (
+        lambda: sensitivity.rank_correlation(x, y),
+        lambda: sensitivity.variance_share(x, y),
+        lambda: sensitivity.partial_rank_correlation({"a": x}, y),
+        lambda: indices.sobol_indices(y, ["a", "b", "c"][:2]),
+        lambda: indices.morris_effects(np.tile([[0.0], [1.0]], (100, 1)), y, ["a"]),
+    ):
+        with pytest.raises(ValueError, match="finite"):
+            call()
+
+
+def test_exact_constant_output_has_no_sensitivity():
+    drawn = Plan(PROBLEM.tolerances).draw(0, 200)
+    assert math.isnan(sensitivity.variance_share(drawn["a"], np.ones(200)).value)
+    assert math.isnan(indices.sobol_indices(np.ones(50), NAMES[:3]).first["a"].value)
+
+
+def test_exact_gradient_of_a_linear_problem():
+    found = sensitivity.gradient(lambda columns: {"y": PROBLEM(columns)}, PROBLEM.tolerances)["y"]
+    assert found.slope == pytest.approx(PROBLEM.weights)
+    assert found.share == pytest.approx(PROBLEM.shares, rel=1e-3)
+    assert found.deviation == pytest.approx(PROBLEM.sigma, rel=1e-3)
+
+
+def run(columns):
+    return {"y": PROBLEM(columns)}, np.ones(len(columns["a"]), dtype=bool)
+
+
+LIMITS = {"y": Spec("y", -math.inf, PROBLEM.mean + 2.0 * PROBLEM.sigma, 0.975)}
+
+
+def test_exact_effects_of_a_linear_problem():
+    """Without a the spread is sqrt(1.25), with half of it sqrt(2.25); percentile and yield follow."""
+    found = effects(lambda plan, n: run(plan.draw(0, n)), Plan(PROBLEM.tolerances), LIMITS, ["y"], rows=20_000)
+    changes = {(effect.parameter, effect.factor): effect for effect in found}
+    z = stats.norm.ppf(0.99)
+    for factor, left in ((0.0, math.sqrt(1.25)), (0.5, 1.5), (1.5, math.sqrt(9 + 1.25))):
+        effect = changes["a", factor]
+        assert effect.percentiles["y"].covers(z * (left - PROBLEM.sigma))
+        truth = stats.norm.cdf(2 * PROBLEM.sigma / left) - stats.norm.cdf(2)
+        assert effect.yields["y"].covers(truth)
+        assert effect.variances["y"] == pytest.approx(left**2 / 5.25 - 1, abs=0.03)
+
+
+def test_exact_allocation_of_a_linear_problem():
+    """Lagrange: with costs 1/f the optimal factors obey f^3 proportional to 1 / variance, here between the bounds."""
+    result = allocate(run, Plan(PROBLEM.tolerances, seed=2), LIMITS, bounds=(0.1, 8.0), rows=4000)
+    assert result.reached
+    assert result.fit["y"] == pytest.approx(1.0)
+    variances = np.array([4.0, 0.25, 1.0])
+    room = (2.0 * PROBLEM.sigma / stats.norm.ppf(0.975)) ** 2
+    best = variances ** (-1 / 3)
+    best *= math.sqrt(room / np.sum(best**2 * variances))
+    assert list(result.factors.values()) == pytest.approx(best, rel=0.15)
+    assert result.cost == pytest.approx(np.mean(1 / best), rel=0.03)
+    assert result.cost < 1.0

@@ -1,0 +1,191 @@
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hdfast.tolerance import intervals, limits, statistics
+from hdfast.tolerance.intervals import Groups
+from hdfast.tolerance.policy import FailedRowsError, gate
+from hdfast.tolerance.sample import Plan
+from scipy import stats
+from toleranced import LinearGaussian
+
+PROBLEM = LinearGaussian()
+SEEDS = 200
+# 95 % of 200 seeds, less what chance alone takes from an exact interval in one test of a thousand
+ENOUGH = int(stats.binom(SEEDS, 0.95).ppf(0.001))
+SHARES = (0.01, 0.05, 0.5, 0.95, 0.99)
+LIMIT = limits.Spec("y", -math.inf, PROBLEM.law.ppf(0.97), 0.9)
+
+
+def plans(sampling, **options):
+    for seed in range(SEEDS):
+        yield Plan(PROBLEM.tolerances, sampling, seed, **options)
+
+
+def coverage(sampling, rows, **options):
+    """In how many of 200 seeds the interval of each statistic holds the truth."""
+    hits = {}
+    for plan in plans(sampling, **options):
+        values, groups = PROBLEM(plan.draw(0, rows)), plan.groups(0, rows)
+        for share in SHARES:
+            found = intervals.percentile(values if groups else np.sort(values), share, groups)
+            hits.setdefault(f"P{100 * share:g}", []).append(found.covers(PROBLEM.law.ppf(share)))
+        hits.setdefault("mean", []).append(intervals.mean(values, groups).covers(PROBLEM.mean))
+        verdict = limits.judge_values(LIMIT, values, np.ones(rows, dtype=bool), groups=groups)
+        hits.setdefault("yield", []).append(verdict.interval[0] <= 0.97 <= verdict.interval[1])
+    return {name: sum(found) for name, found in hits.items()}
+
+
+@pytest.mark.parametrize(
+    ("sampling", "rows", "options"),
+    [
+        ("monte_carlo", 500, {}),
+        ("latin_hypercube", 2000, {"block": 100}),
+        ("sobol", 2048, {"replicates": 16}),
+    ],
+)
+def test_exact_intervals_hold_in_95_percent_of_seeds(sampling, rows, options):
+    found = coverage(sampling, rows, **options)
+    assert min(found.values()) >= ENOUGH, found
+
+
+def test_exact_intervals_of_batches_hold():
+    """Rows of a batch resemble each other: binomial intervals would be far too narrow here."""
+    tolerances = tuple(replace(tolerance, batch_share=0.6) for tolerance in PROBLEM.tolerances)
+    hits, naive = 0, 0
+    for seed in range(SEEDS):
+        plan = Plan(tolerances, seed=seed, batch_size=40)
+        values = PROBLEM(plan.draw(0, 4000))
+        held = values <= PROBLEM.law.ppf(0.9)
+        hits += intervals.share(held, plan.groups(0, 4000)).covers(0.9)
+        naive += intervals.share(held).covers(0.9)
+    assert hits >= ENOUGH - 6
+    assert naive < 150
+
+
+def test_exact_capability_holds_in_95_percent_of_seeds():
+    upper, lower = PROBLEM.mean + 3.5 * PROBLEM.sigma, PROBLEM.mean - 4.5 * PROBLEM.sigma
+    hits = {"one": 0, "two": 0, "large": 0}
+    for plan in plans("monte_carlo"):
+        values = PROBLEM(plan.draw(0, 200))
+        hits["one"] += statistics.capability(values, -math.inf, upper).cpk.covers(3.5 / 3)
+        hits["two"] += statistics.capability(values, lower, upper).cpk.covers(3.5 / 3)
+        hits["large"] += statistics.capability(PROBLEM(plan.draw(0, 6000)), -math.inf, upper).cpk.covers(3.5 / 3)
+    assert min(hits.values()) >= ENOUGH, hits
+
+
+def test_exact_tolerance_intervals_cover_what_they_claim():
+    hits = {"free": 0, "normal": 0}
+    for plan in plans("monte_carlo"):
+        values = PROBLEM(plan.draw(0, 300))
+        for name, interval in (
+            ("free", statistics.tolerance_interval(values, 0.95)),
+            ("normal", statistics.normal_tolerance_interval(values, 0.95)),
+        ):
+            low, high = PROBLEM.law.cdf(interval)
+            hits[name] += high - low >= 0.95
+    assert min(hits.values()) >= ENOUGH, hits
+
+
+@pytest.mark.parametrize(
+    ("coverage", "one", "two"), [(0.95, 59, 93), (0.99, 299, 473), (0.9973, 1109, 1756), (0.999, 2995, 4742)]
+)
+def test_exact_sample_sizes_of_wilks(coverage, one, two):
+    assert statistics.sample_size(coverage) == one
+    assert statistics.sample_size(coverage, sides=2) == two
+    values = np.arange(float(two))
+    assert statistics.tolerance_interval(values, coverage) == (0.0, two - 1.0)
+    assert statistics.tolerance_interval(values[:-1], coverage) == (-math.inf, math.inf)
+
+
+def test_against_openturns_on_the_same_sample():
+    ot = pytest.importorskip("openturns")
+    values = PROBLEM(Plan(PROBLEM.tolerances, seed=4).draw(0, 1000))
+    sample = ot.Sample(values.reshape(-1, 1))
+    assert statistics.sample_size(0.95) == ot.Wilks.ComputeSampleSize(0.95, 0.95, 0)
+    assert statistics.sample_size(0.99) == ot.Wilks.ComputeSampleSize(0.99, 0.95, 0)
+    summary = statistics.summarise("y", "", gate(values, np.ones(1000, dtype=bool), "refuse", "y"))
+    assert summary.mean.value == pytest.approx(sample.computeMean()[0], rel=1e-12)
+    assert summary.deviation == pytest.approx(sample.computeStandardDeviation()[0], rel=1e-12)
+    ordered = np.sort(values)
+    for share in (0.01, 0.5, 0.99):
+        nearest = sample.computeQuantilePerComponent(share)[0]
+        mine = intervals.percentile(ordered, share).value
+        place = np.searchsorted(ordered, mine)
+        assert ordered[max(place - 2, 0)] <= nearest <= ordered[min(place + 2, 999)]
+
+
+def test_against_scipy_quantile_interval():
+    values = np.sort(PROBLEM(Plan(PROBLEM.tolerances, seed=9).draw(0, 700)))
+    for share in (0.05, 0.5, 0.97):
+        truth = stats.quantile_test(values, p=share).confidence_interval(0.95)
+        found = intervals.percentile(values, share)
+        assert (found.low, found.high) == pytest.approx((truth.low, truth.high))
+
+
+def test_against_scipy_clopper_pearson():
+    for hits, rows in ((0, 10), (37, 40), (40, 40), (9_999_990, 10_000_000)):
+        truth = stats.binomtest(hits, rows).proportion_ci(0.95, method="exact")
+        assert intervals.clopper_pearson(hits, rows) == pytest.approx((truth.low, truth.high), rel=1e-9)
+
+
+@pytest.mark.parametrize("rows", [1, 2, 3, 58, 59, 300])
+def test_exact_percentile_limits_are_infinite_when_rows_do_not_suffice(rows):
+    found = intervals.percentile(np.arange(float(rows)), 0.95)
+    exists = 1 - 0.95**rows >= 0.975
+    assert math.isfinite(found.high) == exists
+
+
+def test_exact_group_intervals_need_two_groups():
+    one = Groups(np.zeros(100, dtype=np.int64), alike=False)
+    values = np.arange(100.0)
+    for found in (
+        intervals.mean(values, one),
+        intervals.percentile(values, 0.5, one),
+        intervals.share(values > 5, one),
+    ):
+        assert math.isnan(found.low)
+        assert math.isfinite(found.value)
+
+
+NAN_ROW = np.array([1.0, 2.0, np.nan, 4.0, 5.0])
+ALL = np.ones(5, dtype=bool)
+
+
+def test_exact_one_nan_row_never_turns_a_statistic_wrong():
+    with pytest.raises(FailedRowsError, match="1 of 5 rows have no te_pp") as caught:
+        gate(NAN_ROW, ALL, "refuse", "te_pp")
+    assert caught.value.rows == [2]
+    excluded = statistics.summarise("te_pp", "rad", gate(NAN_ROW, ALL, "exclude", "te_pp"))
+    assert excluded.mean.value == 3.0
+    assert (excluded.rows, excluded.missing, excluded.note) == (4, 1, "1 rows left out")
+    worst = statistics.summarise("te_pp", "rad", gate(NAN_ROW, ALL, "worst", "te_pp"))
+    assert math.isnan(worst.mean.value)
+    assert worst.percentiles[50.0].value == 4.0
+    assert worst.high == math.inf
+    assert math.isnan(statistics.capability(gate(NAN_ROW, ALL, "worst", "te_pp").values, 0.0, 9.0).cpk.value)
+
+
+@pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf])
+def test_exact_a_failed_row_never_counts_as_good(bad):
+    values = np.array([1.0, 1.0, bad, 1.0])
+    spec = limits.Spec("te_pp", 0.0, 2.0, 0.9)
+    for policy, rows in (("worst", 4), ("refuse", 4), ("exclude", 3)):
+        verdict = limits.judge_values(spec, values, np.ones(4, dtype=bool), policy=policy)
+        assert (verdict.within, verdict.rows) == (3, rows)
+    finished = np.array([True, False, True, True])
+    assert limits.judge_values(spec, np.ones(4), finished).within == 3
+
+
+def test_exact_verdicts():
+    spec = limits.Spec("te_pp", -math.inf, 1.0, 0.95)
+    assert limits.Verdict(spec, 990, 1000, (0.98, 0.995)).outcome == "met"
+    assert limits.Verdict(spec, 900, 1000, (0.88, 0.92)).outcome == "not met"
+    assert limits.Verdict(spec, 960, 1000, (0.94, 0.97)).outcome == "undecided"
+    assert limits.Verdict(spec, 990, 1000, (0.98, 0.995)).ppm.value == pytest.approx(10_000)
+    whole = replace(spec, min_yield=1.0)
+    assert limits.Verdict(whole, 1000, 1000, (0.996, 1.0)).outcome == "met"
+    assert limits.Verdict(whole, 999, 1000, (0.99, 1.0)).outcome == "not met"

@@ -1,0 +1,243 @@
+from __future__ import annotations
+
+import json
+import random
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import hdfast
+import numpy as np
+import pyarrow.parquet as pq
+import pytest
+from hdfast import config
+from hdfast.tolerance.chunks import halving, ranges, run_here
+from hdfast.tolerance.run import fingerprint
+from hdfast.tolerance.store import FolderStore, MemoryStore
+from hdfast.tolerance.task import Task
+from toleranced import SMALL
+
+BENCHMARK = Path(__file__).parents[2] / "examples" / "benchmark.toml"
+RUN = """import sys, hdfast
+hdfast.tolerance(sys.argv[1], n=int(sys.argv[2]), out=sys.argv[3], chunk=25, resume=True, threads=1)"""
+
+
+@pytest.fixture
+def small(tmp_path):
+    path = tmp_path / "small.toml"
+    path.write_text(SMALL)
+    return path
+
+
+def contents(folder):
+    return {p.relative_to(folder).as_posix(): p.read_bytes() for p in sorted(folder.rglob("*")) if p.is_file()}
+
+
+def columns(study):
+    return {name: study.column(name) for name in (*study.plan.names, *study.metrics)}
+
+
+@pytest.mark.parametrize("sampling", ["monte_carlo", "sobol", "latin_hypercube"])
+def test_exact_same_bits_whatever_the_chunks_threads_and_place(small, tmp_path, sampling):
+    whole = hdfast.tolerance(small, sampling=sampling, n=60)
+    for chunk, threads in ((7, 1), (60, 2), (1000, 1)):
+        other = hdfast.tolerance(
+            small, sampling=sampling, n=60, chunk=chunk, threads=threads, out=tmp_path / f"{chunk}"
+        )
+        for name, values in columns(whole).items():
+            assert np.array_equal(values, other.column(name)), name
+        assert other.percentiles == whole.percentiles
+        assert other.worst() == whole.worst()
+
+
+def test_exact_more_rows_continue_the_first(small, tmp_path):
+    out = tmp_path / "out"
+    first = hdfast.tolerance(small, n=40, out=out, chunk=16)
+    before = {name: values.copy() for name, values in columns(first).items()}
+    kept = (out / "rows" / "000000000000.parquet").stat().st_mtime_ns
+    more = hdfast.tolerance(small, n=70, out=out, chunk=999, resume=True)
+    assert (out / "rows" / "000000000000.parquet").stat().st_mtime_ns == kept
+    assert more.store.chunk == 16
+    for name, values in before.items():
+        assert np.array_equal(more.column(name)[:40], values)
+    straight = hdfast.tolerance(small, n=70, out=tmp_path / "straight", chunk=16)
+    assert contents(out) == contents(tmp_path / "straight")
+    assert straight.yields == more.yields
+
+
+def stored(folder):
+    manifest = folder / "manifest.json"
+    return len(json.loads(manifest.read_text())["chunks"]) if manifest.exists() else 0
+
+
+def killed_somewhere(command, folder, chance):
+    """Start a run, kill it a random moment after a random number of further chunks; True when it was still running."""
+    process = subprocess.Popen(command)
+    target = stored(folder) + chance.randrange(1, 6)
+    deadline = time.monotonic() + 60
+    while stored(folder) < target and process.poll() is None and time.monotonic() < deadline:
+        time.sleep(0.002)
+    time.sleep(chance.uniform(0.0, 0.03))
+    running = process.poll() is None
+    process.send_signal(signal.SIGKILL)
+    process.wait()
+    return running
+
+
+def test_exact_killed_at_random_moments_and_resumed_gives_identical_bytes(small, tmp_path, long):
+    rows, kills = ("10000", 20) if long else ("1500", 4)
+    straight, broken = tmp_path / "straight", tmp_path / "broken"
+    subprocess.run([sys.executable, "-c", RUN, str(small), rows, str(straight)], check=True)
+    chance, command = random.Random(5), [sys.executable, "-c", RUN, str(small), rows, str(broken)]
+    for _ in range(kills):
+        assert killed_somewhere(command, broken, chance)
+    assert 0 < stored(broken) < stored(straight)
+    subprocess.run(command, check=True)
+    assert contents(broken) == contents(straight)
+
+
+def test_exact_damaged_missing_and_half_written_files_are_done_again(small, tmp_path):
+    out = tmp_path / "out"
+    hdfast.tolerance(small, n=50, out=out, chunk=10)
+    whole = contents(out)
+    (out / "rows" / "000000000010.parquet").write_bytes(b"PAR1 damaged")
+    (out / "rows" / "000000000030.parquet").unlink()
+    (out / "rows" / ".000000000040.parquet-x7").write_bytes(b"half")
+    (out / ".manifest.json-abc").write_bytes(b"{")
+    hdfast.tolerance(small, n=50, out=out, chunk=10, resume=True)
+    assert contents(out) == whole
+
+
+def test_exact_other_studies_are_not_mixed(small, tmp_path):
+    out = tmp_path / "out"
+    hdfast.tolerance(small, n=20, out=out)
+    with pytest.raises(hdfast.InputError, match="holds a study already"):
+        hdfast.tolerance(small, n=20, out=out)
+    with pytest.raises(hdfast.InputError, match=r"another study: (plan_sha256|seed)"):
+        hdfast.tolerance(small, n=20, out=out, seed=99, resume=True)
+    with pytest.raises(hdfast.InputError, match="holds 20 rows"):
+        hdfast.tolerance(small, n=10, out=out, resume=True)
+    with pytest.raises(hdfast.InputError, match="needs out"):
+        hdfast.tolerance(small, resume=True)
+    (out / "manifest.json").write_text("{")
+    with pytest.raises(hdfast.InputError, match="cannot be read"):
+        hdfast.tolerance(small, n=20, out=out, resume=True)
+
+
+def test_exact_manifest_names_everything_that_decides_the_rows(small, tmp_path):
+    hdfast.tolerance(small, n=30, out=tmp_path / "out", chunk=20)
+    manifest = json.loads((tmp_path / "out" / "manifest.json").read_text())
+    assert manifest["fingerprint"]["seed"] == 3
+    assert [entry["rows"] for entry in manifest["chunks"]] == [20, 10]
+    table = pq.read_table(tmp_path / "out" / "rows" / "000000000000.parquet")
+    assert table.schema.field("te_pp").metadata[b"unit"] == b"rad"
+    assert table.column_names == ["J_l", "k1", "te_scale", "te_pp", "peak_windup", "te_rms", "status", "steps"]
+
+
+class Poisoned:
+    """The task of a study in which one row raises."""
+
+    def __init__(self, task, row):
+        self.task, self.row, self.calls = task, row, 0
+
+    def __call__(self, start, stop):
+        self.calls += 1
+        if start <= self.row < stop:
+            raise MemoryError("too much")
+        return self.task(start, stop)
+
+    def poisoned(self, row, reason):
+        return self.task.poisoned(row, reason)
+
+
+def small_task():
+    parsed = config.parse(SMALL)
+    return Task(parsed, parsed.plan(), ("te_pp", "peak_windup", "te_rms"), 1)
+
+
+def test_exact_a_poison_row_is_found_and_costs_nobody_else(tmp_path):
+    task = small_task()
+    store = FolderStore(tmp_path / "out", fingerprint(task), chunk=32)
+    work = Poisoned(task, 37)
+    run_here(work, ranges(64, 32), store, lambda rows: None)
+    clean = MemoryStore()
+    run_here(task, ranges(64, 64), clean, lambda rows: None)
+    assert store.poison == [(37, "MemoryError: too much")]
+    assert work.calls <= 2 + 2 * 5
+    assert store.status()[37] == "internal"
+    values, good = store.column("te_pp"), np.arange(64) != 37
+    assert np.isnan(values[37])
+    assert np.array_equal(values[good], clean.column("te_pp")[good])
+    again = FolderStore(tmp_path / "out", fingerprint(task), chunk=32, resume=True)
+    assert again.poison == store.poison
+
+
+def test_exact_joined_halves_are_the_bytes_of_one_run(tmp_path):
+    task = small_task()
+
+    def flaky(start, stop):
+        if stop - start > 8:
+            raise OSError("again")
+        return task(start, stop)
+
+    one, two = (FolderStore(tmp_path / name, fingerprint(task), chunk=32) for name in "ab")
+    one.put(task(0, 32))
+    two.put(halving(flaky, 0, 32))
+    assert contents(tmp_path / "a") == contents(tmp_path / "b")
+
+
+def test_exact_trajectories_in_zarr(tmp_path):
+    zarr = pytest.importorskip("zarr")
+    path = tmp_path / "small.toml"
+    path.write_text(SMALL + '[trajectories]\nsignals = ["te", "omega_l"]\nstep = 0.01\n')
+    hdfast.tolerance(path, n=30, out=tmp_path / "a", chunk=12)
+    root = zarr.open_group(str(tmp_path / "a" / "trajectories.zarr"), mode="r")
+    assert root["te"].shape == (30, 61)
+    assert root["te"].attrs["units"] == "rad"
+    parsed = config.load(path)
+    plan = parsed.plan()
+    direct = hdfast.sweep(
+        {**parsed.drive, **plan.draw(0, 30)}, scenario=parsed.scenario, t_eval=root["t"][:], signals=["te"]
+    )
+    assert np.array_equal(root["te"][:], direct["te"])
+    whole = contents(tmp_path / "a")
+    (tmp_path / "a" / "trajectories.zarr" / "te" / "c" / "1" / "0").write_bytes(b"damaged")
+    hdfast.tolerance(path, n=30, out=tmp_path / "a", chunk=12, resume=True)
+    assert contents(tmp_path / "a") == whole
+    hdfast.tolerance(path, n=12, out=tmp_path / "b", chunk=12)
+    hdfast.tolerance(path, n=30, out=tmp_path / "b", chunk=12, resume=True)
+    assert contents(tmp_path / "b") == whole
+
+
+def test_exact_memory_of_many_rows_stays_small(tmp_path, long):
+    """The benchmark problem with its outputs: resident memory below 1 GB (1,000,000 rows with --long)."""
+    rows = 1_000_000 if long else 20_000
+    script = tmp_path / "run.py"
+    script.write_text(
+        "import pathlib, sys, time, hdfast\n"
+        "begin = time.monotonic()\n"
+        "study = hdfast.tolerance(sys.argv[1], n=int(sys.argv[2]), out=sys.argv[3])\n"
+        "study.yields, study.percentiles\n"
+        "status = pathlib.Path('/proc/self/status').read_text()\n"
+        "print(time.monotonic() - begin, int(status.split('VmHWM:')[1].split()[0]) / 1e6)\n"
+    )
+    command = [sys.executable, str(script), str(BENCHMARK), str(rows), str(tmp_path / "out")]
+    done = subprocess.run(command, check=True, capture_output=True, text=True)
+    _, gigabytes = map(float, done.stdout.split())
+    assert gigabytes < 1.0
+
+
+def test_exact_ctrl_c_keeps_finished_chunks_and_says_how_to_go_on(tmp_path):
+    out = tmp_path / "out"
+    command = [sys.executable, "-m", "hdfast.cli", "tolerance", str(BENCHMARK), "--rows", "2000000", "--chunk", "2000"]
+    process = subprocess.Popen([*command, "--out", str(out), "--quiet"], stderr=subprocess.PIPE, text=True)
+    deadline = time.monotonic() + 60
+    while not stored(out) and time.monotonic() < deadline:
+        time.sleep(0.01)
+    process.send_signal(signal.SIGINT)
+    errors = process.communicate(timeout=60)[1]
+    assert process.returncode == 130
+    assert "continue with --resume" in errors
+    assert stored(out) > 0

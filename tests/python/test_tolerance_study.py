@@ -1,0 +1,261 @@
+from __future__ import annotations
+
+import json
+import math
+import re
+from pathlib import Path
+
+import hdfast
+import numpy as np
+import pyarrow.csv as pc
+import pyarrow.parquet as pq
+import pytest
+from hdfast import config
+from hdfast.cli import main
+from hdfast.report import tolerance_page
+from hdfast.tolerance.policy import FailedRowsError
+from test_report import Reader
+from toleranced import SMALL
+
+ROOT = Path(__file__).parents[2]
+FAILING = SMALL.replace(
+    '[tolerance.J_l]\ndistribution = "normal"\nrelative = true\nsigma = 0.05\n',
+    '[tolerance.J_l]\ndistribution = "normal"\nmean = 0.05\nsigma = 0.02\n',
+)
+
+
+@pytest.fixture
+def small(tmp_path):
+    path = tmp_path / "small.toml"
+    path.write_text(SMALL)
+    return path
+
+
+@pytest.fixture(scope="module")
+def study():
+    return hdfast.tolerance(config.parse(SMALL), n=400)
+
+
+def test_exact_study_is_the_sweep_of_its_rows(study):
+    rows = {**study.config.drive, **study.plan.draw(0, 400)}
+    direct = hdfast.sweep(rows, scenario=study.config.scenario, metrics=list(study.metrics))
+    for metric in study.metrics:
+        assert np.array_equal(study.column(metric), direct[metric])
+    assert study.percentiles["te_pp"][50.0].value == np.percentile(direct["te_pp"], 50)
+    assert study.yields["te_pp"].within == np.count_nonzero(direct["te_pp"] <= 3e-4)
+    assert study.status_counts == {"finished": 400}
+
+
+def test_exact_joint_yield_is_not_the_product(study):
+    tight = config.parse(SMALL.replace("upper = 3e-4", "upper = 1.7e-4").replace("upper = 1e-3", "upper = 9e-6"))
+    found = hdfast.tolerance(tight, n=400)
+    both = (found.column("te_pp") <= 1.7e-4) & (found.column("peak_windup") <= 9e-6)
+    assert found.yields["all together"].within == both.sum()
+    assert not found.met
+
+
+def test_exact_worst_rows_are_the_worst(study):
+    worst = study.worst(3)
+    assert [row["margin"] for row in worst] == sorted(study.worst_margin)[:3]
+    assert worst[0]["te_pp"] == study.column("te_pp").max()
+    assert worst[0]["J_l"] == study.column("J_l")[worst[0]["row"]]
+
+
+def test_exact_contributions_name_the_driver(study):
+    shares = study.contributions["te_pp"]
+    assert shares["te_scale"].value > 0.9
+    assert shares["J_l"].high < 0.2
+    assert study.rank_correlations("te_pp")["te_scale"].low > 0.9
+
+
+def test_exact_sensitivity_designs_agree_on_a_drive(study):
+    """Four ways to ask for the share of te_scale in the variance of te_pp."""
+    designs = study.sobol(64)["te_pp"], study.gradients()["te_pp"], study.contributions["te_pp"]
+    sobol, gradient, shares = designs
+    assert sobol.total["te_scale"].covers(gradient.share["te_scale"])
+    assert shares["te_scale"].value == pytest.approx(gradient.share["te_scale"], abs=0.05)
+    screening = study.morris(6)["te_pp"]
+    assert max(screening.mean_size, key=lambda name: screening.mean_size[name].value) == "te_scale"
+
+
+def test_exact_correlated_parameters_have_no_sobol_indices():
+    text = SMALL + '[correlation]\npairs = [["J_l", "k1", 0.5]]\n'
+    coupled = hdfast.tolerance(config.parse(text), n=30)
+    with pytest.raises(hdfast.InputError, match="independent"):
+        coupled.sobol(8)
+    assert coupled.effects_of(["J_l"], rows=20)[0].parameter == "J_l"
+
+
+def test_exact_convergence_ends_at_the_result(study):
+    course = study.convergence("te_pp", 99.0)
+    assert course.rows[-1] == 400
+    assert course.estimates[-1] == study.percentiles["te_pp"][99.0]
+    assert study.convergence("te_pp").estimates[-1].value == study.yields["te_pp"].yield_
+
+
+def test_exact_failure_policies():
+    """Some of these drives have a negative inertia: the rows fail, and each policy says so in its way."""
+    parsed = config.parse(FAILING)
+    refused = hdfast.tolerance(parsed, n=200)
+    bad = int(np.sum(~refused.finished))
+    assert 0 < bad < 20
+    for ask in ("yields", "percentiles", "capabilities", "contributions", "worst_margin"):
+        with pytest.raises(FailedRowsError, match=f"{bad} of 200 rows have no"):
+            getattr(refused, ask)
+    excluded = hdfast.tolerance(parsed, n=200, failed="exclude")
+    assert excluded.yields["te_pp"].rows == 200 - bad
+    assert excluded.summaries["te_pp"].note == f"{bad} rows left out"
+    worst = hdfast.tolerance(parsed, n=200, failed="worst")
+    assert worst.yields["te_pp"].within <= 200 - bad
+    assert worst.yields["te_pp"].rows == 200
+    assert worst.summaries["te_pp"].high == math.inf
+    assert math.isfinite(worst.contributions["te_pp"]["te_scale"].value)
+    page = tolerance_page.page(excluded)
+    assert f"{bad} rows left out" in page
+
+
+def test_exact_worst_case_sampling_judges_every_corner(small):
+    corners = hdfast.tolerance(small, sampling="corners")
+    assert corners.n == 9
+    assert corners.yields["te_pp"].outcome == "met"
+    assert math.isnan(corners.yields["te_pp"].interval[0])
+    assert "no random sample" in tolerance_page.page(corners)
+    tight = config.parse(SMALL.replace("upper = 3e-4", "upper = 2e-4"))
+    assert hdfast.tolerance(tight, sampling="corners").yields["te_pp"].outcome == "not met"
+
+
+def test_exact_discrete_and_batched_inputs_run_through():
+    text = SMALL.replace(
+        'distribution = "lognormal"\nsigma_log = 0.1', 'distribution = "discrete"\nvalues = [0.9, 1.1]'
+    )
+    text = text.replace("sigma = 0.05\n", "sigma = 0.05\nbatch_share = 0.5\n") + "[batches]\nsize = 10\n"
+    study = hdfast.tolerance(config.parse(text), n=200)
+    assert study.groups.alike
+    assert set(study.column("te_scale")) == {0.9, 1.1}
+    assert study.contributions["te_pp"]["te_scale"].value > 0.9
+    assert "batch means" in tolerance_page.page(study)
+
+
+def test_exact_command_writes_the_folder(small, tmp_path, capsys):
+    out = tmp_path / "out"
+    assert main(["tolerance", str(small), "--rows", "200", "--out", str(out), "--chunk", "64"]) == 0
+    text = capsys.readouterr().out
+    assert "met" in text
+    assert "95 % limits of P99" in text
+    names = {path.name for path in out.iterdir()}
+    assert names == {
+        "index.html", "input.toml", "manifest.json", "rows", "statistics.csv", "statistics.parquet", "summary.json",
+        "worst.csv", "worst.parquet",
+    }  # fmt: skip
+    summary = json.loads((out / "summary.json").read_text())
+    assert summary["specifications"]["te_pp"]["outcome"] == "met"
+    assert summary["rows"] == 200
+    assert pq.read_table(out / "statistics.parquet").column_names == pc.read_csv(out / "statistics.csv").column_names
+    reader = Reader()
+    reader.feed((out / "index.html").read_text())
+    assert all(reference.startswith("#") for reference in reader.references)
+    assert "script" not in reader.tags
+    assert reader.tags.count("svg") == 4
+    titles = re.findall("<h2>(.*?)</h2>", (out / "index.html").read_text())
+    assert titles[:2] == ["Specification", "Distributions"]
+    assert titles[-2:] == ["Assumptions", "Input"]
+
+
+def test_exact_folder_is_the_same_after_resume_and_has_no_clock(small, tmp_path):
+    for name in ("a", "b"):
+        main(["tolerance", str(small), "--out", str(tmp_path / name), "--quiet"])
+    assert main(["tolerance", str(small), "--out", str(tmp_path / "a"), "--quiet", "--resume"]) == 0
+    for path in (tmp_path / "a").rglob("*"):
+        if path.is_file():
+            assert path.read_bytes() == (tmp_path / "b" / path.relative_to(tmp_path / "a")).read_bytes(), path.name
+
+
+def test_exact_exit_codes(small, tmp_path, capsys):
+    small.write_text(SMALL.replace("upper = 3e-4", "upper = 1.6e-4"))
+    assert main(["tolerance", str(small), "--quiet"]) == 1
+    small.write_text(SMALL.replace("upper = 3e-4", "upper = 1.6e-4").replace("min_yield = 0.9\n", "", 1))
+    assert main(["tolerance", str(small)]) == 1
+    assert "not met" in capsys.readouterr().out
+    small.write_text(FAILING)
+    assert main(["tolerance", str(small), "--rows", "200", "--out", str(tmp_path / "out")]) == 1
+    assert "failed='exclude'" in capsys.readouterr().err
+    again = ["tolerance", str(small), "--rows", "200", "--out", str(tmp_path / "out"), "--quiet"]
+    assert main(again) == 2
+    assert "--resume" in capsys.readouterr().err
+    assert main([*again, "--resume", "--failed", "exclude"]) in (0, 1)
+    assert (tmp_path / "out" / "index.html").exists()
+    assert main(["tolerance", "missing.toml"]) == 2
+    with pytest.raises(SystemExit):
+        main(["tolerance", str(small), "--sampling", "sobl"])
+
+
+def test_exact_json_and_progress(small, capsys):
+    assert main(["tolerance", str(small), "--json", "--progress"]) == 0
+    captured = capsys.readouterr()
+    assert json.loads(captured.out)["metrics"]["te_pp"]["unit"] == "rad"
+    assert "row" in captured.err
+    seen = []
+    hdfast.tolerance(small, n=50, chunk=20, threads=1, progress=lambda done, total: seen.append((done, total)))
+    assert seen[-1] == (50, 50)
+    assert [done for done, _ in seen] == sorted(done for done, _ in seen)
+    with pytest.raises(hdfast.InputError, match="progress = 3"):
+        hdfast.tolerance(small, progress=3)
+
+
+def test_exact_wrong_arguments_name_value_and_range(small):
+    for options, text in (
+        ({"n": 0}, "n = 0 is out of range"),
+        ({"n": 1.5}, "n = 1.5 is not a whole number"),
+        ({"seed": -1}, "seed = -1"),
+        ({"sampling": "sobl"}, "did you mean 'sobol'"),
+        ({"failed": "drop"}, "failed = 'drop'"),
+        ({"chunk": 0}, "chunk = 0"),
+    ):
+        with pytest.raises(hdfast.InputError, match=re.escape(text)):
+            hdfast.tolerance(small, **options)
+
+
+def test_exact_help_shows_an_example(capsys):
+    with pytest.raises(SystemExit):
+        main(["tolerance", "--help"])
+    assert "example:\n  hdfast tolerance" in capsys.readouterr().out
+
+
+def test_exact_documented_study_runs_and_ends_in_its_decision(long, monkeypatch, capsys):
+    text = (ROOT / "docs" / "tolerance-study.md").read_text()
+    [example] = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
+    if not long:
+        example = example.replace("40_000", "2000").replace("4000", "400")
+    monkeypatch.chdir(ROOT)
+    names = {}
+    exec(compile(example, "tolerance-study.md", "exec"), names)
+    assert "P99" in capsys.readouterr().out
+    shares = names["study"].contributions
+    assert shares["te_pp"]["te_scale"].value > 0.98
+    assert {name for name, share in shares["stop_time"].items() if share.value > 0.3} == {"B_m", "B_ml"}
+    factors = names["plan"].factors
+    assert min(factors, key=factors.get) == "te_scale"
+
+
+def test_exact_sweep_command_says_nothing_it_does_not_know(small, tmp_path, capsys):
+    """Corners are no random sample: `hdfast sweep` judges them, without an interval."""
+    small.write_text(SMALL + 'sampling = "corners"\n')
+    assert main(["sweep", str(small), "--out", str(tmp_path / "out")]) == 0
+    assert "not known" in capsys.readouterr().out
+    summary = json.loads((tmp_path / "out" / "summary.json").read_text())
+    assert summary["rows"] == 9
+    assert summary["specifications"]["te_pp"]["interval_95"] is None
+
+
+def test_exact_report_of_a_study_in_memory_holds_its_rows(study, tmp_path):
+    page = study.report(tmp_path / "out")
+    assert page.name == "index.html"
+    table = pq.read_table(tmp_path / "out" / "rows.parquet")
+    assert table.num_rows == 400
+    assert np.array_equal(table["te_pp"].to_numpy(), study.column("te_pp"))
+
+
+def test_exact_rare_event_is_in_the_report(study):
+    found = study.rare("te_pp", rows=100, replicates=2, smallest=1e-5)
+    assert study.rare_events == {"te_pp": found}
+    assert "by subset simulation" in tolerance_page.page(study)

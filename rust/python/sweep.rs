@@ -110,7 +110,9 @@ pub fn sweep<'py>(
         watched: WatchList::default(),
         record: false,
     };
-    metrics.iter().for_each(|metric| metric.require(&mut demand));
+    for metric in &metrics {
+        metric.require(&mut demand);
+    }
 
     let views: Vec<(usize, ArrayView1<'_, f64>)> =
         columns.iter().map(|(index, values)| (*index, values.as_array())).collect();

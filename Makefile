@@ -51,7 +51,7 @@ demo: setup
 lint: setup
 	@tools/check-tools $(MAKE_VERSION) lint > /dev/null
 	cargo fmt --check
-	cargo clippy --quiet --all-targets -- -D warnings
+	cargo clippy --quiet --all-targets --features python -- -D warnings
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy

@@ -10,11 +10,10 @@ import time
 from collections.abc import Callable
 from typing import Any
 
+import hdfast
 import numba_rows
 import numpy as np
 import problem
-
-import hdfast
 
 ROWS = 2_000
 CHECKED = 64
@@ -77,7 +76,7 @@ def main() -> None:
     seconds: dict[str, list[float]] = {name: [] for name in works}
     for _ in range(ROUNDS):
         for name, (count, work) in works.items():
-            clock = time.perf_counter if name.endswith("thread") or name.endswith("threads") else time.process_time
+            clock = time.perf_counter if name.endswith(("thread", "threads")) else time.process_time
             seconds[name].append(timed(work, clock) / count)
     rate = {name: 1 / statistics.median(values) for name, values in seconds.items()}
 

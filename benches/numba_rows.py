@@ -1,4 +1,4 @@
-"""What a user would write instead: Dormand-Prince 5(4) for the benchmark problem, compiled by Numba, one row at a time."""
+"""What a user would write instead: Dormand-Prince 5(4) for the benchmark problem, compiled by Numba, row by row."""
 
 import math
 

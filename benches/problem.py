@@ -1,8 +1,7 @@
 """The benchmark problem: the default gear geometry under a speed profile, every parameter varied by ±10 %."""
 
-import numpy as np
-
 import hdfast
+import numpy as np
 
 ORDERS = range(1, 16)
 VARIED = ("J_m", "J_l", "B_m", "B_l", "B_ml", "B_sp", "k1", "k3", "k5", "te_scale")

@@ -101,7 +101,7 @@ pub struct RowOutput<'a> {
 impl<'a> Writer<'a> {
     pub fn new(outputs: &'a mut Outputs) -> Self {
         let rows = outputs.status.len();
-        let per_row = |length: usize, width: usize| if rows * width == 0 { 0 } else { length / (rows * width) };
+        let per_row = |length: usize, width: usize| length.checked_div(rows * width).unwrap_or(0);
         Self {
             metric_count: per_row(outputs.metrics.len(), 1),
             signal_count: per_row(outputs.samples.len(), outputs.times),

@@ -49,7 +49,6 @@ pub fn sweep(job: &Job, progress: &mut dyn Progress) -> (Outputs, bool) {
         progress.keep_going(shared.done.load(Ordering::Relaxed), job.rows);
     }
     let interrupted = shared.cancelled.load(Ordering::Relaxed);
-    drop(shared);
     outputs.close();
     (outputs, interrupted)
 }

@@ -78,9 +78,9 @@ pub fn windup_at(law: SpringLaw, c: &Constants<f64>, wanted: f64) -> f64 {
             break;
         }
         if excess < 0.0 {
-            low = windup
+            low = windup;
         } else {
-            high = windup
+            high = windup;
         }
         let newton = windup - excess / tangent(law, c, windup);
         let next = if newton > low && newton < high { newton } else { 0.5 * (low + high) };

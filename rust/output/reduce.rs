@@ -160,15 +160,12 @@ impl<'a, const N: usize> Reduction<'a, N> {
 
     fn mode(&mut self, part: ModePart, phase: Phase) -> f64 {
         let event = usize::from(phase == Phase::Stop);
-        let found = match self.modes[event] {
-            Some(found) => found,
-            None => {
-                let (from, end) = if event == 0 { (Mark::On, Mark::Off) } else { (Mark::Off, Mark::End) };
-                let from = self.seat.time_of(from);
-                let to = self.seat.time_of(end).min(from + mode::window(self.layout, &self.seat.assignment.row));
-                mode::mode(self.layout, self.seat, self.retrace, from, to)
-            }
-        };
+        let found = self.modes[event].unwrap_or_else(|| {
+            let (from, end) = if event == 0 { (Mark::On, Mark::Off) } else { (Mark::Off, Mark::End) };
+            let from = self.seat.time_of(from);
+            let to = self.seat.time_of(end).min(from + mode::window(self.layout, &self.seat.assignment.row));
+            mode::mode(self.layout, self.seat, self.retrace, from, to)
+        });
         self.modes[event] = Some(found);
         match part {
             ModePart::Frequency => found.frequency,

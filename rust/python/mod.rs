@@ -1,5 +1,8 @@
 //! The extension module: converts, releases the interpreter, calls one function, converts back.
 
+// The signatures are Python's: arguments arrive by value.
+#![allow(clippy::needless_pass_by_value)]
+
 mod program;
 mod sweep;
 mod tables;

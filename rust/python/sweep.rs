@@ -111,7 +111,9 @@ pub fn sweep<'py>(
         watched: WatchList::default(),
         record: false,
     };
-    metrics.iter().for_each(|metric| metric.require(&mut demand));
+    for metric in &metrics {
+        metric.require(&mut demand);
+    }
 
     let views: Vec<(usize, ArrayView1<'_, f64>)> =
         columns.iter().map(|(index, values)| (*index, values.as_array())).collect();
@@ -140,6 +142,7 @@ pub fn sweep<'py>(
             out[*index] = values[row];
         }
     };
+    let method = method_of(method, &layout)?;
     let job = Job {
         layout,
         rows,
@@ -157,7 +160,7 @@ pub fn sweep<'py>(
         grid_of: &|row| grid_index.map_or(0, |index| index[row] as usize),
         signals,
         metrics,
-        method: method_of(method)?,
+        method,
         demand,
         threads: threads.max(1),
         path: path_in_force()?,

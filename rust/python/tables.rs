@@ -44,7 +44,10 @@ pub(super) fn layout_of(base: &str, spring: &str, orders: Vec<f64>, terms: &[Str
     Ok(Layout { base, spring, orders, terms })
 }
 
-pub(super) fn method_of(name: &str) -> Result<MethodName, SetupError> {
+pub(super) fn method_of(name: &str, layout: &Layout) -> Result<MethodName, SetupError> {
+    if !layout.terms.on.is_empty() && !["tsit5", "dop853"].contains(&name) {
+        return Err(SetupError::Range { what: "method", detail: format!("'{name}', allowed with terms: tsit5, dop853") });
+    }
     match name {
         "bs3" => Ok(MethodName::Bs3),
         "tsit5" => Ok(MethodName::Tsit5),

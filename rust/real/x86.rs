@@ -5,6 +5,7 @@
 //! called only where the CPU has them; that is the safety argument of every `unsafe` below.
 
 use super::{Mask, Real, Task};
+#[allow(clippy::wildcard_imports)] // one name per instruction
 use std::arch::x86_64::*;
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 

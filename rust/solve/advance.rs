@@ -255,7 +255,7 @@ impl<'a, P: Path, M: Model<N>, T: Method, const N: usize> Advance<'a, P, M, T, N
         if failed == 0 {
             return;
         }
-        let broken = self.stepper.broken(trial);
+        let broken = Stepper::<P::Lanes, N>::broken(trial);
         for lane in lanes_of(failed) {
             let status = match (stuck >> lane & 1 == 1, broken >> lane & 1 == 1) {
                 (true, true) => Status::NotFinite,

@@ -266,7 +266,7 @@ impl<R: Real, const N: usize> Stepper<R, N> {
 
     /// Lanes whose state or slope is not finite.
     #[inline(always)]
-    pub fn broken(&self, trial: &Trial<R, N>) -> u64 {
+    pub fn broken(trial: &Trial<R, N>) -> u64 {
         let limit = R::splat(f64::MAX);
         let mut fine = trial.state[0].abs().le(limit);
         for index in 0..N {

@@ -7,8 +7,8 @@ import functools
 import drives
 import numpy as np
 import pytest
-from hdfast import Model, config, identify
-from hdfast.bench import SensorChain, encoder
+from hdfast import Model, Scenario, config, identify
+from hdfast.bench import SensorChain, encoder, startstop
 from hdfast.bench.kinematic_error import motion
 from hdfast.bench.sensors import Sensor
 from hdfast.errors import InputError
@@ -116,6 +116,11 @@ def test_exact_wrong_recordings_are_named():
     turning = forward | {"motor_angle": 0.5 * forward["t"] + 20.0 * np.sin(0.1 * forward["t"])}
     with pytest.raises(InputError, match="turns back"):
         identify.kinematic_error(turning, ratio=121.0)
+
+
+def test_exact_a_bench_that_ends_early_is_refused():
+    with pytest.raises(InputError, match="cannot be simulated"):
+        startstop({"J_m": 1e-30}, scenario=Scenario.start_stop(t_end=1.0))
 
 
 def test_exact_sensor_chain_rounds_delays_and_adds_noise():

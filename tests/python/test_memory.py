@@ -25,7 +25,8 @@ scenario = hdfast.Scenario.start_stop(t_off=0.05, t_end=0.1)
 hdfast.sweep({name: values[:64] for name, values in columns.items()}, scenario=scenario, metrics=METRICS)
 before = peak()
 result = hdfast.sweep(columns, scenario=scenario, metrics=METRICS)
-outputs = sum(a.nbytes for a in [result.final_state, result.status, result.steps, result.time, *result.metrics.values()])
+arrays = [result.final_state, result.status, result.steps, result.time, *result.metrics.values()]
+outputs = sum(array.nbytes for array in arrays)
 print(peak() - before, outputs / 2**20, result.status_counts())
 """
 

@@ -9,14 +9,17 @@ import numpy as np
 
 from hdfast import checks
 from hdfast.bench.sensors import SensorChain
+from hdfast.catalogue import FINISHED
 from hdfast.checks import Floats
+from hdfast.errors import InputError
 from hdfast.model import Model
 from hdfast.recordings import Recording
 from hdfast.scenario import Scenario
-from hdfast.simulate import simulate
+from hdfast.simulate import Trajectory, simulate
 
 RUN_IN, RAMP = 2.0, 0.5
 TOLERANCE = 1e-8
+MOST_STEPS = 2**31 - 1
 MARGIN = 0.02  # revolutions beyond the whole number, so that rounding of the angle loses none
 
 
@@ -40,8 +43,10 @@ def motion(
         signals=["theta_m", "theta_l", "tau_m", "gear_torque"],
         metrics=[],
         rtol=TOLERANCE,
+        max_steps=MOST_STEPS,
         strict=True,
     )
+    whole(run)
     return {
         "t": t - RUN_IN,
         "motor_angle": run["theta_m"],
@@ -49,6 +54,16 @@ def motion(
         "load_angle": run["theta_l"],
         "output_torque": run["gear_torque"],
     }
+
+
+def whole(run: Trajectory) -> None:
+    """Refuse a simulation that ended before its time.
+
+    Raises:
+        InputError: with the engine's remedy.
+    """
+    if run.status != FINISHED:
+        raise InputError(f"the bench cannot be simulated: {run.message}")
 
 
 def kinematic_error(

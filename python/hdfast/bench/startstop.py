@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+from hdfast.bench.kinematic_error import MOST_STEPS, whole
 from hdfast.bench.sensors import SensorChain
 from hdfast.model import Model
 from hdfast.recordings import Recording
@@ -46,6 +47,8 @@ def startstop(
         signals=list(SIGNALS.values()),
         metrics=[],
         rtol=1e-8,
+        max_steps=MOST_STEPS,
         strict=True,
     )
+    whole(run)
     return chain.record("startstop", t, {column: run[signal] for column, signal in SIGNALS.items()}, seed)

@@ -2,7 +2,7 @@
 //!
 //! States: those of [`super::TwoInertia`], then the hidden states of the terms that are on.
 
-use super::terms::{Actuator, Dry, Gear, HIDDEN, Load, Mesh, Motion, Reaction};
+use super::terms::{Actuator, Dry, Gear, HIDDEN, Load, Mesh, Motion, Reaction, Terms};
 use super::two_inertia::controlled;
 use super::{Base, Drivetrain, Model, Rates, Shaft, spring};
 use crate::real::{Mask, Real};
@@ -21,6 +21,15 @@ impl Model<ALL> for Extended {
 
     fn compose(full: [f64; 5]) -> [f64; ALL] {
         std::array::from_fn(|index| full.get(index).copied().unwrap_or(0.0))
+    }
+
+    fn begin(terms: &Terms<f64>, inverse_ratio: f64, state: &mut [f64; ALL]) {
+        let [theta_m, omega_m, te, omega_l, ..] = *state;
+        let theta_l = theta_m * inverse_ratio - te;
+        let motion = Motion { t: 0.0, theta_m, omega_m, theta_l, omega_l, inverse_ratio };
+        let mut hidden = [0.0; HIDDEN];
+        terms.begin(&motion, &mut hidden);
+        state[OWN..].copy_from_slice(&hidden);
     }
 
     #[inline(always)]
@@ -68,6 +77,7 @@ impl Model<ALL> for Extended {
             windup_rate,
         };
         terms.gear(&motion, &mut gear, &own, &mut hidden_rates);
+        let stored = spring::energy(drive.spring, c, gear.spring_windup);
         let elastic = gear.stiffness_factor * spring::torque(drive.spring, c, gear.spring_windup);
         let gear_torque = c.b_sp.mul_add(windup_rate, elastic + gear.added_torque);
 
@@ -88,7 +98,7 @@ impl Model<ALL> for Extended {
         terms.reaction(&motion, &mut Reaction { gear_torque }, &own, &mut hidden_rates);
 
         let resisting = c.d_mm.mul_add(omega_m, upsilon.mul_add(gear_torque, -(c.d_ml * omega_l)));
-        let resisting = resisting + gear.motor_reaction + on_motor.resisting;
+        let resisting = stored.mul_add(gear.motor_reaction, resisting + on_motor.resisting);
         let motor = Shaft { net: actuator.torque - resisting, breakaway: on_motor.breakaway };
         let mut alpha_m = acceleration(motor.net, &on_motor, actuator.inertia);
         let mut motor_torque = actuator.torque;
@@ -98,7 +108,7 @@ impl Model<ALL> for Extended {
             motor_torque = R::select(imposed, needed, motor_torque);
         }
         let driving = c.d_ml.mul_add(omega_m, gear_torque) - c.d_ll.mul_add(omega_l, load.torque);
-        let output = Shaft { net: driving - gear.load_reaction - on_load.resisting, breakaway: on_load.breakaway };
+        let output = Shaft { net: driving - stored * gear.load_reaction - on_load.resisting, breakaway: on_load.breakaway };
         let alpha_l = acceleration(output.net, &on_load, load.inertia);
 
         let mut slope = [zero; ALL];
@@ -106,6 +116,7 @@ impl Model<ALL> for Extended {
         slope[OWN..].copy_from_slice(&hidden_rates);
         Rates {
             slope,
+            error: mesh.error,
             windup,
             windup_rate,
             te,

@@ -62,6 +62,8 @@ pub struct Shaft<R> {
 pub struct Rates<R, const N: usize> {
     /// Time derivative of the state.
     pub slope: [R; N],
+    /// Kinematic error [rad].
+    pub error: R,
     /// Windup phi at the output [rad].
     pub windup: R,
     /// Its rate [rad/s].
@@ -98,6 +100,9 @@ pub trait Model<const N: usize> {
 
     /// The state made of theta_m, omega_m, te, omega_l, z.
     fn compose(full: [f64; 5]) -> [f64; N];
+
+    /// Hidden states of a drive that begins in this state.
+    fn begin(_terms: &terms::Terms<f64>, _inverse_ratio: f64, _state: &mut [f64; N]) {}
 
     /// The size of each state, against which its error is measured.
     fn sizes<R: Real>(state: &[R; N], windup: R) -> [R; N];

@@ -53,6 +53,7 @@ impl Model<4> for OneInertia {
         let gear_torque = c.j_l.mul_add(alpha_l, c.b_l.mul_add(omega_l, inputs.load)) - slip_torque;
         Rates {
             slope: [omega_m, alpha_m, z_rate, error],
+            error,
             windup: R::zero(),
             windup_rate: R::zero(),
             te: error,

@@ -39,20 +39,26 @@ pub fn torque<R: Real>(law: SpringLaw, c: &Constants<R>, windup: R) -> R {
 }
 
 /// Energy stored at a windup, zero when relaxed.
-pub fn energy(law: SpringLaw, c: &Constants<f64>, windup: f64) -> f64 {
+#[inline(always)]
+pub fn energy<R: Real>(law: SpringLaw, c: &Constants<R>, windup: R) -> R {
+    let half = R::splat(0.5);
     match law {
         Spring::Polynomial => {
-            let x = windup.clamp(-c.phi_max, c.phi_max);
+            let x = windup.clamp_abs(c.phi_max);
             let beyond = windup - x;
-            let inside = x * x * (c.k1 / 2.0 + x * (c.k2 / 3.0 + x * (c.k3 / 4.0 + x * (c.k4 / 5.0 + x * c.k5 / 6.0))));
-            inside + torque(law, c, x) * beyond + 0.5 * polynomial_tangent(c, x) * beyond * beyond
+            let over = |k: R, n: f64| k * R::splat(1.0 / n);
+            let sum = over(c.k5, 6.0).mul_add(x, over(c.k4, 5.0)).mul_add(x, over(c.k3, 4.0));
+            let inside = sum.mul_add(x, over(c.k2, 3.0)).mul_add(x, over(c.k1, 2.0)) * x * x;
+            let edge = (half * beyond).mul_add(polynomial_tangent(c, x), torque(law, c, x));
+            beyond.mul_add(edge, inside)
         }
         Spring::Piecewise => {
-            let part = |slope: f64, end: f64| {
-                let x = windup.abs().min(end);
-                slope * x * (windup.abs() - 0.5 * x)
+            let size = windup.abs();
+            let part = |slope: R, end: R| {
+                let x = size.min(end);
+                slope * x * (size - half * x)
             };
-            0.5 * c.k_3 * windup * windup + part(c.k_12, c.phi_1) + part(c.k_23, c.phi_2)
+            half * c.k_3 * windup * windup + part(c.k_12, c.phi_1) + part(c.k_23, c.phi_2)
         }
     }
 }

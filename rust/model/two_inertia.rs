@@ -46,6 +46,7 @@ impl Model<5> for TwoInertia {
         let alpha_l = driving * c.inverse_j_l;
         Rates {
             slope: [omega_m, alpha_m, c.inverse_ratio.mul_add(omega_m, -omega_l), alpha_l, z_rate],
+            error,
             windup,
             windup_rate,
             te,

@@ -244,7 +244,7 @@ impl Metric {
             entry(
                 "energy_residual",
                 "1",
-                "what the energy balance lacks, as a share of the energy exchanged",
+                "what the energy balance lacks, as a share of the energy exchanged; not with terms",
                 Self::EnergyResidual,
             ),
             entry(

@@ -70,7 +70,7 @@ impl Signal {
             Self::Te => rates.te,
             Self::Windup => rates.windup,
             Self::WindupRate => rates.windup_rate,
-            Self::ThetaE => rates.te - rates.windup,
+            Self::ThetaE => rates.error,
             Self::MotorTorque => rates.motor_torque,
             Self::GearTorque => rates.gear_torque,
         }

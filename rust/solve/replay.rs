@@ -65,7 +65,9 @@ impl<P: Path, M: Model<N>, T: Method, const N: usize> Replay<P, M, T, N> {
                 [angle, speed, error + windup, (c.inverse_ratio - slope) * speed, 0.0]
             }
         };
-        M::compose(full)
+        let mut state = M::compose(full);
+        M::begin(&self.stepper.terms, c.inverse_ratio, &mut state);
+        state
     }
 }
 

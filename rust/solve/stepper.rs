@@ -191,10 +191,10 @@ impl<R: Real, const N: usize> Stepper<R, N> {
         let mut scales = [R::zero(); N];
         for index in 0..N {
             let size = before[index].max(after[index]) + R::splat(floor * self.scales[index]);
-            scales[index] = size * R::splat(rtol);
+            scales[index] = size;
         }
         let first = self.error_ratio(T::ERROR, &scales);
-        let square = step * step * R::splat(1.0 / self.active);
+        let square = step * step * R::splat(1.0 / (self.active * rtol * rtol));
         if T::SECOND_ERROR.is_empty() {
             return first * square;
         }

@@ -173,12 +173,11 @@ def test_exact_interrupt_keeps_finished_rows(small, tmp_path):
     small.write_text(SMALL + 'metrics = ["te_pp"]\n')
     out = tmp_path / "out"
     command = [sys.executable, "-m", "hdfast.cli", "sweep", str(small), "--rows", "1000000", "--out", str(out)]
-    process = subprocess.Popen(
+    process = interruptible(
         [*command, "--progress", "--threads", "1"],
         stderr=subprocess.PIPE,
         stdout=subprocess.PIPE,
         env={**os.environ},
-        preexec_fn=interruptible,
     )
     seen = b""
     deadline = time.monotonic() + 60

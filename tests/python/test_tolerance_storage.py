@@ -233,9 +233,7 @@ def test_exact_memory_of_many_rows_stays_small(tmp_path, long):
 def test_exact_ctrl_c_keeps_finished_chunks_and_says_how_to_go_on(tmp_path):
     out = tmp_path / "out"
     command = [sys.executable, "-m", "hdfast.cli", "tolerance", str(BENCHMARK), "--rows", "2000000", "--chunk", "2000"]
-    process = subprocess.Popen(
-        [*command, "--out", str(out), "--quiet"], stderr=subprocess.PIPE, text=True, preexec_fn=interruptible
-    )
+    process = interruptible([*command, "--out", str(out), "--quiet"], stderr=subprocess.PIPE, text=True)
     deadline = time.monotonic() + 60
     while not stored(out) and time.monotonic() < deadline:
         time.sleep(0.01)

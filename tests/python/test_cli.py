@@ -13,6 +13,7 @@ import hdfast
 import pyarrow.parquet as pq
 import pytest
 from hdfast.cli import main
+from processes import interruptible
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "shf-25-120.toml"
 SMALL = """title = "small <drive>"
@@ -172,8 +173,11 @@ def test_exact_interrupt_keeps_finished_rows(small, tmp_path):
     small.write_text(SMALL + 'metrics = ["te_pp"]\n')
     out = tmp_path / "out"
     command = [sys.executable, "-m", "hdfast.cli", "sweep", str(small), "--rows", "1000000", "--out", str(out)]
-    process = subprocess.Popen(
-        [*command, "--progress", "--threads", "1"], stderr=subprocess.PIPE, stdout=subprocess.PIPE, env={**os.environ}
+    process = interruptible(
+        [*command, "--progress", "--threads", "1"],
+        stderr=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        env={**os.environ},
     )
     seen = b""
     deadline = time.monotonic() + 60

@@ -17,6 +17,7 @@ from hdfast.tolerance.chunks import halving, ranges, run_here
 from hdfast.tolerance.run import fingerprint
 from hdfast.tolerance.store import FolderStore, MemoryStore
 from hdfast.tolerance.task import Task
+from processes import interruptible
 from toleranced import SMALL
 
 BENCHMARK = Path(__file__).parents[2] / "examples" / "benchmark.toml"
@@ -232,7 +233,7 @@ def test_exact_memory_of_many_rows_stays_small(tmp_path, long):
 def test_exact_ctrl_c_keeps_finished_chunks_and_says_how_to_go_on(tmp_path):
     out = tmp_path / "out"
     command = [sys.executable, "-m", "hdfast.cli", "tolerance", str(BENCHMARK), "--rows", "2000000", "--chunk", "2000"]
-    process = subprocess.Popen([*command, "--out", str(out), "--quiet"], stderr=subprocess.PIPE, text=True)
+    process = interruptible([*command, "--out", str(out), "--quiet"], stderr=subprocess.PIPE, text=True)
     deadline = time.monotonic() + 60
     while not stored(out) and time.monotonic() < deadline:
         time.sleep(0.01)

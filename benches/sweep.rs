@@ -5,7 +5,7 @@
 #[path = "../tests/common/mod.rs"]
 mod common;
 
-use common::{Problem, random_rows};
+use common::{Problem, layout, random_rows};
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use hdfast::batch::{MethodName, paths};
 use hdfast::model::Base;
@@ -19,7 +19,7 @@ fn problem(metrics: &[&str]) -> Problem {
     Problem {
         metrics: metrics.iter().map(metric).collect(),
         signals: Vec::new(),
-        ..Problem::new(random_rows(Base::TwoInertia, ROWS))
+        ..Problem::new(random_rows(&layout(Base::TwoInertia), ROWS))
     }
 }
 

@@ -4,7 +4,7 @@ mod common;
 #[path = "common/bits.rs"]
 mod comparison;
 
-use common::{Problem, random_rows};
+use common::{Problem, layout, random_rows};
 use comparison::bits;
 use hdfast::batch::{MethodName, Outputs, paths};
 use hdfast::model::Base;
@@ -18,7 +18,7 @@ fn same(left: &Outputs, right: &Outputs) {
 }
 
 fn reference(base: Base) -> (Vec<Vec<f64>>, Outputs) {
-    let rows = random_rows(base, ROWS);
+    let rows = random_rows(&layout(base), ROWS);
     let outputs = Problem { base, ..Problem::new(rows.clone()) }.run();
     assert!(outputs.status.iter().all(|status| *status == 0));
     (rows, outputs)
@@ -36,7 +36,7 @@ fn exact_bits_on_every_cpu_path() {
 
 #[test]
 fn exact_bits_on_every_cpu_path_with_every_method() {
-    let rows = random_rows(Base::TwoInertia, 20);
+    let rows = random_rows(&layout(Base::TwoInertia), 20);
     for method in [MethodName::Bs3, MethodName::Tsit5, MethodName::Dopri5] {
         let run = |path| Problem { path, method, rtol: 1e-4, ..Problem::new(rows.clone()) }.run();
         let expected = run(paths()[0]);

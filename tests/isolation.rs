@@ -4,7 +4,7 @@ mod common;
 #[path = "common/bits.rs"]
 mod comparison;
 
-use common::{Problem, random_rows};
+use common::{Problem, layout, random_rows};
 use comparison::bits;
 use hdfast::model::Base;
 use hdfast::solve::Status;
@@ -14,7 +14,7 @@ const BAD: usize = 23;
 
 /// Runs the rows with row `BAD` spoiled, and checks that no other row has changed.
 fn spoiled(spoil: impl Fn(&mut Problem)) -> (u8, i32) {
-    let mut problem = Problem::new(random_rows(Base::TwoInertia, ROWS));
+    let mut problem = Problem::new(random_rows(&layout(Base::TwoInertia), ROWS));
     let expected = problem.run();
     spoil(&mut problem);
     let outputs = problem.run();

@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::{Problem, random_rows};
+use common::{Problem, layout, random_rows};
 use hdfast::batch::MethodName;
 use hdfast::model::Base;
 use hdfast::output::Metric;
@@ -25,8 +25,8 @@ proptest! {
         one_inertia in any::<bool>(),
     ) {
         let base = if one_inertia { Base::OneInertia } else { Base::TwoInertia };
-        let layout = common::layout(base);
-        let mut row = random_rows(base, 1).remove(0);
+        let layout = layout(base);
+        let mut row = random_rows(&layout, 1).remove(0);
         (row[2], row[6], row[7]) = (j_l, b_sp, slip);
         row[layout.te_scale()] = te_scale;
         row[layout.scenario(hdfast::model::ScenarioColumn::OmegaSet)] = speed;
@@ -45,7 +45,7 @@ proptest! {
 
     #[test]
     fn exact_peaks_bound_every_sample(seed in 0usize..200) {
-        let row = random_rows(Base::TwoInertia, seed + 1).remove(seed);
+        let row = random_rows(&layout(Base::TwoInertia), seed + 1).remove(seed);
         let mut problem = Problem::new(vec![row]);
         problem.metrics = vec![metric("te_peak_start"), metric("te_peak"), metric("te_peak_stop")];
         let outputs = problem.run();

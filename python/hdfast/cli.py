@@ -21,6 +21,7 @@ from hdfast.params import params
 from hdfast.printing import text_table
 from hdfast.simulate import simulate
 from hdfast.studies import command as study
+from hdfast.terms import terms
 from hdfast.threads import MAX_THREADS, resolve_threads
 from hdfast.tolerance import command as tolerance
 from hdfast.tolerance.limits import judge
@@ -110,7 +111,9 @@ def _parser() -> argparse.ArgumentParser:
     command = add("params", _params, "List the parameters of a drive.", "hdfast params --spring piecewise")
     command.add_argument("--base", choices=BASES, default=BASES[0], help="base model")
     command.add_argument("--spring", choices=SPRINGS, default=SPRINGS[0], help="spring law")
+    command.add_argument("--terms", nargs="*", default=[], metavar="ID", help="terms beyond the nominal model")
 
+    add("terms", _terms, "List the physics beyond the nominal model.", "hdfast terms --json")
     add("info", _info, "Show version, build, methods, metrics, signals and row statuses.", "hdfast info --json")
     return parser
 
@@ -208,7 +211,16 @@ def _simulate(options: argparse.Namespace) -> int:
 
 
 def _params(options: argparse.Namespace) -> int:
-    table = params(Model(base=options.base, spring=options.spring))
+    table = params(Model(base=options.base, spring=options.spring, terms=options.terms))
+    if options.json:
+        print(json.dumps([asdict(row) for row in table], indent=2))
+    elif not options.quiet:
+        print(table)
+    return DONE
+
+
+def _terms(options: argparse.Namespace) -> int:
+    table = terms()
     if options.json:
         print(json.dumps([asdict(row) for row in table], indent=2))
     elif not options.quiet:

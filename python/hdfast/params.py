@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import overload
@@ -13,6 +13,7 @@ from hdfast import _core, checks
 from hdfast.checks import Floats
 from hdfast.errors import InputError, ParameterError, nearest, shorten
 from hdfast.model import Model
+from hdfast.terms import terms
 
 
 @dataclass(frozen=True)
@@ -33,9 +34,10 @@ class Parameter:
 class ParameterTable:
     """Parameters in column order; prints as a table, iterates over `Parameter`, indexed by position or name."""
 
-    def __init__(self, rows: tuple[Parameter, ...]) -> None:
+    def __init__(self, rows: tuple[Parameter, ...], aliases: Mapping[str, str] | None = None) -> None:
         self._rows = rows
         self._index = {row.name: position for position, row in enumerate(rows)}
+        self._aliases = dict(aliases or {})
 
     @property
     def names(self) -> list[str]:
@@ -58,9 +60,13 @@ class ParameterTable:
         Raises:
             ParameterError: naming the nearest known name.
         """
-        if not isinstance(name, str) or name not in self._index:
+        if name not in self:
             raise ParameterError(f"parameter {shorten(name)} is not known{nearest(str(name), self._index)}")
-        return self._index[name]
+        return self._index[self.canonical(name)]
+
+    def canonical(self, name: str) -> str:
+        """The column name behind a name: a term's parameter may always be written with the term's id before it."""
+        return self._aliases.get(name, name)
 
     def __len__(self) -> int:
         return len(self._rows)
@@ -69,7 +75,7 @@ class ParameterTable:
         return iter(self._rows)
 
     def __contains__(self, name: object) -> bool:
-        return name in self._index
+        return isinstance(name, str) and self.canonical(name) in self._index
 
     @overload
     def __getitem__(self, key: int | str) -> Parameter: ...
@@ -77,7 +83,7 @@ class ParameterTable:
     def __getitem__(self, key: slice) -> ParameterTable: ...
     def __getitem__(self, key: int | str | slice) -> Parameter | ParameterTable:
         if isinstance(key, slice):
-            return ParameterTable(self._rows[key])
+            return ParameterTable(self._rows[key], self._aliases)
         return self._rows[self.column(key) if isinstance(key, str) else key]
 
     def __repr__(self) -> str:
@@ -119,7 +125,10 @@ class ParameterTable:
 def layout(model: Model) -> ParameterTable:
     """Every column the core takes for a model: the drive's parameters, then the six of the scenario."""
     rows = _core.layout(model.base, model.spring, model.order_values, model.order_labels, list(model.terms))
-    return ParameterTable(tuple(Parameter(**row) for row in rows))
+    names = {row["name"] for row in rows}
+    own = [(term, parameter.name) for term in model.terms for parameter in terms()[term].parameters]
+    aliases = {f"{term}_{name}": name for term, name in own if f"{term}_{name}" not in names}
+    return ParameterTable(tuple(Parameter(**row) for row in rows), aliases)
 
 
 def _model(model: Model | None) -> Model:

@@ -105,12 +105,15 @@ def _from_columns(named: dict[str, Any], every: ParameterTable) -> Rows:
     shared: dict[str, float] = {}
     count: int | None = None
     first = ""
-    for name, given in named.items():
-        if not isinstance(name, str) or name not in every:
+    for written, given in named.items():
+        if written not in every:
             raise ParameterError(
-                f"rows: parameter {shorten(name)} is not known{nearest(str(name), every.names)} "
+                f"rows: parameter {shorten(written)} is not known{nearest(str(written), every.names)} "
                 "(see hdfast.params(model).names)"
             )
+        name = every.canonical(written)
+        if name in columns or name in shared:
+            raise ParameterError(f"rows: parameter {name!r} is given twice")
         array = checks.as_floats(f"rows[{name!r}]", given)
         if array.ndim == 0:
             shared[name] = float(array)

@@ -108,7 +108,8 @@ impl Model<ALL> for Extended {
             motor_torque = R::select(imposed, needed, motor_torque);
         }
         let driving = c.d_ml.mul_add(omega_m, gear_torque) - c.d_ll.mul_add(omega_l, load.torque);
-        let output = Shaft { net: driving - stored * gear.load_reaction - on_load.resisting, breakaway: on_load.breakaway };
+        let output =
+            Shaft { net: driving - stored * gear.load_reaction - on_load.resisting, breakaway: on_load.breakaway };
         let alpha_l = acceleration(output.net, &on_load, load.inertia);
 
         let mut slope = [zero; ALL];

@@ -46,7 +46,10 @@ pub(super) fn layout_of(base: &str, spring: &str, orders: Vec<f64>, terms: &[Str
 
 pub(super) fn method_of(name: &str, layout: &Layout) -> Result<MethodName, SetupError> {
     if !layout.terms.on.is_empty() && !["tsit5", "dop853"].contains(&name) {
-        return Err(SetupError::Range { what: "method", detail: format!("'{name}', allowed with terms: tsit5, dop853") });
+        return Err(SetupError::Range {
+            what: "method",
+            detail: format!("'{name}', allowed with terms: tsit5, dop853"),
+        });
     }
     match name {
         "bs3" => Ok(MethodName::Bs3),

@@ -11,6 +11,8 @@ use std::sync::Arc;
 /// Everything about a sweep that a test may change.
 pub struct Problem {
     pub base: Base,
+    /// Terms that are on; the rows carry their parameters.
+    pub terms: Choice,
     pub rows: Vec<Vec<f64>>,
     pub path: SimdPath,
     pub threads: usize,
@@ -38,8 +40,7 @@ pub fn layout(base: Base) -> Layout {
 }
 
 /// Rows that differ in everything the benchmark problem varies; reproducible.
-pub fn random_rows(base: Base, count: usize) -> Vec<Vec<f64>> {
-    let layout = layout(base);
+pub fn random_rows(layout: &Layout, count: usize) -> Vec<Vec<f64>> {
     let labels: Vec<String> = layout.orders.iter().map(ToString::to_string).collect();
     let defaults: Vec<f64> = layout.parameters(&labels).iter().map(|parameter| parameter.default).collect();
     let mut state = 0x9e37_79b9_7f4a_7c15_u64;
@@ -66,6 +67,7 @@ impl Problem {
     pub fn new(rows: Vec<Vec<f64>>) -> Self {
         Self {
             base: Base::TwoInertia,
+            terms: Choice::default(),
             rows,
             path: hdfast::batch::paths()[0],
             threads: 1,
@@ -80,7 +82,7 @@ impl Problem {
     }
 
     pub fn run(&self) -> Outputs {
-        let layout = layout(self.base);
+        let layout = Layout { terms: self.terms.clone(), ..layout(self.base) };
         let parameters = |row: usize, out: &mut [f64]| {
             assert!(self.poison != Some(row), "poisoned row");
             out.copy_from_slice(&self.rows[row]);

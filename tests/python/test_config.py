@@ -79,7 +79,7 @@ WRONG = [
     ("[kinematic_error]\norders = [1]\ncos = [1]\n", 1, "cos and sin together"),
     ("[kinematic_error]\norders = [1]\ncos = [1]\nphase = [1]\n", 1, "either cos and sin or amplitude and phase"),
     ("[kinematic_error]\norders = [1]\ncos = ['a']\nsin = [1]\n", 3, r"cos\[0\]"),
-    ("[[terms]]\neffect = 'coulomb_friction'\n", 2, "no term 'coulomb_friction' exists"),
+    ("[[terms]]\neffect = 'coulomb_fricton'\n", 2, "no term 'coulomb_fricton' exists"),
     ("[[terms]]\nefect = 'x'\n", 2, "did you mean 'effect'"),
     ("[[terms]]\n", 1, "needs the key 'effect'"),
     ("terms = 1\n", 1, "not a list"),

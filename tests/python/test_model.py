@@ -44,7 +44,7 @@ def test_exact_states():
         ({"orders": [2, 2.0]}, "twice"),
         ({"orders": range(1, 1000)}, "at most 64"),
         ({"terms": "coulomb_friction"}, "not a list"),
-        ({"terms": ["coulomb_friction"]}, "no term 'coulomb_friction' exists"),
+        ({"terms": ["coulomb_fricton"]}, "no term 'coulomb_fricton' exists"),
         ({"terms": [3]}, "no term 3 exists"),
     ],
 )

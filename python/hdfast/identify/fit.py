@@ -9,7 +9,7 @@ from typing import Any
 
 from hdfast.checks import Floats
 from hdfast.identify.estimate import Estimates
-from hdfast.model import terms
+from hdfast.terms import terms
 from hdfast.toml_write import dump
 
 
@@ -79,7 +79,7 @@ def merge(base: Mapping[str, Any], found: Mapping[str, Mapping[str, Any]]) -> di
     What only a campaign has is dropped, as are terms this version does not know; keys and tolerances of the other
     spring law go when the spring was identified.
     """
-    known = [term["id"] for term in terms()]
+    known = terms().ids
     merged = {key: value for key, value in base.items() if key not in OF_A_CAMPAIGN}
     merged["drive"] = plain(base.get("drive", {}))
     error = plain(base.get("kinematic_error", {}))

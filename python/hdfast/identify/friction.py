@@ -13,7 +13,6 @@ from hdfast.identify.estimate import Estimate, Estimates, estimate
 from hdfast.identify.fit import Fit
 from hdfast.identify.nonlinear import NonlinearFit, fit
 from hdfast.identify.plateaus import Plateaus, plateaus
-from hdfast.model import terms
 from hdfast.params import params
 from hdfast.recordings import gather
 
@@ -146,8 +145,10 @@ def _model(
 ) -> tuple[dict[str, Any], dict[str, Any]]:
     by_name = {item.name: item.value for item in estimates}
     drive = viscous_share(by_name["B"], base, ratio, notes)
-    if "coulomb_friction" not in [term["id"] for term in terms()]:
-        notes.append("the model file holds B only: Coulomb and Stribeck torque need terms this version does not have")
+    notes.append(
+        "the model file holds B only: for the dry friction add a section [[terms]] with the effect coulomb_friction, "
+        "stribeck_friction or asymmetric_friction and the values of this table"
+    )
     backward = by_name.get("T_c_backward", by_name["T_c_forward"])
     mean = 0.5 * (by_name["T_c_forward"] + backward)
     return drive, {"T_c": mean, "asymmetry": (by_name["T_c_forward"] - backward) / (2.0 * mean) if mean else 0.0}

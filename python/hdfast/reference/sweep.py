@@ -14,7 +14,8 @@ from .signals import NAMES, reported_state, sample
 from .stepper import Vector
 
 if TYPE_CHECKING:
-    from hdfast.request import Request
+    from hdfast.errors import InputError
+from hdfast.request import Request
 
 
 @dataclass(frozen=True)
@@ -64,6 +65,8 @@ def sweep(rows: Any, **options: Any) -> ReferenceResult:
     from hdfast.request import prepare
 
     request = prepare(rows, **options)
+    if request.model.terms:
+        raise InputError(f"terms = {request.model.terms!r} (allowed in the reference: none)")
     return solve_rows(
         [read_row(request, k) for k in range(request.rows.count)],
         [request.grids[k].tolist() for k in grid_of_rows(request)] if request.grids else None,

@@ -1,0 +1,75 @@
+from __future__ import annotations
+
+import runpy
+from pathlib import Path
+
+import hdfast
+import numpy as np
+import pytest
+from hdfast import config
+from hdfast.cli import main
+
+ROOT = Path(__file__).parents[2]
+
+
+def test_regress_docs_are_current():
+    page = runpy.run_path(str(ROOT / "tools" / "terms.py"))["page"]()
+    assert (ROOT / "docs" / "terms.md").read_text() == page, "run python tools/terms.py"
+
+
+def test_exact_columns_of_a_term_are_prefixed_only_where_shared():
+    alone = hdfast.params(hdfast.Model(terms=["coulomb_friction"])).names
+    both = hdfast.params(hdfast.Model(terms=["coulomb_friction", "stribeck_friction"])).names
+    assert "T_c" in alone
+    assert {"coulomb_friction_T_c", "stribeck_friction_T_c"} <= set(both)
+    assert hdfast.params(hdfast.Model(terms=["coulomb_friction"])).column("coulomb_friction_T_c") == alone.index("T_c")
+
+
+def test_exact_stop_under_friction_is_for_ever():
+    model = hdfast.Model(terms=["coulomb_friction"])
+    scenario = hdfast.Scenario.start_stop(speed_rpm=100)
+    t = np.linspace(3.3, 6.0, 50)
+    result = hdfast.sweep(
+        {"T_c": np.array([0.02, 0.05]), "te_scale": 0.0},
+        model=model,
+        scenario=scenario,
+        t_eval=t,
+        signals=["omega_m"],
+        metrics=["stop_time"],
+    )
+    assert np.all(result.samples["omega_m"] == 0.0)
+    np.testing.assert_allclose(result["stop_time"], [0.121, 0.056], atol=6e-4)
+
+
+def test_exact_toml_switches_terms_on(tmp_path):
+    text = '[[terms]]\neffect = "coulomb_friction"\nparameters = { T_c = { value = 0.04, sigma = 0.2 } }\n'
+    path = tmp_path / "drive.toml"
+    path.write_text(text)
+    settings = config.load(path)
+    assert settings.model.terms == ("coulomb_friction",)
+    assert settings.drive["T_c"] == 0.04
+
+
+@pytest.mark.parametrize(
+    ("options", "named"),
+    [
+        ({"terms": ["coulomb"]}, "coulomb_friction"),
+        ({"terms": ["coulomb_friction", "coulomb_friction"]}, "twice"),
+        ({"terms": ["coulomb_friction"], "base": "one_inertia"}, "two_inertia"),
+        ({"terms": [term.id for term in hdfast.terms() if term.states]}, "at most 8"),
+    ],
+)
+def test_exact_wrong_terms_are_named(options, named):
+    with pytest.raises(hdfast.InputError, match=named):
+        hdfast.Model(**options)
+
+
+def test_exact_parameter_out_of_its_range_is_a_bad_row():
+    result = hdfast.sweep({"T_c": np.array([0.02, -1.0])}, model=hdfast.Model(terms=["coulomb_friction"]))
+    assert list(result.status) == [0, 5]
+    assert "T_c" in result.message(1)
+
+
+def test_exact_terms_command_lists_them(capsys):
+    assert main(["terms"]) == 0
+    assert "coulomb_friction" in capsys.readouterr().out

@@ -58,7 +58,7 @@ lint: setup
 	$(PY) -m mypy.stubtest hdfast._core
 
 test: lint
-	cargo test --release --no-default-features
+	CARGO_PROFILE_RELEASE_LTO=off cargo test --release --no-default-features
 	$(PY) -m pytest
 
 bench: setup

@@ -54,6 +54,15 @@ def connect(address: str = LOCAL, workers: int | None = None) -> Iterator[Any]:
         yield client
 
 
+def outcome(future: Any) -> Piece | Exception:
+    """What a finished task left: its piece, or why there is none; a piece can die with the worker that holds it."""
+    try:
+        piece: Piece = future.result()
+    except Exception as failure:
+        return failure
+    return piece
+
+
 class _Dispatch:
     """Keeps a few chunks per worker under way and puts the parts of a halved chunk together again."""
 
@@ -61,6 +70,7 @@ class _Dispatch:
         self.client, self.work, self.store, self.report = client, work, store, report
         self.parts: dict[Range, list[Piece]] = {}
         self.origin: dict[str, tuple[Range, Range]] = {}
+        self.suspects: list[tuple[Range, Range]] = []
 
     def run(self, todo: list[Range]) -> None:
         from distributed import as_completed
@@ -72,17 +82,33 @@ class _Dispatch:
             under_way.add(self.submit(chunk, chunk))
         for future in under_way:
             chunk, part = self.origin.pop(future.key)
-            if future.status == "finished":
-                self.collect(chunk, future.result())
+            found = outcome(future)
+            if not isinstance(found, Exception):
+                self.collect(chunk, found)
             elif part[1] - part[0] == 1:
-                self.collect(chunk, self.work.poisoned(part[0], describe(future.exception())))
+                self.suspects.append((chunk, part))
             else:
                 middle = (part[0] + part[1]) // 2
                 for half in ((part[0], middle), (middle, part[1])):
                     under_way.add(self.submit(chunk, half))
             future.release()
-            if chunk not in self.parts and (following := next(waiting, None)) is not None:
+            settled = chunk not in self.parts or (chunk, part) in self.suspects
+            if settled and (following := next(waiting, None)) is not None:
                 under_way.add(self.submit(following, following))
+        self.judge_suspects()
+
+    def judge_suspects(self) -> None:
+        """Runs single rows that failed once more, each alone: a dying worker takes the blame of others with it."""
+        from distributed import wait
+
+        for chunk, part in self.suspects:
+            future = self.submit(chunk, part)
+            wait(future)  # type: ignore[no-untyped-call]
+            found = outcome(future)
+            if isinstance(found, Exception):
+                found = self.work.poisoned(part[0], describe(found))
+            self.collect(chunk, found)
+            future.release()
 
     def submit(self, chunk: Range, part: Range) -> Any:
         future = self.client.submit(self.work, *part, pure=False)

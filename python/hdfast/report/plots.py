@@ -115,20 +115,27 @@ def histograms(result: SweepResult, specs: Mapping[str, Spec]) -> Figure:
     return figure
 
 
+def bars(axes: Any, values: Floats, factor: float, *, most: int) -> bool:
+    """Counts of values, times a factor, in at most so many bins; False where there are no values to count."""
+    axes.set_ylabel("rows")
+    axes.locator_params(axis="x", nbins=5)
+    if not values.size:
+        axes.text(0.5, 0.5, "no row has this metric", ha="center", va="center", transform=axes.transAxes, color=GREY)
+        return False
+    spread = float(np.ptp(values))
+    bins = 1 if spread <= 1e-12 * abs(float(values[0])) else int(np.clip(np.sqrt(values.size), 8, most))
+    axes.hist(values * factor, bins=bins, color=BLUE, alpha=0.75, linewidth=0.0)
+    return True
+
+
 def _histogram(axes: Any, result: SweepResult, name: str, spec: Spec | None) -> None:
     values = result[name][result.finished]
     values = values[np.isfinite(values)]
     factor, unit = scaled(values, result.units[name])
     axes.set_title(TITLES.get(name, name.replace("_", " ")), loc="left")
     axes.set_xlabel(f"{name} [{unit}]")
-    axes.set_ylabel("rows")
-    axes.locator_params(axis="x", nbins=5)
-    if not values.size:
-        axes.text(0.5, 0.5, "no row has this metric", ha="center", va="center", transform=axes.transAxes, color=GREY)
+    if not bars(axes, values, factor, most=60):
         return
-    spread = float(np.ptp(values))
-    bins = 1 if spread <= 1e-12 * abs(float(values[0])) else int(np.clip(np.sqrt(values.size), 8, 60))
-    axes.hist(values * factor, bins=bins, color=BLUE, alpha=0.75, linewidth=0.0)
     low, middle, high = np.percentile(values, (5.0, 50.0, 95.0)) * factor
     axes.axvline(low, color=INK, linewidth=0.9, linestyle=":", label="5 % and 95 %")
     axes.axvline(high, color=INK, linewidth=0.9, linestyle=":")

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from hdfast.report.plots import BLUE, GREY, INK, ORANGE, RED, TITLES, scaled, styled
+from hdfast.report.plots import BLUE, GREY, INK, ORANGE, RED, TITLES, bars, scaled, styled
 from hdfast.tolerance.convergence import Course
 from hdfast.tolerance.effects import Effect
 from hdfast.tolerance.intervals import Estimate
@@ -33,12 +33,17 @@ def distributions(found: Mapping[str, Usable], units: Mapping[str, str], specs: 
         axes = figure.add_subplot(lines, columns, position + 1)
         _histogram(axes, name, found[name], units[name], specs.get(name))
     if names:
-        entries: dict[str, Any] = {}
-        for axes in figure.axes:
-            handles, labels = axes.get_legend_handles_labels()
-            entries.update(zip(labels, handles, strict=True))
-        figure.legend(list(entries.values()), list(entries), loc="outside lower center", ncols=4)
+        _shared_legend(figure, 4)
     return figure
+
+
+def _shared_legend(figure: Figure, columns: int) -> None:
+    """One legend below all axes, every label once."""
+    entries: dict[str, Any] = {}
+    for axes in figure.axes:
+        handles, labels = axes.get_legend_handles_labels()
+        entries.update(zip(labels, handles, strict=True))
+    figure.legend(list(entries.values()), list(entries), loc="outside lower center", ncols=columns)
 
 
 def _histogram(axes: Any, name: str, usable: Usable, unit: str, spec: Spec | None) -> None:
@@ -46,14 +51,8 @@ def _histogram(axes: Any, name: str, usable: Usable, unit: str, spec: Spec | Non
     factor, unit = scaled(values, unit)
     axes.set_title(title(name) + (f"\n{usable.note}" if usable.note else ""), loc="left")
     axes.set_xlabel(f"{name} [{unit}]")
-    axes.set_ylabel("rows")
-    axes.locator_params(axis="x", nbins=5)
-    if not values.size:
-        axes.text(0.5, 0.5, "no row has this metric", ha="center", va="center", transform=axes.transAxes, color=GREY)
+    if not bars(axes, values, factor, most=80):
         return
-    spread = float(np.ptp(values))
-    bins = 1 if spread <= 1e-12 * abs(float(values[0])) else int(np.clip(np.sqrt(values.size), 8, 80))
-    axes.hist(values * factor, bins=bins, color=BLUE, alpha=0.75, linewidth=0.0)
     for share, style in ((1.0, ":"), (50.0, "-"), (99.0, ":")):
         place = float(np.percentile(values, share)) * factor
         label = "median" if share == 50.0 else "1 % and 99 %"
@@ -151,9 +150,5 @@ def convergence(courses: Sequence[tuple[str, str, Course, float]]) -> Figure:
         axes.set_xlabel("rows")
         axes.set_ylabel(f"[{shown}]")
     if courses:
-        entries: dict[str, Any] = {}
-        for axes in figure.axes:
-            handles, labels = axes.get_legend_handles_labels()
-            entries.update(zip(labels, handles, strict=True))
-        figure.legend(list(entries.values()), list(entries), loc="outside lower center", ncols=3)
+        _shared_legend(figure, 3)
     return figure

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import inspect
-import math
-import tomllib
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from functools import partial
@@ -12,11 +10,12 @@ from pathlib import Path
 from typing import Any
 
 from hdfast import catalogue, checks
-from hdfast.errors import ConfigError, InputError, choose, nearest, shorten
+from hdfast.drive_file import read_drive
+from hdfast.errors import InputError, choose, shorten
 from hdfast.model import Model
 from hdfast.params import ParameterTable, layout
 from hdfast.scenario import Scenario
-from hdfast.terms import terms
+from hdfast.sections import Sections
 from hdfast.tolerance.correlation import Correlation
 from hdfast.tolerance.designs import DESIGNS
 from hdfast.tolerance.distributions import Tolerance
@@ -25,15 +24,7 @@ from hdfast.tolerance.policy import POLICIES
 from hdfast.tolerance.reading import read_correlation, read_tolerance
 from hdfast.tolerance.sample import MAX_ROWS, Plan
 from hdfast.tolerance.trajectories import Trajectories, read_trajectories
-from hdfast.toml_lines import Lines
 
-SECTIONS = (
-    "title", "drive", "kinematic_error", "terms", "scenario", "tolerance", "correlation", "batches", "spec", "run",
-    "trajectories",
-)  # fmt: skip
-MODEL_KEYS = ("base", "spring")
-ERROR_KEYS = ("orders", "cos", "sin", "amplitude", "phase", "scale")
-TERM_KEYS = ("effect", "parameters")
 SPEC_KEYS = ("lower", "upper", "min_yield")
 RUN_KEYS = (
     "rows", "seed", "method", "rtol", "atol", "max_steps", "metrics", "threads",
@@ -115,60 +106,32 @@ def load(path: str | Path) -> Config:
     Raises:
         ConfigError: with the line number and, for an unknown key, the nearest known one.
     """
-    try:
-        text = Path(path).read_text(encoding="utf-8")
-    except FileNotFoundError:
-        raise ConfigError(f"{path}: no such file") from None
-    except UnicodeDecodeError as error:
-        raise ConfigError(f"{path}: not a UTF-8 text file ({error.reason})") from None
-    except OSError as error:
-        raise ConfigError(f"{path}: {error.strerror}") from None
-    return parse(text, str(path))
+    return _Reader(Sections.read(path)).config()
 
 
 def parse(text: str, name: str = "configuration") -> Config:
     """As `load`, from text; `name` stands for the file in messages."""
-    try:
-        data = tomllib.loads(text)
-    except (tomllib.TOMLDecodeError, RecursionError) as error:
-        raise ConfigError(f"{name}: {error}") from None
-    return _Reader(data, Lines(text), name).config(text)
+    return _Reader(Sections(text, name)).config()
 
 
 class _Reader:
     """Turns the sections into objects, adding file and line to every complaint."""
 
-    def __init__(self, data: dict[str, Any], lines: Lines, name: str) -> None:
-        self.data = data
-        self.lines = lines
-        self.name = name
+    def __init__(self, file: Sections) -> None:
+        self.file = file
 
-    def config(self, text: str) -> Config:
-        self.known((), self.data, SECTIONS)
-        drive = self.section("drive")
-        error = self.section("kinematic_error")
-        self.known(("kinematic_error",), error, ERROR_KEYS)
-        model = self.guard(
-            ("kinematic_error",) if error else ("drive",),
-            lambda: Model(
-                **{key: drive[key] for key in MODEL_KEYS if key in drive},
-                **({"orders": error["orders"]} if "orders" in error else {}),
-                terms=self.terms(),
-            ),
-        )
+    def config(self) -> Config:
+        drive = read_drive(self.file)
+        model = self.file.guard(("drive",), drive.model)
         table = layout(model)
         scenario = self.scenario()
-        values = self.drive(drive, table) | self.kinematic_error(error, model) | self.term_parameters(table)
-        nominal = {row.name: row.default for row in table} | dict(scenario.values) | values
-        title = self.data.get("title", Path(self.name).stem)
-        if not isinstance(title, str):
-            raise self.error(("title",), f"title = {shorten(title)} is not text")
+        nominal = {row.name: row.default for row in table} | dict(scenario.values) | drive.values
         tolerances = self.tolerances(table, nominal)
         return Config(
-            title,
+            self.file.title,
             model,
             table,
-            values,
+            drive.values,
             scenario,
             tolerances,
             self.correlation(tolerances),
@@ -176,114 +139,25 @@ class _Reader:
             self.specs(),
             self.run(),
             self.trajectories(),
-            text,
+            self.file.text,
         )
 
-    def error(self, path: tuple[str, ...], message: str) -> ConfigError:
-        line = self.lines.of(path)
-        where = f"{self.name}, line {line}" if line else self.name
-        return ConfigError(f"{where}: {message}", line)
-
-    def guard(self, path: tuple[str, ...], action: Callable[..., Any], *arguments: Any) -> Any:
-        try:
-            return action(*arguments)
-        except ConfigError:
-            raise
-        except InputError as error:
-            raise self.error(path, str(error)) from None
-
-    def known(self, path: tuple[str, ...], found: Iterable[str], allowed: Iterable[str]) -> None:
-        names = list(allowed)
-        for key in found:
-            if key not in names:
-                section = f"[{'.'.join(path)}] " if path else ""
-                raise self.error(
-                    (*path, key), f"{section}unknown key {key!r}{nearest(key, names)} (allowed: {_listed(names)})"
-                )
-
-    def section(self, name: str) -> dict[str, Any]:
-        value = self.data.get(name, {})
-        if not isinstance(value, dict):
-            raise self.error((name,), f"{name} = {shorten(value)} is not a section [{name}]")
-        return value
-
-    def terms(self) -> list[str]:
-        entries = self.data.get("terms", [])
-        if not isinstance(entries, list) or not all(isinstance(entry, dict) for entry in entries):
-            raise self.error(("terms",), "terms is not a list of sections [[terms]]")
-        for entry in entries:
-            self.known(("terms",), entry, TERM_KEYS)
-            if "effect" not in entry:
-                raise self.error(("terms",), "[[terms]] needs the key 'effect'")
-            self.guard(("terms", "effect"), lambda name: Model(terms=[name]), entry["effect"])
-        return [entry["effect"] for entry in entries]
-
-    def term_parameters(self, table: ParameterTable) -> dict[str, float]:
-        values: dict[str, float] = {}
-        for entry in self.data.get("terms", []):
-            effect = entry["effect"]
-            names = [parameter.name for parameter in terms()[effect].parameters]
-            columns = {name: name if name in table else f"{effect}_{name}" for name in names}
-            given = entry.get("parameters", {})
-            self.known(("terms",), given, columns)
-            for name, value in given.items():
-                number = value.get("value") if isinstance(value, dict) else value
-                values[columns[name]] = self.guard(("terms", "parameters"), checks.finite, name, number)
-        return values
-
-    def drive(self, drive: dict[str, Any], table: ParameterTable) -> dict[str, float]:
-        self.known(("drive",), drive, [*MODEL_KEYS, *(row.name for row in table)])
-        return {
-            key: self.guard(("drive", key), checks.finite, key, drive[key]) for key in drive if key not in MODEL_KEYS
-        }
-
-    def kinematic_error(self, error: Mapping[str, Any], model: Model) -> dict[str, float]:
-        path = ("kinematic_error",)
-        cartesian, polar = {"cos", "sin"} & set(error), {"amplitude", "phase"} & set(error)
-        if cartesian and polar:
-            raise self.error(path, "[kinematic_error] takes either cos and sin or amplitude and phase")
-        for pair, found in ((("cos", "sin"), cartesian), (("amplitude", "phase"), polar)):
-            if found and len(found) != 2:
-                raise self.error(path, f"[kinematic_error] needs {pair[0]} and {pair[1]} together")
-        values: dict[str, float] = {}
-        if "scale" in error:
-            values["te_scale"] = self.guard((*path, "scale"), checks.finite, "scale", error["scale"])
-        if not cartesian and not polar:
-            return values
-        first, second = ("cos", "sin") if cartesian else ("amplitude", "phase")
-        for label, a, b in zip(
-            model.order_labels, self.series(error, first, model), self.series(error, second, model), strict=True
-        ):
-            values[f"te_cos_{label}"] = a if cartesian else a * math.sin(b)
-            values[f"te_sin_{label}"] = b if cartesian else a * math.cos(b)
-        return values
-
-    def series(self, error: Mapping[str, Any], key: str, model: Model) -> list[float]:
-        path = ("kinematic_error", key)
-        value = error[key]
-        if not isinstance(value, list) or len(value) != len(model.order_labels):
-            size = len(value) if isinstance(value, list) else "no list of"
-            raise self.error(
-                path, f"{key} has {size} numbers, orders has {len(model.order_labels)} (allowed: the same number)"
-            )
-        return [self.guard(path, checks.finite, f"{key}[{i}]", value[i]) for i in range(len(value))]
-
     def scenario(self) -> Scenario:
-        section = dict(self.section("scenario"))
+        section = dict(self.file.section("scenario"))
         kind = section.pop("kind", KINDS[0])
-        self.guard(("scenario", "kind"), choose, "kind", kind, KINDS)
+        self.file.guard(("scenario", "kind"), choose, "kind", kind, KINDS)
         make: Callable[..., Scenario] = getattr(Scenario, kind)
         accepted = inspect.signature(make).parameters
-        self.known(("scenario",), section, ["kind", *accepted])
+        self.file.known(("scenario",), section, ["kind", *accepted])
         for key, value in section.items():
             if isinstance(value, bool) and key != "hold":
-                raise self.error(("scenario", key), f"{key} = {shorten(value)} is not a number or a name")
+                raise self.file.error(("scenario", key), f"{key} = {shorten(value)} is not a number or a name")
         if section.get("stop") == "none":
             section["stop"] = None
         for key, parameter in accepted.items():
             if key not in section and parameter.default is parameter.empty:
-                raise self.error(("scenario",), f"[scenario] of kind {kind!r} needs the key {key!r}")
-        result: Scenario = self.guard(self.blamed(section, make), lambda: make(**section))
+                raise self.file.error(("scenario",), f"[scenario] of kind {kind!r} needs the key {key!r}")
+        result: Scenario = self.file.guard(self.blamed(section, make), lambda: make(**section))
         return result
 
     def blamed(self, section: Mapping[str, Any], make: Callable[..., Scenario]) -> tuple[str, ...]:
@@ -297,51 +171,53 @@ class _Reader:
         return ("scenario",)
 
     def tolerances(self, table: ParameterTable, nominal: Mapping[str, float]) -> dict[str, Tolerance]:
-        section = self.section("tolerance")
-        self.known(("tolerance",), section, [row.name for row in table])
+        section = self.file.section("tolerance")
+        self.file.known(("tolerance",), section, [row.name for row in table])
         found = {}
         for name, entry in section.items():
             path = ("tolerance", name)
             if not isinstance(entry, dict):
-                raise self.error(path, f"tolerance.{name} = {shorten(entry)} is not a section [tolerance.{name}]")
-            known = partial(self.known, path)
-            found[name] = self.guard(path, read_tolerance, name, entry, nominal[name], known, Path(self.name).parent)
+                raise self.file.error(path, f"tolerance.{name} = {shorten(entry)} is not a section [tolerance.{name}]")
+            known = partial(self.file.known, path)
+            found[name] = self.file.guard(
+                path, read_tolerance, name, entry, nominal[name], known, Path(self.file.name).parent
+            )
         return found
 
     def correlation(self, names: Iterable[str]) -> Correlation | None:
         path = ("correlation",)
-        found: Correlation | None = self.guard(
-            path, read_correlation, self.section("correlation"), names, partial(self.known, path)
+        found: Correlation | None = self.file.guard(
+            path, read_correlation, self.file.section("correlation"), names, partial(self.file.known, path)
         )
         return found
 
     def trajectories(self) -> Trajectories | None:
         path = ("trajectories",)
-        found: Trajectories | None = self.guard(
-            path, read_trajectories, self.section("trajectories"), partial(self.known, path)
+        found: Trajectories | None = self.file.guard(
+            path, read_trajectories, self.file.section("trajectories"), partial(self.file.known, path)
         )
         return found
 
     def batch_size(self) -> int:
-        section = self.section("batches")
-        self.known(("batches",), section, ("size",))
-        size: int = self.guard(("batches", "size"), checks.whole, "size", section.get("size", 1), 1, MAX_ROWS)
+        section = self.file.section("batches")
+        self.file.known(("batches",), section, ("size",))
+        size: int = self.file.guard(("batches", "size"), checks.whole, "size", section.get("size", 1), 1, MAX_ROWS)
         return size
 
     def specs(self) -> dict[str, Spec]:
         found = {}
-        for name, entry in self.section("spec").items():
+        for name, entry in self.file.section("spec").items():
             path = ("spec", name)
-            metric = self.guard(path, catalogue.metric, name).name
+            metric = self.file.guard(path, catalogue.metric, name).name
             if not isinstance(entry, dict):
-                raise self.error(path, f"spec.{name} = {shorten(entry)} is not a section [spec.{name}]")
-            self.known(path, entry, SPEC_KEYS)
-            found[metric] = self.guard(path, read_spec, metric, entry)
+                raise self.file.error(path, f"spec.{name} = {shorten(entry)} is not a section [spec.{name}]")
+            self.file.known(path, entry, SPEC_KEYS)
+            found[metric] = self.file.guard(path, read_spec, metric, entry)
         return found
 
     def run(self) -> Run:
-        section = self.section("run")
-        self.known(("run",), section, RUN_KEYS)
+        section = self.file.section("run")
+        self.file.known(("run",), section, RUN_KEYS)
         readers: dict[str, Callable[[Any], Any]] = {
             "rows": lambda value: checks.whole("rows", value, 1, MAX_ROWS),
             "seed": lambda value: checks.whole("seed", value, 0, 2**63 - 1),
@@ -357,8 +233,4 @@ class _Reader:
             "levels": lambda value: checks.whole("levels", value, 2, 64),
             "failed": lambda value: choose("failed", value, POLICIES),
         }
-        return Run(**{key: self.guard(("run", key), readers[key], section[key]) for key in section})
-
-
-def _listed(names: list[str]) -> str:
-    return ", ".join(names[:24]) + (", ..." if len(names) > 24 else "")
+        return Run(**{key: self.file.guard(("run", key), readers[key], section[key]) for key in section})

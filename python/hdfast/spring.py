@@ -9,6 +9,10 @@ import numpy as np
 from hdfast.checks import Floats
 
 POWERS = (1, 2, 3, 4, 5)
+COEFFICIENTS = {
+    "polynomial": ("k1", "k2", "k3", "k4", "k5", "phi_max"),
+    "piecewise": ("K1", "K2", "K3", "T1", "T2"),
+}
 
 
 def polynomial_torque(k: Mapping[str, float], phi: Floats) -> Floats:

@@ -4,27 +4,39 @@ from __future__ import annotations
 
 import re
 
-_HEADER = re.compile(r"^\s*\[{1,2}\s*([^\[\]]+?)\s*\]{1,2}\s*(#.*)?$")
+_HEADER = re.compile(r"^\s*(\[{1,2})\s*([^\[\]]+?)\s*\]{1,2}\s*(#.*)?$")
 _KEY = re.compile(r"""^\s*((?:[\w-]+|"[^"]*"|'[^']*')(?:\s*\.\s*(?:[\w-]+|"[^"]*"|'[^']*'))*)\s*=""")
 _PART = re.compile(r"""[\w-]+|"[^"]*"|'[^']*'""")
 
+Path = tuple[str | int, ...]
+
 
 class Lines:
-    """Finds the line of a key, or of the nearest enclosing key that has a line of its own."""
+    """Finds the line of a key, or of the nearest enclosing key that has a line of its own.
+
+    The n-th [[section]] of a list is the path ("section", n), counted from 0; without n it is the first.
+    """
 
     def __init__(self, text: str) -> None:
-        self._lines: dict[tuple[str, ...], int] = {}
-        table: tuple[str, ...] = ()
+        self._lines: dict[Path, int] = {}
+        counts: dict[str, int] = {}
+        table: Path = ()
         for number, line in enumerate(text.splitlines(), 1):
             if header := _HEADER.match(line):
-                table = _path(header[1])
-                self._lines.setdefault(table, number)
+                table = _path(header[2])
+                if header[1] == "[[" and len(table) == 1:
+                    counts[header[2]] = counts.get(header[2], 0) + 1
+                self._note(table, 0, counts, number)
             elif key := _KEY.match(line):
-                path = (*table, *_path(key[1]))
-                for length in range(len(table) + 1, len(path) + 1):
-                    self._lines.setdefault(path[:length], number)
+                self._note((*table, *_path(key[1])), len(table) + 1, counts, number)
 
-    def of(self, path: tuple[str, ...]) -> int | None:
+    def _note(self, path: Path, shortest: int, counts: dict[str, int], number: int) -> None:
+        for length in range(shortest, len(path) + 1) if shortest else (len(path),):
+            self._lines.setdefault(path[:length], number)
+            if path[0] in counts:
+                self._lines.setdefault((path[0], counts[str(path[0])] - 1, *path[1:length]), number)
+
+    def of(self, path: Path) -> int | None:
         """Line of a key path counted from 1, None when no part of it is found."""
         for length in range(len(path), 0, -1):
             if path[:length] in self._lines:
@@ -35,5 +47,5 @@ class Lines:
         return None
 
 
-def _path(text: str) -> tuple[str, ...]:
+def _path(text: str) -> Path:
     return tuple(part.strip("\"'") for part in _PART.findall(text))

@@ -9,6 +9,8 @@ from typing import Any
 
 from hdfast.checks import Floats
 from hdfast.identify.estimate import Estimates
+from hdfast.sections import OF_A_CAMPAIGN
+from hdfast.spring import COEFFICIENTS
 from hdfast.terms import terms
 from hdfast.toml_write import dump
 
@@ -68,11 +70,6 @@ class Fit:
         return f"{self.title}\n{self.estimates!r}\n" + "\n".join(self.notes)
 
 
-OF_A_CAMPAIGN = ("sensors", "columns", "recording", "controller")
-POLYNOMIAL = {"k1", "k2", "k3", "k4", "k5", "phi_max"}
-PIECEWISE = {"K1", "K2", "K3", "T1", "T2"}
-
-
 def merge(base: Mapping[str, Any], found: Mapping[str, Mapping[str, Any]]) -> dict[str, Any]:
     """A model file with identified values.
 
@@ -90,7 +87,7 @@ def merge(base: Mapping[str, Any], found: Mapping[str, Mapping[str, Any]]) -> di
         if section == "kinematic_error":
             merged[section] = dict(values)
             continue
-        rivals = POLYNOMIAL | PIECEWISE if "spring" in values else set()
+        rivals = {name for names in COEFFICIENTS.values() for name in names} if "spring" in values else set()
         merged[section] = {k: v for k, v in merged.get(section, {}).items() if k not in rivals} | dict(values)
         kept = rivals - set(values)
         if "tolerance" in merged:

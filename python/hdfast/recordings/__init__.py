@@ -1,18 +1,27 @@
 """Recordings of a drive: loaded by column name, checked, saved, replayed."""
 
-from hdfast.recordings.campaign import Campaign, load_campaign
+from hdfast.recordings.campaign import Campaign, CampaignRecording, load_campaign
 from hdfast.recordings.columns import COLUMNS, ColumnMap, read_column_map
-from hdfast.recordings.load import gather, load, save
+from hdfast.recordings.load import gather, load, load_table, save
+from hdfast.recordings.priors import Prior
 from hdfast.recordings.recording import Recording
+from hdfast.recordings.rig import Controller, SensorFacts
+from hdfast.recordings.table import Table
 
 __all__ = [
     "COLUMNS",
     "Campaign",
+    "CampaignRecording",
     "ColumnMap",
+    "Controller",
+    "Prior",
     "Recording",
+    "SensorFacts",
+    "Table",
     "gather",
     "load",
     "load_campaign",
+    "load_table",
     "read_column_map",
     "save",
 ]

@@ -1,81 +1,174 @@
-"""A campaign file: nominal drive, sensors, columns and the list of recordings."""
+"""A campaign file: nominal drive with its tolerances, sensors, controller, and the recordings."""
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-from hdfast.errors import ConfigError, InputError, choose
-from hdfast.recordings.load import load
-from hdfast.recordings.recording import Recording
-from hdfast.toml_lines import Lines
+from hdfast import checks
+from hdfast.drive_file import DriveFile, read_drive
+from hdfast.errors import InputError, choose, shorten
+from hdfast.model import Model
+from hdfast.recordings.columns import COLUMNS, ColumnMap, read_column_map
+from hdfast.recordings.load import read, to_table
+from hdfast.recordings.priors import TORQUE_SCALE, Prior, priors
+from hdfast.recordings.replay import INPUTS
+from hdfast.recordings.rig import Controller, SensorFacts, read_controller, read_sensors
+from hdfast.recordings.table import Table
+from hdfast.sections import Sections
+from hdfast.toml_lines import Path as Keys
 
-SECTIONS = ("title", "drive", "kinematic_error", "terms", "controller", "sensors", "columns", "recording", "scenario")
+ROLES = ("fit", "heldout")
 RECORDING_KEYS = ("file", "role", "group", "started_at_s", "input")
+LOAD_SIDE = ("load_angle", "output_torque")
+TORQUES = ("motor_torque", "load_torque", "output_torque")
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
+class CampaignRecording(Table):
+    """One [[recording]] as it was read; `hdfast.health.check` judges it.
+
+    Attributes:
+        file: where it was read from.
+        role: "fit" or "heldout".
+        group: same rig, day and temperature; folds of a cross-validation are whole groups.
+        started_at_s: its begin on the clock of the campaign [s].
+        input: "reference", "motor_torque", "motor_motion", or None where the campaign leaves it open.
+    """
+
+    file: Path = Path()
+    role: str = ROLES[0]
+    group: str = "A"
+    started_at_s: float = 0.0
+    input: str | None = None
+
+
+@dataclass(frozen=True, eq=False)
 class Campaign:
     """A checked campaign file.
 
     Attributes:
         title: one line for reports.
-        recordings: the recordings in the order of the file.
-        data: the sections as read.
+        recordings: the recordings in the order of the file; none in an extended model.
+        drive: what the file states of the drive, nothing filled in.
+        sensors: what is stated of each channel.
+        controller: the speed controller, or None where it is unknown.
+        columns: where a standard column stands in the files.
+        data: the sections as read, for a file that is to be written again.
         text: the file as read.
     """
 
     title: str
-    recordings: list[Recording] = field(repr=False)
+    recordings: list[CampaignRecording] = field(repr=False)
+    drive: DriveFile
+    sensors: Mapping[str, SensorFacts]
+    controller: Controller | None
+    columns: Mapping[str, ColumnMap]
     data: Mapping[str, Any] = field(repr=False)
     text: str = field(repr=False)
 
+    @property
+    def base(self) -> str:
+        """The base model: as stated, else "one_inertia" when no recording has a channel of the load side."""
+        if self.drive.base is not None:
+            return self.drive.base
+        seen = any(name in item for item in self.recordings for name in LOAD_SIDE)
+        return "two_inertia" if seen or not self.recordings else "one_inertia"
+
+    @cached_property
+    def model(self) -> Model:
+        """The equations; without a section [kinematic_error] the drive has no kinematic error.
+
+        Raises:
+            InputError: the base does not go together with the declared terms.
+        """
+        return self.drive.model(self.base, orders=())
+
+    @cached_property
+    def priors(self) -> dict[str, Prior]:
+        """What is known beforehand of every parameter of the model, by column name."""
+        return priors(self.drive, self.model)
+
+    @cached_property
+    def channel_sigma(self) -> dict[str, float]:
+        """Relative standard deviation of the scale of each channel; 0.05 for torques unless stated, else 0."""
+        stated = {name: entry.sigma for name, entry in self.columns.items() if entry.sigma is not None}
+        default = {name: TORQUE_SCALE if name in TORQUES else 0.0 for name in COLUMNS if name != "t"}
+        return default | {name: sigma for name, sigma in stated.items() if name != "t"}
+
 
 def load_campaign(path: str | Path) -> Campaign:
-    """Read a campaign file and its recordings; their paths count from the file's folder.
+    """Read a campaign file, or an extended model, and its recordings; their paths count from the file's folder.
 
     Raises:
-        ConfigError: the file is no TOML, has an unknown section or key, or lists no recording.
+        ConfigError: the file is no TOML, has an unknown section or key, or a value that cannot be.
         InputError: a recording cannot be read.
     """
-    path = Path(path)
-    try:
-        text = path.read_text(encoding="utf-8")
-        data = tomllib.loads(text)
-    except FileNotFoundError:
-        raise ConfigError(f"{path}: no such file") from None
-    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
-        raise ConfigError(f"{path}: {error}") from None
-    lines = Lines(text)
-    _known(path, lines, data, SECTIONS, ())
-    entries = data.get("recording", [])
-    if not isinstance(entries, list) or not entries:
-        raise ConfigError(f"{path}: no section [[recording]] with the key 'file'")
-    recordings = []
-    for entry in entries:
-        _known(path, lines, entry, RECORDING_KEYS, ("recording",))
+    file = Sections.read(path)
+    columns = _columns(file)
+    drive, sensors, controller = read_drive(file), read_sensors(file), read_controller(file)
+    recordings = _Recordings(file, columns, sensors, Path(path).parent).read()
+    return Campaign(file.title, recordings, drive, sensors, controller, columns, file.data, file.text)
+
+
+def _columns(file: Sections) -> dict[str, ColumnMap]:
+    section = file.section("columns")
+    file.known(("columns",), section, COLUMNS)
+    found: dict[str, ColumnMap] = {}
+    for name, entry in section.items():
+        found |= file.guard(("columns", name), read_column_map, {name: entry})
+    return found
+
+
+class _Recordings:
+    """Reads the files behind [[recording]]."""
+
+    def __init__(
+        self, file: Sections, columns: dict[str, ColumnMap], sensors: Mapping[str, SensorFacts], folder: Path
+    ) -> None:
+        self.file = file
+        self.columns = columns
+        self.folder = folder
+        self.steps = {name: facts.resolution for name, facts in sensors.items() if facts.resolution is not None}
+
+    def read(self) -> list[CampaignRecording]:
+        entries = self.file.listed("recording")
+        checked = [self.entry(("recording", number), entry) for number, entry in enumerate(entries)]
+        tables = [(facts, read(facts["file"])) for facts in checked]
+        for standard, entry in self.columns.items():
+            if tables and not any(entry.name in found for _, found in tables):
+                raise self.file.error(("columns", standard), f"no recording has a column {entry.name!r} for {standard}")
+        return [self.recording(facts, found) for facts, found in tables]
+
+    def entry(self, path: Keys, entry: Mapping[str, Any]) -> dict[str, Any]:
+        self.file.known(path, entry, RECORDING_KEYS)
         if not isinstance(entry.get("file"), str):
-            raise ConfigError(f"{path}: [[recording]] needs the key 'file'")
-        recordings.append(_with_sensors(load(path.parent / entry["file"], data.get("columns")), data))
-    return Campaign(str(data.get("title", path.stem)), recordings, data, text)
+            raise self.file.error(path, "[[recording]] needs the key 'file', the name of a file")
+        facts: dict[str, Any] = {"file": self.folder / entry["file"]}
+        for key, allowed in (("role", ROLES), ("input", tuple(INPUTS))):
+            if key in entry:
+                facts[key] = self.file.guard((*path, key), choose, key, entry[key], allowed)
+        if "group" in entry:
+            facts["group"] = self.file.guard((*path, "group"), _text, "group", entry["group"])
+        if "started_at_s" in entry:
+            facts["started_at_s"] = self.file.guard(
+                (*path, "started_at_s"), checks.finite, "started_at_s", entry["started_at_s"]
+            )
+        return facts
+
+    def recording(self, facts: dict[str, Any], found: Mapping[str, Any]) -> CampaignRecording:
+        present = {standard: entry for standard, entry in self.columns.items() if entry.name in found}
+        absent = {standard: entry for standard, entry in self.columns.items() if standard not in present}
+        table = to_table(facts["file"].name, found, present)
+        kept = {standard: values for standard, values in table.columns.items() if standard not in absent}
+        missing = [f"no column {entry.name!r} for {standard}" for standard, entry in absent.items()]
+        return CampaignRecording(table.name, kept, self.steps, (*table.notes, *missing), **facts)
 
 
-def _known(
-    path: Path, lines: Lines, found: Mapping[str, Any], allowed: tuple[str, ...], inside: tuple[str, ...]
-) -> None:
-    for key in found:
-        try:
-            choose("key", key, allowed)
-        except InputError as error:
-            line = lines.of((*inside, key))
-            raise ConfigError(f"{path}{f', line {line}' if line else ''}: {error}", line) from None
-
-
-def _with_sensors(recording: Recording, data: Mapping[str, Any]) -> Recording:
-    steps = {
-        name: float(entry["resolution"]) for name, entry in data.get("sensors", {}).items() if "resolution" in entry
-    }
-    return replace(recording, resolution=steps)
+def _text(argument: str, value: Any) -> str:
+    if not isinstance(value, str):
+        raise InputError(f"{argument} = {shorten(value)} is not text")
+    return value

@@ -23,10 +23,17 @@ COLUMNS = {
 
 @dataclass(frozen=True)
 class ColumnMap:
-    """Where a standard column stands in a file: its name there and the factor that turns it into SI units."""
+    """Where a standard column stands in a file.
+
+    Attributes:
+        name: its name there.
+        scale: factor that turns it into SI units; negative flips the sign.
+        sigma: relative standard deviation of that factor, or None.
+    """
 
     name: str
     scale: float = 1.0
+    sigma: float | None = None
 
 
 def read_column_map(given: Mapping[str, Any] | None) -> dict[str, ColumnMap]:
@@ -53,4 +60,5 @@ def _entry(key: str, value: Any) -> ColumnMap:
     scale = checks.finite(f"columns.{key}.scale", value.get("scale", 1.0))
     if scale == 0.0:
         raise InputError(f"columns.{key}.scale = 0 (allowed: a finite number other than zero)")
-    return ColumnMap(name, scale)
+    sigma = checks.finite(f"columns.{key}.sigma", value["sigma"], 0.0) if "sigma" in value else None
+    return ColumnMap(name, scale, sigma)

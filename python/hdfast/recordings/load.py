@@ -13,7 +13,8 @@ from hdfast import checks
 from hdfast.errors import InputError
 from hdfast.files import write_atomically
 from hdfast.recordings.columns import COLUMNS, ColumnMap, read_column_map
-from hdfast.recordings.recording import Recording
+from hdfast.recordings.recording import Recording, checked
+from hdfast.recordings.table import Table
 from hdfast.rows import table_columns
 
 SUFFIXES = (".csv", ".parquet", ".npz")
@@ -27,24 +28,37 @@ def load(path: str | Path, columns: Mapping[str, Any] | None = None) -> Recordin
         columns: standard column -> name in the file, or {"name": ..., "scale": factor to SI units}.
 
     Raises:
-        InputError: the file cannot be read, or a mapped column is not in it.
+        InputError: the file cannot be read, a mapped column is not in it, or its time does not run forward.
     """
+    return checked(load_table(path, columns))
+
+
+def load_table(path: str | Path, columns: Mapping[str, Any] | None = None) -> Table:
+    """As `load`, without judging what the columns hold."""
     path = Path(path)
+    return to_table(path.name, read(path), columns)
+
+
+def read(path: Path) -> dict[str, Any]:
+    """Every column of a file under its own name.
+
+    Raises:
+        InputError: the file cannot be read.
+    """
     readers = {".csv": _read_csv, ".parquet": _read_parquet, ".npz": _read_npz}
     reader = readers.get(path.suffix.lower())
     if reader is None:
         raise InputError(f"{path}: unknown kind of file (allowed: {', '.join(SUFFIXES)})")
     try:
-        found = reader(path)
+        return reader(path)
     except FileNotFoundError:
         raise InputError(f"{path}: no such file") from None
     except (OSError, ValueError) as error:
         raise InputError(f"{path}: cannot be read: {error}") from None
-    return from_columns(path.name, found, columns)
 
 
-def from_columns(name: str, found: Mapping[str, Any], columns: Mapping[str, Any] | None = None) -> Recording:
-    """A recording from columns by name; what is neither standard nor mapped is left out and noted."""
+def to_table(name: str, found: Mapping[str, Any], columns: Mapping[str, Any] | None = None) -> Table:
+    """The standard columns among those found; what is neither standard nor mapped is left out and noted."""
     mapped = read_column_map(columns)
     for standard, entry in mapped.items():
         if entry.name not in found:
@@ -58,12 +72,7 @@ def from_columns(name: str, found: Mapping[str, Any], columns: Mapping[str, Any]
         for standard, entry in mapped.items()
     }
     left = [str(key) for key in found if key not in {entry.name for entry in mapped.values()}]
-    notes = [f"columns left out: {', '.join(left)}"] if left else []
-    timed = np.isfinite(arrays.get("t", np.zeros(1)))
-    if not timed.all():
-        notes.append(f"{int((~timed).sum())} samples without time left out")
-        arrays = {key: values[timed] for key, values in arrays.items()}
-    return Recording(name, arrays, notes=tuple(notes))
+    return Table(name, arrays, notes=(f"columns left out: {', '.join(left)}",) if left else ())
 
 
 def gather(recordings: Any, columns: Mapping[str, Any] | None = None) -> list[Recording]:
@@ -81,11 +90,11 @@ def gather(recordings: Any, columns: Mapping[str, Any] | None = None) -> list[Re
 
 
 def _one(item: Any, index: int, columns: Mapping[str, Any] | None) -> Recording:
-    if isinstance(item, Recording):
-        return item
+    if isinstance(item, Table):
+        return item if isinstance(item, Recording) else checked(item)
     if isinstance(item, (str, Path)):
         return load(item, columns)
-    return from_columns(f"recording {index}", table_columns("recording", item), columns)
+    return checked(to_table(f"recording {index}", table_columns("recording", item), columns))
 
 
 def save(recording: Recording, path: str | Path) -> None:

@@ -1,57 +1,33 @@
-"""One recording: arrays of equal length by standard column name."""
+"""One recording that analyses can rely on: time runs forward, gaps in a channel are NaN."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 
 from hdfast import checks
 from hdfast.checks import Floats
-from hdfast.errors import InputError, nearest
+from hdfast.errors import InputError
 from hdfast.recordings.columns import COLUMNS
+from hdfast.recordings.table import Table
 
 
 @dataclass(frozen=True, eq=False)
-class Recording(Mapping[str, Floats]):
-    """Columns (n,) by standard name, in SI units (temperature in degC); a mapping, so `Scenario.replay` takes it.
+class Recording(Table):
+    """A table whose time is finite and strictly increases over at least 8 samples.
 
-    Attributes:
-        name: for messages and reports.
-        columns: arrays (n,) by name of `COLUMNS`; NaN where a sample is missing.
-        resolution: smallest step of a sensor by column, where it is stated.
-        notes: what was left out or changed while loading.
+    Raises:
+        InputError: naming the recording and what is wrong with its time.
     """
 
-    name: str
-    columns: Mapping[str, Floats] = field(repr=False)
-    resolution: Mapping[str, float] = field(default_factory=dict)
-    notes: tuple[str, ...] = ()
-
     def __post_init__(self) -> None:
+        super().__post_init__()
         if "t" not in self.columns:
             raise InputError(f"{self.name}: column 't' is missing (found: {', '.join(self.columns) or 'none'})")
-        size = np.shape(self.columns["t"])
-        for name, values in self.columns.items():
-            if name not in COLUMNS:
-                raise InputError(
-                    f"{self.name}: column {name!r} is not known{nearest(name, COLUMNS)} (allowed: {', '.join(COLUMNS)})"
-                )
-            if np.shape(values) != size or len(size) != 1:
-                raise InputError(f"{self.name}: column {name!r} has shape {np.shape(values)}, t has {size}")
-        if size[0] < 8:
-            raise InputError(f"{self.name}: {size[0]} samples (allowed: at least 8)")
+        if self.samples < 8:
+            raise InputError(f"{self.name}: {self.samples} samples (allowed: at least 8)")
         checks.times(f"{self.name}: t - first", self.columns["t"] - self.columns["t"][0])
-
-    def __getitem__(self, name: str) -> Floats:
-        return self.columns[name]
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self.columns)
-
-    def __len__(self) -> int:
-        return len(self.columns)
 
     def need(self, purpose: str, *names: str) -> list[Floats]:
         """The named columns, reduced to the samples where all of them are known.
@@ -67,3 +43,17 @@ class Recording(Mapping[str, Floats]):
         if known.sum() < 8:
             raise InputError(f"{self.name}: {purpose} finds {int(known.sum())} samples with {', '.join(names)}")
         return [self.columns[name][known] for name in names]
+
+
+def checked(table: Table) -> Recording:
+    """The recording of a table; samples without time are left out and noted.
+
+    Raises:
+        InputError: as `Recording`.
+    """
+    columns, notes = table.columns, table.notes
+    timed = np.isfinite(columns.get("t", np.zeros(0)))
+    if not timed.all():
+        columns = {name: values[timed] for name, values in columns.items()}
+        notes = (*notes, f"{int((~timed).sum())} samples without time left out")
+    return Recording(table.name, columns, table.resolution, notes)

@@ -1,0 +1,233 @@
+"""The sections [drive], [kinematic_error] and [[terms]], which mean the same in every file that has them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from hdfast import checks
+from hdfast.errors import choose
+from hdfast.model import BASES, SPRINGS, Model, Order
+from hdfast.params import ParameterTable, layout
+from hdfast.sections import Sections
+from hdfast.spring import COEFFICIENTS
+from hdfast.terms import terms
+from hdfast.toml_lines import Path as Keys
+
+TEETH = ("teeth_flexspline", "teeth_circular", "fixed")
+FIXED = ("flexspline", "circular")
+ERROR_KEYS = ("orders", "cos", "sin", "amplitude", "phase", "scale", "sigma")
+TERM_KEYS = ("effect", "parameters")
+OF_THE_RECORD = (
+    "encoder_eccentricity", "sensor_lowpass", "aliasing", "quantisation", "sensor_delay", "clock_skew", "ratio_error",
+    "sensor_offset_drift", "unknown",
+)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Effect:
+    """A declared effect that the equations of the drive do not hold: of a sensor, or unknown.
+
+    Attributes:
+        effect: its id.
+        values: value by parameter, a number or a name such as the channel.
+        sigma: standard deviation of those numbers that state one.
+    """
+
+    effect: str
+    values: Mapping[str, Any]
+    sigma: Mapping[str, float]
+
+
+@dataclass(frozen=True)
+class DriveFile:
+    """What a file states of a drive, nothing filled in.
+
+    Attributes:
+        base: base model, or None.
+        spring: "polynomial" or "piecewise", as stated or by the coefficients given.
+        orders: orders of the kinematic error, or None.
+        terms: ids of the terms beyond the nominal model.
+        values: value of each parameter in the unit of `hdfast.params`, by its column name.
+        sigma: standard deviation in the same unit, where one is stated.
+        teeth: `teeth_flexspline`, `teeth_circular` and `fixed`, where they are stated.
+        effects: declared effects of the sensors.
+    """
+
+    base: str | None
+    spring: str
+    orders: Sequence[Order] | None
+    terms: tuple[str, ...]
+    values: dict[str, float]
+    sigma: dict[str, float]
+    teeth: dict[str, int | str]
+    effects: tuple[Effect, ...]
+
+    def model(self, base: str = BASES[0], orders: Sequence[Order] | None = None) -> Model:
+        """The equations; `base` and `orders` stand in for what the file does not state.
+
+        Raises:
+            InputError: they do not go together.
+        """
+        chosen = orders if self.orders is None else self.orders
+        given = {} if chosen is None else {"orders": chosen}
+        return Model(base=self.base or base, spring=self.spring, terms=self.terms, **given)
+
+
+def read_drive(file: Sections) -> DriveFile:
+    """Read the three sections.
+
+    Raises:
+        ConfigError: an unknown key, a value that is no finite number, or values that contradict each other.
+    """
+    return _Reader(file).drive()
+
+
+class _Reader:
+    """Collects values and deviations from the sections."""
+
+    def __init__(self, file: Sections) -> None:
+        self.file = file
+        self.values: dict[str, float] = {}
+        self.sigma: dict[str, float] = {}
+
+    def drive(self) -> DriveFile:
+        section, error = self.file.section("drive"), self.file.section("kinematic_error")
+        base = self.choice(("drive", "base"), section, BASES)
+        spring = self.spring(section)
+        self.file.known(("kinematic_error",), error, ERROR_KEYS)
+        entries = self.entries()
+        named = [(number, entry) for number, entry in enumerate(entries) if entry["effect"] not in OF_THE_RECORD]
+        chosen = [entry["effect"] for _, entry in named]
+        given = {"orders": error["orders"]} if "orders" in error else {}
+        self.file.guard(("kinematic_error", "orders"), lambda: Model(**given))
+        model = self.file.guard(("terms",), lambda: Model(spring=spring, terms=chosen, **given))
+        table = layout(model)
+        teeth = self.teeth(section)
+        self.nominal(section, table)
+        self.kinematic_error(error, model)
+        for number, entry in named:
+            self.term(("terms", number, "parameters"), entry, table)
+        effects = tuple(self.effect(i, e) for i, e in enumerate(entries) if e["effect"] in OF_THE_RECORD)
+        return DriveFile(base, spring, given.get("orders"), tuple(chosen), self.values, self.sigma, teeth, effects)
+
+    def choice(self, path: Keys, section: Mapping[str, Any], allowed: Iterable[str]) -> str | None:
+        key = str(path[-1])
+        return self.file.guard(path, choose, key, section[key], allowed) if key in section else None
+
+    def spring(self, section: Mapping[str, Any]) -> str:
+        stated = self.choice(("drive", "spring"), section, SPRINGS)
+        found = [kind for kind, names in COEFFICIENTS.items() if set(names) & set(section)]
+        if stated is None and len(found) > 1:
+            mixed = ", ".join(name for names in COEFFICIENTS.values() for name in names if name in section)
+            raise self.file.error(("drive",), f"[drive] mixes two spring laws: {mixed}; keep one, or state spring")
+        return stated or (found[0] if found else SPRINGS[0])
+
+    def teeth(self, section: Mapping[str, Any]) -> dict[str, int | str]:
+        found: dict[str, int | str] = {
+            key: self.file.guard(("drive", key), checks.whole, key, section[key], 10, 10_000)
+            for key in TEETH[:2]
+            if key in section
+        }
+        fixed = self.choice(("drive", "fixed"), section, FIXED)
+        return found | ({"fixed": fixed} if fixed else {})
+
+    def nominal(self, section: dict[str, Any], table: ParameterTable) -> None:
+        names = [row.name for row in table]
+        self.file.known(("drive",), section, ["base", "spring", "sigma", *TEETH, *names])
+        for key, value in section.items():
+            if key in names:
+                self.number(("drive", key), key, value)
+        stated = self.file.table(("drive", "sigma"), section.get("sigma", {}))
+        self.file.known(("drive", "sigma"), stated, names)
+        for key, value in stated.items():
+            path = ("drive", "sigma", key)
+            if key not in self.values:
+                raise self.file.error(path, f"drive.sigma.{key} is given, [drive] has no {key}")
+            if key in self.sigma:
+                raise self.file.error(path, f"{key} has a sigma in [drive] and another in [drive.sigma]")
+            self.deviation(path, key, value)
+
+    def number(self, path: Keys, name: str, entry: Any) -> None:
+        """A number, or a table of value and relative sigma."""
+        key = str(path[-1])
+        if not isinstance(entry, dict):
+            self.values[name] = self.file.guard(path, checks.finite, key, entry)
+            return
+        self.file.known(path, entry, ("value", "sigma", "unit"))
+        if "value" not in entry:
+            raise self.file.error(path, f"{key} has no key 'value'")
+        self.values[name] = self.file.guard(path, checks.finite, key, entry["value"])
+        if "sigma" in entry:
+            self.deviation(path, name, entry["sigma"])
+
+    def deviation(self, path: Keys, name: str, relative: Any) -> None:
+        share = self.file.guard(path, checks.finite, f"sigma of {name}", relative, 0.0)
+        self.sigma[name] = share * abs(self.values[name])
+
+    def entries(self) -> list[dict[str, Any]]:
+        found = self.file.listed("terms")
+        for number, entry in enumerate(found):
+            path = ("terms", number)
+            self.file.known(path, entry, TERM_KEYS)
+            if "effect" not in entry:
+                raise self.file.error(path, "[[terms]] needs the key 'effect'")
+            if entry["effect"] not in OF_THE_RECORD:
+                self.file.guard((*path, "effect"), terms().__getitem__, entry["effect"])
+        return found
+
+    def term(self, path: Keys, entry: Mapping[str, Any], table: ParameterTable) -> None:
+        effect = entry["effect"]
+        names = [parameter.name for parameter in terms()[effect].parameters]
+        columns = {name: name if name in table else f"{effect}_{name}" for name in names}
+        given = self.file.table(path, entry.get("parameters", {}))
+        self.file.known(path, given, columns)
+        for name, value in given.items():
+            self.number((*path, name), columns[name], value)
+
+    def effect(self, number: int, entry: Mapping[str, Any]) -> Effect:
+        path: Keys = ("terms", number, "parameters")
+        given = self.file.table(path, entry.get("parameters", {}))
+        inner = _Reader(self.file)
+        for name, value in given.items():
+            if not isinstance(value, str):
+                inner.number((*path, name), name, value)
+        named = {name: value for name, value in given.items() if isinstance(value, str)}
+        return Effect(entry["effect"], named | inner.values, inner.sigma)
+
+    def kinematic_error(self, error: Mapping[str, Any], model: Model) -> None:
+        path: Keys = ("kinematic_error",)
+        cartesian, polar = {"cos", "sin"} & set(error), {"amplitude", "phase"} & set(error)
+        if cartesian and polar:
+            raise self.file.error(path, "[kinematic_error] takes either cos and sin or amplitude and phase")
+        for pair, found in ((("cos", "sin"), cartesian), (("amplitude", "phase"), polar)):
+            if found and len(found) != 2:
+                raise self.file.error(path, f"[kinematic_error] needs {pair[0]} and {pair[1]} together")
+        if "scale" in error:
+            self.values["te_scale"] = self.file.guard((*path, "scale"), checks.finite, "scale", error["scale"])
+        if not cartesian and not polar:
+            return
+        labels = model.order_labels
+        first, second = (
+            self.series(error, key, labels) for key in (("cos", "sin") if cartesian else ("amplitude", "phase"))
+        )
+        for label, a, b in zip(labels, first, second, strict=True):
+            self.values[f"te_cos_{label}"] = a if cartesian else a * math.sin(b)
+            self.values[f"te_sin_{label}"] = b if cartesian else a * math.cos(b)
+        if "sigma" in error:
+            spread = error["sigma"]
+            repeated = dict(error) if isinstance(spread, list) else {"sigma": [spread] * len(labels)}
+            for label, value in zip(labels, self.series(repeated, "sigma", labels, 0.0), strict=True):
+                self.sigma[f"te_cos_{label}"] = self.sigma[f"te_sin_{label}"] = value
+
+    def series(self, error: Mapping[str, Any], key: str, labels: list[str], low: float = -math.inf) -> list[float]:
+        path = ("kinematic_error", key)
+        value = error[key]
+        if not isinstance(value, list) or len(value) != len(labels):
+            size = len(value) if isinstance(value, list) else "no list of"
+            raise self.file.error(
+                path, f"{key} has {size} numbers, orders has {len(labels)} (allowed: the same number)"
+            )
+        return [self.file.guard(path, checks.finite, f"{key}[{i}]", value[i], low) for i in range(len(value))]

@@ -1,0 +1,54 @@
+"""A recording as it was read: columns of equal length, nothing judged."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from hdfast.checks import Floats
+from hdfast.errors import InputError, nearest
+from hdfast.recordings.columns import COLUMNS
+
+
+@dataclass(frozen=True, eq=False)
+class Table(Mapping[str, Floats]):
+    """Columns (n,) by standard name, in SI units (temperature in degC); a mapping, so `Scenario.replay` takes it.
+
+    Attributes:
+        name: for messages and reports.
+        columns: arrays (n,) by name of `COLUMNS`; NaN where a sample is missing.
+        resolution: smallest step of a sensor by column, where it is stated.
+        notes: what was left out or changed while loading.
+    """
+
+    name: str
+    columns: Mapping[str, Floats] = field(repr=False)
+    resolution: Mapping[str, float] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        first = next(iter(self.columns), None)
+        size = np.shape(self.columns[first]) if first is not None else (0,)
+        for name, values in self.columns.items():
+            if name not in COLUMNS:
+                raise InputError(
+                    f"{self.name}: column {name!r} is not known{nearest(name, COLUMNS)} (allowed: {', '.join(COLUMNS)})"
+                )
+            if np.shape(values) != size or len(size) != 1:
+                raise InputError(f"{self.name}: column {name!r} has shape {np.shape(values)}, {first} has {size}")
+
+    def __getitem__(self, name: str) -> Floats:
+        return self.columns[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.columns)
+
+    def __len__(self) -> int:
+        return len(self.columns)
+
+    @property
+    def samples(self) -> int:
+        """Number n of samples."""
+        return len(next(iter(self.columns.values()), ()))

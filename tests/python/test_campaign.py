@@ -1,0 +1,193 @@
+"""Campaign files: what is stated, what stands in, where a complaint points."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hdfast import Model, config
+from hdfast.errors import ConfigError
+from hdfast.recordings import Controller, Recording, SensorFacts, load_campaign, save
+
+T = np.linspace(0.0, 1.0, 101)
+FILES = {
+    "motor.csv": {"t": T, "motor_angle": 3.0 * T, "motor_torque": 0.0 * T},
+    "both.csv": {"t": T, "motor_angle": 3.0 * T, "motor_torque": 0.0 * T, "load_angle": T / 40.0},
+}
+FULL = """
+title = "joint"
+[drive]
+ratio = 121
+J_m = 2.5e-4
+J_l = { value = 0.6, sigma = 0.2 }
+k1 = { value = 3.1e4, sigma = 0.05 }
+teeth_flexspline = 240
+teeth_circular = 242
+fixed = "flexspline"
+[drive.sigma]
+J_m = 0.03
+[kinematic_error]
+orders = [1, "120/121"]
+cos = [3e-5, 0.0]
+sin = [4e-5, 1e-5]
+sigma = [1e-5, 2e-5]
+[[terms]]
+effect = "coulomb_friction"
+parameters = { T_c = { value = 0.03, sigma = 0.2 } }
+[[terms]]
+effect = "cogging"
+parameters = { order = 24, T_cog = 0.01, psi_1 = 0.5 }
+[[terms]]
+effect = "sensor_delay"
+parameters = { channel = "load_angle", tau = { value = 1e-3, sigma = 0.1 } }
+[controller]
+kind = "pi"
+kp = 0.05
+ki = 0.8
+limit = 3.0
+period = 1e-3
+[sensors]
+motor_angle = { resolution = 4.8e-5, noise = 0.0 }
+[sensors.load_angle]
+resolution = 1.2e-5
+noise = 1e-6
+lowpass_hz = 300.0
+delay_s = 1e-3
+averaged = true
+mounted_on = "rig"
+[columns]
+motor_torque = { scale = 2.0, sigma = 0.03 }
+"""
+BOTH = '[[recording]]\nfile = "both.csv"\n'
+MOTOR = '[[recording]]\nfile = "motor.csv"\n'
+
+
+@pytest.fixture
+def campaign(tmp_path):
+    for name, columns in FILES.items():
+        save(Recording(name, columns), tmp_path / name)
+
+    def make(text):
+        (tmp_path / "c.toml").write_text(text)
+        return load_campaign(tmp_path / "c.toml")
+
+    return make
+
+
+def test_exact_every_section_is_read(campaign, tmp_path):
+    entry = 'role = "heldout"\ngroup = "B"\nstarted_at_s = 60.0\ninput = "motor_torque"\n'
+    found = campaign(FULL + BOTH + entry)
+    [item] = found.recordings
+    assert (item.role, item.group, item.started_at_s, item.input) == ("heldout", "B", 60.0, "motor_torque")
+    assert item.file == tmp_path / "both.csv"
+    assert found.controller == Controller("pi", 0.05, 0.8, 3.0, 1e-3)
+    assert found.sensors["load_angle"] == SensorFacts(1.2e-5, 1e-6, 300.0, 1e-3, True, "rig")
+    assert item.resolution == {"motor_angle": 4.8e-5, "load_angle": 1.2e-5}
+    assert found.drive.teeth == {"teeth_flexspline": 240, "teeth_circular": 242, "fixed": "flexspline"}
+    assert found.model == Model(orders=[1, "120/121"], terms=["coulomb_friction", "cogging"])
+    [delay] = found.drive.effects
+    assert (delay.effect, delay.values, delay.sigma) == (
+        "sensor_delay",
+        {"channel": "load_angle", "tau": 1e-3},
+        {"tau": pytest.approx(1e-4)},
+    )
+
+
+def test_exact_priors_are_deviations_in_the_unit_of_the_parameter(campaign):
+    found = campaign(FULL + BOTH).priors
+    expected = {
+        "ratio": (121.0, 0.0), "J_m": (2.5e-4, 7.5e-6), "J_l": (0.6, 0.12), "k1": (3.1e4, 1550.0), "k3": (0.0, 0.0),
+        "te_cos_1": (3e-5, 1e-5), "te_sin_120/121": (1e-5, 2e-5), "T_c": (0.03, 0.006), "order": (24.0, 0.0),
+        "T_cog": (0.01, 0.003), "psi_1": (0.5, math.pi / math.sqrt(3.0)),
+    }  # fmt: skip
+    for name, (value, sigma) in expected.items():
+        assert (found[name].value, found[name].sigma) == pytest.approx((value, sigma)), name
+        assert found[name].stated is (name != "k3")
+    assert not found["B_sp"].stated
+    assert found["B_sp"].sigma == found["B_sp"].value == 20.0
+
+
+def test_exact_tolerances_that_are_not_stated_follow_the_contract(campaign):
+    drive = "[drive]\nratio = 100\nJ_m = 1e-4\nk1 = 1e4\nB_m = 1e-3\n"
+    error = "[kinematic_error]\norders = [2]\ncos = [3e-5]\nsin = [4e-5]\n"
+    found = campaign(drive + error + '[[terms]]\neffect = "coulomb_friction"\nparameters = { T_c = 0.02 }\n' + BOTH)
+    sigma = {name: prior.sigma / abs(prior.value) for name, prior in found.priors.items() if prior.value}
+    assert (sigma["ratio"], sigma["J_m"], sigma["k1"]) == pytest.approx((0.0, 0.1, 0.1))
+    assert (sigma["B_m"], sigma["T_c"]) == pytest.approx((0.5, 0.3))
+    assert found.priors["te_cos_2"].sigma == pytest.approx(0.3 * 5e-5)
+    assert found.channel_sigma == {
+        "motor_angle": 0.0, "motor_torque": 0.05, "load_angle": 0.0, "load_torque": 0.05, "output_torque": 0.05,
+        "speed_reference": 0.0, "temperature": 0.0,
+    }  # fmt: skip
+
+
+def test_exact_base_follows_the_channels_unless_it_is_stated(campaign):
+    assert campaign(MOTOR).base == "one_inertia"
+    assert campaign(MOTOR + BOTH).base == "two_inertia"
+    assert campaign('[drive]\nbase = "two_inertia"\n' + MOTOR).model.base == "two_inertia"
+    assert campaign(MOTOR).model.order_labels == []
+
+
+def test_exact_spring_follows_the_coefficients(campaign):
+    found = campaign("[drive]\nK1 = 2e4\nK2 = 3e4\nK3 = 4e4\nT1 = 5\nT2 = 9\n" + BOTH)
+    assert found.model.spring == "piecewise"
+    assert found.priors["T2"].sigma == pytest.approx(0.9)
+    with pytest.raises(ConfigError, match="mixes two spring laws: k1, K1"):
+        campaign("[drive]\nk1 = 1\nK1 = 2\n" + BOTH)
+
+
+def test_exact_an_extended_model_is_a_campaign_and_a_sweep(campaign, tmp_path):
+    found = campaign(FULL)
+    assert (found.recordings, found.base) == ([], "two_inertia")
+    swept = config.load(tmp_path / "c.toml")
+    assert swept.model == found.model
+    assert {name: found.priors[name].value for name in swept.drive} == swept.drive
+
+
+def test_exact_scales_reach_the_recording(campaign):
+    text = '[columns]\nmotor_angle = { name = "load_angle", scale = 40.0 }\n' + BOTH
+    np.testing.assert_allclose(campaign(text).recordings[0]["motor_angle"], T)
+
+
+def test_exact_a_column_missing_in_one_recording_is_noted_and_not_replaced(campaign):
+    found = campaign('[columns]\nmotor_torque = { name = "load_angle", scale = 3.0 }\n' + MOTOR + BOTH)
+    assert "motor_torque" not in found.recordings[0]
+    assert "no column 'load_angle' for motor_torque" in found.recordings[0].notes
+
+
+WRONG = [
+    ('[columns]\nmotor_angle = "enc"\n' + BOTH, 2, "no recording has a column 'enc' for motor_angle"),
+    (BOTH + MOTOR + 'rolle = "fit"\n', 5, "did you mean 'role'"),
+    (BOTH + MOTOR + 'role = "test"\n', 5, "role = 'test' is not known"),
+    (BOTH + MOTOR + "started_at_s = nan\n", 5, "started_at_s = nan"),
+    (BOTH + "group = 1\n", 3, "group = 1 is not text"),
+    (BOTH + 'input = "torque"\n', 3, "input = 'torque'"),
+    ("[[recording]]\nrole = 'fit'\n", 1, "needs the key 'file'"),
+    ("[drive]\nJ_l = { value = 1, sigm = 2 }\n", 2, "did you mean 'sigma'"),
+    ("[drive]\nJ_l = { sigma = 2 }\n", 2, "J_l has no key 'value'"),
+    ("[drive]\nJ_l = { value = 1, sigma = -2 }\n", 2, "sigma of J_l = -2"),
+    ("[drive]\nk1 = 1\n[drive.sigma]\nJ_l = 0.1\n", 4, "drive.sigma.J_l is given, \\[drive\\] has no J_l"),
+    ("[drive]\nk1 = {value = 1, sigma = 1}\n[drive.sigma]\nk1 = 0.1\n", 4, "another in \\[drive.sigma\\]"),
+    ("[drive]\nteeth_flexspline = 2.5\n", 2, "teeth_flexspline = 2.5"),
+    ("[drive]\nfixed = 'cup'\n", 2, "fixed = 'cup'"),
+    ("[kinematic_error]\norders = [1]\ncos = [1]\nsin = [1]\nsigma = [1, 2]\n", 5, "sigma has 2 numbers"),
+    (FULL.replace('"cogging"', '"coging"'), 22, "did you mean 'cogging'"),
+    (FULL.replace("psi_1", "psi1"), 23, "unknown key 'psi1'; did you mean 'psi_1'"),
+    ("[sensors]\nmotor_angel = { noise = 1 }\n", 2, "did you mean 'motor_angle'"),
+    ("[sensors]\nmotor_angle = { noise = -1 }\n", 2, "sensors.motor_angle.noise = -1"),
+    ("[sensors]\nmotor_angle = { averaged = 1 }\n", 2, "is not true or false"),
+    ("[sensors.motor_angle]\nresolution = 1e-5\nnoize = 1\n", 3, "did you mean 'noise'"),
+    ("[controller]\nkp = 1\n", 1, "needs the key 'kind'"),
+    ("[controller]\nkind = 'pid'\nkp = 1\n", 2, "kind = 'pid'"),
+    ("[controller]\nkind = 'pi'\nkp = 1\nkd = 2\n", 4, "unknown key 'kd'"),
+    ("[columns]\nmotor_torque = { scale = 1, sigma = -1 }\n", 2, "columns.motor_torque.sigma = -1"),
+    ("recording = 3\n", 1, "not a list"),
+]
+
+
+@pytest.mark.parametrize(("text", "line", "message"), WRONG)
+def test_exact_wrong_files_name_the_line(campaign, text, line, message):
+    with pytest.raises(ConfigError, match=message) as caught:
+        campaign(text)
+    assert caught.value.line == line

@@ -94,10 +94,12 @@ def prepare(
     defaults, given = _with_scenario_values(table, given, scenarios, index)
     if t_eval is None and (signals is not None or t_eval_index is not None):
         raise InputError("signals and t_eval_index need t_eval, the times at which to sample [s]")
-    grids = [] if t_eval is None else _grids(t_eval, scenarios)
+    grids = [] if t_eval is None else _grids(t_eval)
     chosen = catalogue.choose_signals(signals, DEFAULT_SIGNALS) if grids else []
     quantities = catalogue.choose_metrics(metrics)
     _check_size(given.count, len(quantities), len(chosen), max(map(len, grids), default=0))
+    grid_index = _index("t_eval_index", t_eval_index, given.count, len(grids), "t_eval") if grids else None
+    _check_ends(grids, grid_index, scenarios, index)
     return Request(
         model=model,
         table=table,
@@ -106,7 +108,7 @@ def prepare(
         scenarios=scenarios,
         scenario_index=index,
         grids=grids,
-        grid_index=_index("t_eval_index", t_eval_index, given.count, len(grids), "t_eval") if grids else None,
+        grid_index=grid_index,
         signals=chosen,
         metrics=quantities,
         initial_state=_initial_state(initial_state, given.count, model),
@@ -168,14 +170,22 @@ def _with_scenario_values(
     return defaults, Rows(given.count, columns, given.shared)
 
 
-def _grids(t_eval: Any, scenarios: list[Scenario]) -> list[Floats]:
-    end = min(scenario.t_end for scenario in scenarios)
+def _grids(t_eval: Any) -> list[Floats]:
     several = isinstance(t_eval, (list, tuple)) and len(t_eval) > 0 and all(np.ndim(item) == 1 for item in t_eval)
     if not several:
-        return [np.ascontiguousarray(checks.times("t_eval", t_eval, end, strictly=False))]
-    return [
-        np.ascontiguousarray(checks.times(f"t_eval[{i}]", item, end, strictly=False)) for i, item in enumerate(t_eval)
-    ]
+        return [np.ascontiguousarray(checks.times("t_eval", t_eval, strictly=False))]
+    return [np.ascontiguousarray(checks.times(f"t_eval[{i}]", item, strictly=False)) for i, item in enumerate(t_eval)]
+
+
+def _check_ends(
+    grids: list[Floats], grid_index: Index | None, scenarios: list[Scenario], index: Index | None
+) -> None:
+    """No grid may reach beyond the end of a scenario that one of its rows takes."""
+    ends = np.array([scenario.t_end for scenario in scenarios])
+    for position, grid in enumerate(grids):
+        rows = slice(None) if grid_index is None else grid_index == position
+        taken = ends[:1] if index is None else ends[index[rows]]
+        checks.times("t_eval" if len(grids) == 1 else f"t_eval[{position}]", grid, taken.min(initial=np.inf), strictly=False)
 
 
 def _initial_state(value: Any, rows: int, model: Model) -> Floats | None:

@@ -89,7 +89,12 @@ impl Model<ALL> for Extended {
             viscous,
             gear_torque,
         };
-        let mut on_motor = dry(drive.directions[0], c.d_mm);
+        let imposed = drive.input.motion();
+        let mut sliding = drive.directions[0];
+        if let Some(imposed) = imposed {
+            sliding = R::select(imposed, sign(omega_m), sliding);
+        }
+        let mut on_motor = dry(sliding, c.d_mm);
         terms.motor_friction(&motion, &mut on_motor, &own, &mut hidden_rates);
         let mut load = Load { torque: inputs.load, inertia: c.j_l };
         terms.load(&motion, &mut load, &own, &mut hidden_rates);
@@ -99,10 +104,11 @@ impl Model<ALL> for Extended {
 
         let resisting = c.d_mm.mul_add(omega_m, upsilon.mul_add(gear_torque, -(c.d_ml * omega_l)));
         let resisting = stored.mul_add(gear.motor_reaction, resisting + on_motor.resisting);
-        let motor = Shaft { net: actuator.torque - resisting, breakaway: on_motor.breakaway };
+        let mut motor = Shaft { net: actuator.torque - resisting, breakaway: on_motor.breakaway };
         let mut alpha_m = acceleration(motor.net, &on_motor, actuator.inertia);
         let mut motor_torque = actuator.torque;
-        if let Some(imposed) = drive.input.motion() {
+        if let Some(imposed) = imposed {
+            motor.breakaway = R::select(imposed, zero, motor.breakaway);
             alpha_m = R::select(imposed, inputs.acceleration, alpha_m);
             let needed = on_motor.direction.mul_add(on_motor.level, actuator.inertia.mul_add(alpha_m, resisting));
             motor_torque = R::select(imposed, needed, motor_torque);
@@ -130,6 +136,13 @@ impl Model<ALL> for Extended {
             shafts: [motor, output],
         }
     }
+}
+
+/// Direction of a shaft whose motion is imposed: nothing holds it, so nothing has to be located.
+#[inline(always)]
+fn sign<R: Real>(speed: R) -> R {
+    let zero = R::zero();
+    R::select(zero.lt(speed), R::splat(1.0), R::select(speed.lt(zero), R::splat(-1.0), zero))
 }
 
 /// Acceleration of a shaft that slides in its direction, or is held.

@@ -177,15 +177,15 @@ def _grids(t_eval: Any) -> list[Floats]:
     return [np.ascontiguousarray(checks.times(f"t_eval[{i}]", item, strictly=False)) for i, item in enumerate(t_eval)]
 
 
-def _check_ends(
-    grids: list[Floats], grid_index: Index | None, scenarios: list[Scenario], index: Index | None
-) -> None:
+def _check_ends(grids: list[Floats], grid_index: Index | None, scenarios: list[Scenario], index: Index | None) -> None:
     """No grid may reach beyond the end of a scenario that one of its rows takes."""
     ends = np.array([scenario.t_end for scenario in scenarios])
     for position, grid in enumerate(grids):
         rows = slice(None) if grid_index is None else grid_index == position
         taken = ends[:1] if index is None else ends[index[rows]]
-        checks.times("t_eval" if len(grids) == 1 else f"t_eval[{position}]", grid, taken.min(initial=np.inf), strictly=False)
+        checks.times(
+            "t_eval" if len(grids) == 1 else f"t_eval[{position}]", grid, taken.min(initial=np.inf), strictly=False
+        )
 
 
 def _initial_state(value: Any, rows: int, model: Model) -> Floats | None:

@@ -406,3 +406,20 @@ def test_exact_external_torque_at_its_frequency():
     matrix, _, load = closed_forms.two_mass_matrix(p)
     response = np.linalg.solve(2j * np.pi * 30.0 * np.eye(4) - matrix, load)[3]
     np.testing.assert_allclose(line, abs(response), rtol=1e-3)
+
+
+def test_exact_dry_friction_follows_an_imposed_motion_that_trembles_at_rest() -> None:
+    t = np.arange(0.0, 2.0, 2e-3)
+    angle = np.where(t < 1.0, 30.0 * t, 30.0) + 1e-6 * np.random.default_rng(1).standard_normal(len(t))
+    result = hdfast.sweep(
+        {"T_c": [0.0, 0.03]},
+        model=hdfast.Model(terms=["coulomb_friction"]),
+        scenario=hdfast.Scenario.motion(t, angle),
+        t_eval=t[50:450],
+        signals=["tau_m"],
+        metrics=[],
+    )
+    assert result.status.tolist() == [0, 0]
+    assert result.steps.max() < 4 * len(t)
+    added = result.samples["tau_m"][1] - result.samples["tau_m"][0]
+    np.testing.assert_allclose(added, 0.03, rtol=1e-9)

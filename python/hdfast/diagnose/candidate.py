@@ -1,0 +1,90 @@
+"""One hypothesis of left-out physics: what to add to the structure, and how large it might be."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from hdfast.checks import Floats
+from hdfast.diagnose.plant import Free, Structure
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """An effect with one choice of shape.
+
+    Attributes:
+        effect: id of the catalogue.
+        place: motor, mesh, load, actuator, sensor or structure.
+        terms: terms to switch on.
+        orders: orders to add to the kinematic error.
+        fixed: values of its parameters that are not fitted.
+        free: fitted parameters, their values a typical size.
+        amplitude: name of the parameter that says how large the effect is.
+        waves: (cosine, sine) parameters, or (amplitude, phase), of an effect with a phase.
+        contains: effects that are special cases of this one.
+        needs: at least one of these effects has to be there already.
+        shape: what distinguishes it from other candidates of the same effect, for reports.
+    """
+
+    effect: str
+    place: str
+    terms: tuple[str, ...]
+    free: tuple[Free, ...]
+    amplitude: str
+    orders: tuple[str, ...] = ()
+    fixed: Mapping[str, float] = field(default_factory=dict)
+    waves: tuple[str, str] | None = None
+    contains: tuple[str, ...] = ()
+    needs: tuple[str, ...] = ()
+    shape: str = ""
+
+    @property
+    def label(self) -> str:
+        """Effect and shape, unique within a library."""
+        return f"{self.effect} {self.shape}".strip()
+
+    @property
+    def names(self) -> list[str]:
+        """Names of the fitted parameters."""
+        return [free.name for free in self.free]
+
+    def added_to(self, structure: Structure) -> Structure:
+        """The structure with this effect."""
+        return structure.with_terms(self.terms, self.orders, self.fixed, self.free)
+
+    def settings(self) -> list[dict[str, float]]:
+        """Values of its parameters at which its signatures are taken, one per column."""
+        typical = {free.name: free.value for free in self.free}
+        if self.waves is None:
+            return [typical]
+        first, second = self.waves
+        if self._cartesian:
+            size = math.hypot(typical[first], typical[second])
+            return [typical | {first: size, second: 0.0}, typical | {first: 0.0, second: size}]
+        return [typical | {second: 0.0}, typical | {second: math.pi / 2.0}]
+
+    def started(self, shares: Floats) -> Candidate:
+        """The candidate with its amplitude at the given shares (d,) of its typical size, one per signature."""
+        changed: dict[str, float] = {}
+        typical = {free.name: free.value for free in self.free}
+        if self.waves is None:
+            size = float(shares[0])
+            free = next(free for free in self.free if free.name == self.amplitude)
+            changed[self.amplitude] = typical[self.amplitude] * (max(size, 0.1) if free.positive else size)
+        elif self._cartesian:
+            size = math.hypot(typical[self.waves[0]], typical[self.waves[1]])
+            changed = dict(zip(self.waves, (size * shares).tolist(), strict=True))
+        else:
+            changed[self.waves[0]] = typical[self.waves[0]] * max(float(np.hypot(*shares)), 0.1)
+            changed[self.waves[1]] = float(math.atan2(shares[1], shares[0]))
+        free = tuple(replace(one, value=changed.get(one.name, one.value)) for one in self.free)
+        return replace(self, free=free)
+
+    @property
+    def _cartesian(self) -> bool:
+        assert self.waves is not None
+        return self.waves[1] in self.names and not next(f for f in self.free if f.name == self.waves[0]).positive

@@ -1,0 +1,163 @@
+"""Mismatch of all recordings as one vector, with its channels, its scale, its blocks and its colour."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hdfast.checks import Floats
+from hdfast.diagnose.plant import Plant
+
+FREE_OFFSET = ("te", "output_torque")
+SHORTEST_BLOCK = 1.0
+MOST_BLOCKS = 80
+CAP = 4.0
+
+Index = NDArray[np.int64]
+
+
+@dataclass(frozen=True, eq=False)
+class Layout:
+    """Where every judged sample of a plant stands in the stacked vector of N samples.
+
+    Attributes:
+        channels: channel names.
+        channel, unit, block, sample: per stacked sample, the channel, recording, block and position in the recording.
+        pieces: (unit, channel, slice into the stack) in stacking order.
+        scale: standard deviation of the measured channel in its recording, per stacked sample.
+    """
+
+    channels: tuple[str, ...]
+    channel: Index = field(repr=False)
+    unit: Index = field(repr=False)
+    block: Index = field(repr=False)
+    sample: Index = field(repr=False)
+    pieces: tuple[tuple[int, str, slice], ...] = field(repr=False)
+    spread: Floats = field(repr=False)
+
+    @property
+    def blocks(self) -> int:
+        """Number of blocks."""
+        return int(self.block.max()) + 1 if len(self.block) else 0
+
+    @property
+    def size(self) -> int:
+        """Number of stacked samples."""
+        return len(self.channel)
+
+    def stack(self, plant: Plant, found: Sequence[Mapping[str, Floats]]) -> Floats:
+        """Stack mismatches (M, n) per unit and channel to (M, N); unknown sensor zeros are removed."""
+        parts = []
+        for unit, channel, _ in self.pieces:
+            values = found[unit][channel][:, plant.units[unit].judged[channel]]
+            parts.append(values - values.mean(axis=1, keepdims=True) if channel in FREE_OFFSET else values)
+        return np.concatenate(parts, axis=1)
+
+    def sums(self, values: Floats) -> Floats:
+        """Sums over blocks of (N,) or (N, d): (B,) or (B, d)."""
+        if values.ndim == 1:
+            return np.bincount(self.block, values, minlength=self.blocks)
+        return np.stack([np.bincount(self.block, column, minlength=self.blocks) for column in values.T], axis=1)
+
+
+def lay_out(plant: Plant) -> Layout:
+    """Stack the judged samples of a plant; blocks are stretches of one recording, all channels together."""
+    channels = tuple(plant.channels)
+    total = sum(unit.t[-1] for unit in plant.units)
+    length = max(SHORTEST_BLOCK, total / MOST_BLOCKS)
+    columns: list[list[Floats]] = [[], [], [], [], []]
+    pieces = []
+    begin, first_block = 0, 0
+    for index, unit in enumerate(plant.units):
+        count = max(1, round(unit.t[-1] / length))
+        block = np.minimum((unit.t / unit.t[-1] * count).astype(np.int64), count - 1) + first_block
+        first_block += count
+        for channel in unit.measured:
+            judged = unit.judged[channel]
+            n = int(judged.sum())
+            if n < 8:
+                continue
+            spread = float(np.std(unit.measured[channel][judged]))
+            entries = (channels.index(channel), index, block[judged], np.flatnonzero(judged), spread)
+            for column, entry in zip(columns, entries, strict=True):
+                column.append(np.broadcast_to(entry, n))
+            pieces.append((index, channel, slice(begin, begin + n)))
+            begin += n
+    channel_, unit_, block_, sample_, spread_ = (
+        np.concatenate(column) if column else np.zeros(0) for column in columns
+    )
+    blocks = np.unique(block_, return_inverse=True)[1]
+    return Layout(
+        channels, channel_.astype(np.int64), unit_.astype(np.int64), blocks, sample_.astype(np.int64),
+        tuple(pieces), spread_,
+    )  # fmt: skip
+
+
+@dataclass(frozen=True, eq=False)
+class Weights:
+    """Scale of the mismatch per channel and how many samples count as one.
+
+    Attributes:
+        scale: standard deviation by channel, in the channel's unit, shape (C,).
+        colour: samples per independent sample by channel, shape (C,).
+    """
+
+    scale: Floats
+    colour: Floats
+
+    def normalise(self, layout: Layout, stacked: Floats) -> Floats:
+        """Divide (..., N) by scale and root of colour, so that a sum of squares counts independent samples."""
+        return stacked / (self.scale * np.sqrt(self.colour))[layout.channel]
+
+
+def weigh(layout: Layout, stacked: Floats, floor: Floats) -> Weights:
+    """Robust scale and colour of a mismatch (N,), not below the floor per channel."""
+    scale, colour = np.ones(len(layout.channels)), np.ones(len(layout.channels))
+    for index in range(len(layout.channels)):
+        own = stacked[layout.channel == index]
+        if own.size:
+            rough = 1.4826 * float(np.median(np.abs(own - np.median(own))))
+            limited = np.clip(own, -CAP * max(rough, 1e-300), CAP * max(rough, 1e-300))
+            scale[index] = max(float(np.sqrt(np.mean(limited**2))), floor[index], 1e-300)
+            colour[index] = _colour(layout, stacked, layout.channels[index])
+    return Weights(scale, colour)
+
+
+def _colour(layout: Layout, stacked: Floats, channel: str) -> float:
+    """1 + 2 times the sum of autocorrelations up to their first crossing of 0.05, averaged over recordings."""
+    found, weights = [], []
+    for _, name, where in layout.pieces:
+        if name != channel:
+            continue
+        own = stacked[where] - stacked[where].mean()
+        n = len(own)
+        width = 1 << (2 * n - 1).bit_length()
+        power = np.abs(np.fft.rfft(own, width)) ** 2
+        correlation = np.fft.irfft(power, width)[: n // 2]
+        if correlation[0] <= 0.0:
+            continue
+        correlation = correlation / correlation[0]
+        below = np.flatnonzero(correlation < 0.05)
+        end = int(below[0]) if below.size else len(correlation)
+        found.append(1.0 + 2.0 * float(np.sum(correlation[1:end])))
+        weights.append(n)
+    return float(np.average(found, weights=weights)) if found else 1.0
+
+
+def floors(plant: Plant, resolutions: Mapping[str, float], noises: Mapping[str, float], ratio: float) -> Floats:
+    """Noise of each channel after the low-pass, from what is stated of the sensors (0 where nothing is)."""
+    share = math.sqrt(min(1.0, 2.0 * plant.band.corner / plant.band.rate))
+
+    def own(name: str) -> float:
+        return math.hypot(resolutions.get(name, 0.0) / math.sqrt(12.0), noises.get(name, 0.0))
+
+    by_channel = {
+        "motor_torque": own("motor_torque"),
+        "te": math.hypot(own("motor_angle") / ratio, own("load_angle")),
+        "output_torque": own("output_torque"),
+    }
+    return np.array([share * by_channel[channel] for channel in plant.channels])

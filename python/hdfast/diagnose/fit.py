@@ -1,0 +1,162 @@
+"""Output-error fit of a structure: Gauss-Newton with priors, robust weights and coloured residuals."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from hdfast.checks import Floats
+from hdfast.diagnose.evidence import CAP, Layout, Weights, weigh
+from hdfast.diagnose.plant import Plant, Structure
+
+STEP = 2e-3
+ROUNDS = 4
+CHORDS = 3
+SHRINK = (1.0, 0.3, 0.1)
+SETTLED = 1e-3
+
+
+@dataclass(frozen=True, eq=False)
+class Fit:
+    """A fitted structure.
+
+    Attributes:
+        structure: what was fitted.
+        coordinates: estimate, shape (P,).
+        mismatch: measured minus simulated at the estimate, in the channels' units, shape (N,).
+        slopes: derivative of the simulated signals with respect to the coordinates, shape (N, P).
+        weights: scale and colour of the mismatch.
+        cost: half the weighted sum of squares plus the prior's.
+    """
+
+    structure: Structure
+    coordinates: Floats
+    mismatch: Floats = field(repr=False)
+    slopes: Floats = field(repr=False)
+    weights: Weights
+    cost: float
+
+    def value(self, name: str) -> float:
+        """A parameter's estimate; a fixed parameter's value."""
+        if name in self.structure.names:
+            return float(self.structure.values(self.coordinates)[name])
+        return float(self.structure.fixed[name])
+
+    def covariance(self, layout: Layout) -> Floats:
+        """Covariance of the coordinates (P, P): block sandwich, never below the Fisher information's."""
+        A, r = self.weights.normalise(layout, self.slopes.T).T, self.weights.normalise(layout, self.mismatch)
+        bread = np.linalg.inv(A.T @ A + np.diag(self.structure.sigma**-2))
+        scores = layout.sums(A * r[:, None])
+        correction = layout.blocks / max(1, layout.blocks - 1)
+        prior = np.diag(self.structure.sigma**-2)
+        sandwich = bread @ (correction * scores.T @ scores + prior) @ bread
+        larger = np.sqrt(np.maximum(np.diag(sandwich) / np.diag(bread), 1.0))
+        return bread * np.outer(larger, larger)
+
+    def sigma_of(self, layout: Layout) -> dict[str, float]:
+        """Standard deviation of each free parameter in its own unit."""
+        deviation = np.sqrt(np.diag(self.covariance(layout)))
+        return {
+            free.name: float(deviation[j] * (self.value(free.name) if free.positive else 1.0))
+            for j, free in enumerate(self.structure.free)
+        }
+
+
+@dataclass(frozen=True, eq=False)
+class Bench:
+    """What a fit needs besides the structure: the plant, its stacking and the noise floor per channel."""
+
+    plant: Plant
+    layout: Layout
+    floor: Floats
+
+    def mismatch(self, structure: Structure, coordinates: Floats) -> Floats:
+        """Stacked mismatches (M, N) at coordinates (M, P)."""
+        return self.layout.stack(self.plant, self.plant.mismatch(structure, coordinates))
+
+    def weights_of(self, fit: Fit, stacked: Floats) -> Floats:
+        """Normalise (..., N) with the weights of a fit."""
+        return fit.weights.normalise(self.layout, stacked)
+
+
+def fit(bench: Bench, structure: Structure, start: Floats | None = None, known: Fit | None = None) -> Fit:
+    """Fit a structure.
+
+    Args:
+        bench: recordings.
+        structure: equations and free parameters.
+        start: first coordinates (P,); default the prior centre.
+        known: an earlier fit whose parameters come first in `structure`; its slopes are kept, only the slopes of the
+            added parameters are computed.
+    """
+    x = structure.start if start is None else np.array(start, dtype=np.float64)
+    kept = 0 if known is None else known.slopes.shape[1]
+    mismatch, slopes = _linearise(bench, structure, x, kept)
+    if known is not None:
+        slopes[:, :kept] = known.slopes
+    weights = weigh(bench.layout, mismatch, bench.floor)
+    for turn in range(ROUNDS):
+        weights = weigh(bench.layout, mismatch, bench.floor)
+        moved = False
+        for _ in range(CHORDS):
+            step = _step(bench.layout, structure, x, mismatch, slopes, weights)
+            trials = x + np.multiply.outer(SHRINK, step)
+            found = bench.mismatch(structure, trials)
+            costs = [_cost(bench.layout, structure, trial, one, weights) for trial, one in zip(trials, found, strict=True)]
+            here = _cost(bench.layout, structure, x, mismatch, weights)
+            best = int(np.nanargmin(np.where(np.isfinite(costs), costs, np.inf)))
+            if not costs[best] < here - SETTLED:
+                break
+            moved = True
+            x, mismatch = trials[best], found[best]
+        if not moved or turn == ROUNDS - 1:
+            break
+        if known is None or turn % 2 == 1:
+            _, fresh = _linearise(bench, structure, x, kept)
+            slopes[:, kept:] = fresh[:, kept:]
+    weights = weigh(bench.layout, mismatch, bench.floor)
+    return Fit(structure, x, mismatch, slopes, weights, _cost(bench.layout, structure, x, mismatch, weights))
+
+
+def linearised(bench: Bench, structure: Structure, coordinates: Floats) -> Fit:
+    """The structure at given coordinates, with slopes of all parameters."""
+    mismatch, slopes = _linearise(bench, structure, coordinates, 0)
+    weights = weigh(bench.layout, mismatch, bench.floor)
+    return Fit(structure, coordinates, mismatch, slopes, weights, _cost(bench.layout, structure, coordinates, mismatch, weights))
+
+
+def _linearise(bench: Bench, structure: Structure, x: Floats, kept: int) -> tuple[Floats, Floats]:
+    """Mismatch (N,) and slopes (N, P) of the simulated signals by one-sided differences; the first `kept` stay 0."""
+    steps = STEP * np.array([1.0 if free.positive else free.sigma for free in structure.free])
+    moved = np.concatenate([x[None], x + np.diag(steps)[kept:]])
+    found = bench.mismatch(structure, moved)
+    slopes = np.zeros((bench.layout.size, len(x)))
+    slopes[:, kept:] = -((found[1:] - found[0]) / steps[kept:, None]).T
+    return found[0], np.nan_to_num(slopes)
+
+
+def _limited(values: Floats) -> tuple[Floats, Floats]:
+    """Huber: half squares and weights of normalised values."""
+    size = np.abs(values)
+    inside = size <= CAP
+    return np.where(inside, 0.5 * size**2, CAP * (size - 0.5 * CAP)), np.where(inside, 1.0, CAP / np.maximum(size, CAP))
+
+
+def _cost(layout: Layout, structure: Structure, x: Floats, mismatch: Floats, weights: Weights) -> float:
+    half, _ = _limited(mismatch / weights.scale[layout.channel])
+    pull = (x - structure.start) / structure.sigma
+    return float(np.sum(half / weights.colour[layout.channel]) + 0.5 * pull @ pull)
+
+
+def _step(
+    layout: Layout, structure: Structure, x: Floats, mismatch: Floats, slopes: Floats, weights: Weights
+) -> Floats:
+    """Gauss-Newton step of the coordinates."""
+    _, share = _limited(mismatch / weights.scale[layout.channel])
+    A = weights.normalise(layout, slopes.T).T
+    r = weights.normalise(layout, mismatch)
+    precision = structure.sigma**-2
+    information = A.T @ (A * share[:, None]) + np.diag(precision)
+    step: Floats = np.linalg.solve(information, A.T @ (share * r) - precision * (x - structure.start))
+    return step

@@ -1,0 +1,329 @@
+"""The hypotheses: every effect of the catalogue with the shapes worth trying on these recordings."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+from fractions import Fraction
+
+from hdfast.diagnose.candidate import Candidate
+from hdfast.diagnose.plant import Free
+from hdfast.terms import terms
+
+FRICTION = ("coulomb_friction", "stribeck_friction", "presliding_friction")
+WINDUP = ("load_side_friction", "hysteresis")
+
+
+@dataclass(frozen=True)
+class Sizes:
+    """What is large on these recordings.
+
+    Attributes:
+        motor_torque: spread of the motor torque [N m].
+        speed: largest motor speed [rad/s].
+        stiffness: K1 or k1 [N m/rad].
+        ratio: reduction ratio.
+        corner: band of the recordings [Hz].
+        elastic: whether the gear's windup is simulated.
+        loaded: whether a load torque is recorded.
+        warm: whether temperatures are recorded.
+        orders: orders the baseline already has.
+        lines: orders per motor revolution at which the mismatch has lines.
+        tones: frequencies at which it has lines [Hz].
+    """
+
+    motor_torque: float
+    speed: float
+    stiffness: float
+    ratio: float
+    corner: float
+    elastic: bool
+    loaded: bool
+    warm: bool
+    orders: tuple[float, ...]
+    lines: tuple[float, ...]
+    tones: tuple[float, ...]
+
+    @property
+    def windup(self) -> float:
+        """Windup under the spread of the torque [rad]."""
+        return self.motor_torque * self.ratio / self.stiffness
+
+
+def library(sizes: Sizes) -> list[Candidate]:
+    """All candidates for recordings of these sizes."""
+    found = [*_friction(sizes), *_load(sizes), *_actuator(sizes), *_lines(sizes)]
+    if sizes.elastic:
+        found += _mesh(sizes)
+    return found
+
+
+def _one(
+    effect: str,
+    free: Iterable[Free],
+    *,
+    amplitude: str | None = None,
+    shape: str = "",
+    fixed: dict[str, float] | None = None,
+    waves: tuple[str, str] | None = None,
+    contains: tuple[str, ...] = (),
+    needs: tuple[str, ...] = (),
+) -> Candidate:
+    term = terms()[effect]
+
+    def own(name: str) -> str:
+        return f"{effect}_{name}"
+
+    named = tuple(replace(one, name=own(one.name)) for one in free)
+    taken = {one.name for one in named}
+    values = {p.name: p.default for p in term.parameters} | (fixed or {})
+    return Candidate(
+        effect=effect,
+        place=term.place,
+        terms=(effect,),
+        free=named,
+        amplitude=own(amplitude or term.amplitude),
+        fixed={own(name): value for name, value in values.items() if own(name) not in taken},
+        waves=None if waves is None else (own(waves[0]), own(waves[1])),
+        contains=contains,
+        needs=needs,
+        shape=shape,
+    )
+
+
+def _positive(name: str, value: float, unit: str, *, sigma: float = 2.0, low: float = 0.0, high: float = math.inf) -> Free:
+    return Free(name, value, sigma, True, unit, low, high)
+
+
+def _signed(name: str, value: float, sigma: float, unit: str, *, low: float = -math.inf, high: float = math.inf) -> Free:
+    return Free(name, value, sigma, False, unit, low, high)
+
+
+def _phase(name: str) -> Free:
+    return Free(name, 0.0, 2.0 * math.pi, False, "rad")
+
+
+def _friction(s: Sizes) -> list[Candidate]:
+    level = 0.2 * s.motor_torque
+    found = [
+        _one("coulomb_friction", [_positive("T_c", level, "N m")]),
+        *(
+            _one(
+                "stribeck_friction",
+                [
+                    _positive("T_c", level, "N m"),
+                    _positive("breakaway_ratio", 1.5, "1", sigma=0.3, low=1.0, high=5.0),
+                    _positive("omega_s", share * s.speed, "rad/s", sigma=0.7),
+                ],
+                shape=f"omega_s = {share:g} of the top speed",
+                contains=("coulomb_friction",),
+            )
+            for share in (0.03, 0.1, 0.3)
+        ),
+        *(
+            _one(
+                "presliding_friction",
+                [_positive("T_c", level, "N m"), _positive("sigma_0", level / angle, "N m/rad", sigma=1.0)],
+                fixed={"breakaway_ratio": 1.0, "sigma_1": 0.0},
+                shape=f"{angle:g} rad of presliding",
+                contains=("coulomb_friction",),
+            )
+            for angle in (0.01, 0.1, 0.5)
+        ),
+        _one(
+            "asymmetric_friction",
+            [_signed("eps_c", 0.1, 0.5, "1"), _signed("eps_B", 0.0, 0.3, "1")],
+            needs=FRICTION,
+        ),
+        _one(
+            "load_dependent_friction",
+            [_positive("c_drive", 0.1, "1", sigma=1.0, high=1.0), _positive("c_back", 0.1, "1", sigma=1.0, high=1.0)],
+        ),
+        *(
+            _one(
+                "nonlinear_viscous",
+                [_positive("drag_torque", level * (100.0 / s.speed) ** power, "N m")],
+                fixed={"drag_power": power},
+                shape=f"power {power:.3g}",
+            )
+            for power in (2.0 / 3.0, 2.0, 3.0)
+        ),
+        *(
+            _one(
+                "position_dependent_friction",
+                [_signed("friction_ripple", 0.15, 0.5, "1", low=0.0, high=1.5), _phase("psi")],
+                fixed={"order": order},
+                waves=("friction_ripple", "psi"),
+                needs=FRICTION,
+                shape=f"order {order:.4g}",
+            )
+            for order in _distinct([1.0, 2.0, 4.0, 1.0 / s.ratio, 2.0 / s.ratio, *s.lines], 5)
+        ),
+    ]
+    if s.warm:
+        found.append(_one("thermal_viscous", [_signed("beta", 0.03, 0.05, "1/K")]))
+    return found
+
+
+def _load(s: Sizes) -> list[Candidate]:
+    torque = 0.2 * s.motor_torque * s.ratio
+    found = [
+        _one(
+            "gravity_unbalance",
+            [_positive("T_gravity", torque, "N m"), _phase("psi")],
+            waves=("T_gravity", "psi"),
+        ),
+        _one("load_side_friction", [_positive("T_cl", torque, "N m")]),
+        *(
+            _one(
+                "external_periodic_torque",
+                [_positive("T_external", torque, "N m"), _phase("psi")],
+                fixed={"f_external": tone},
+                waves=("T_external", "psi"),
+                shape=f"{tone:.4g} Hz",
+            )
+            for tone in s.tones
+        ),
+    ]
+    if s.elastic:
+        found += [
+            *(
+                _one(
+                    "load_compliance",
+                    [_positive("K_c", s.stiffness * times, "N m/rad", sigma=1.0)],
+                    fixed={"payload_share": 0.8, "c_c": 0.0},
+                    shape=f"{times:g} times the gear's stiffness",
+                )
+                for times in (0.5, 2.0)
+            ),
+            *(
+                _one(
+                    "base_compliance",
+                    [_positive("k_b", s.stiffness * times, "N m/rad", sigma=1.0)],
+                    shape=f"{times:g} times the gear's stiffness",
+                )
+                for times in (3.0, 10.0)
+            ),
+        ]
+    return found
+
+
+def _actuator(s: Sizes) -> list[Candidate]:
+    return [
+        _one("torque_gain", [_signed("gain_error", 0.1, 0.3, "1")], fixed={"saturation_share": 0.0}),
+        _one("actuator_lag", [_positive("tau_e", 0.05 / s.corner, "s", sigma=1.5)]),
+        _one("delay", [_positive("tau_d", 0.05 / s.corner, "s", sigma=1.5)]),
+        *(
+            _one(
+                "torque_ripple",
+                [_positive(name, size, "1" if name.startswith("r_") else "N m", sigma=1.5), _phase(phase)],
+                amplitude=name,
+                fixed={"pole_pairs": float(pairs), **{other: 0.0 for other in ("r_2", "r_6", "tau_off") if other != name}},
+                waves=(name, phase),
+                shape=f"order {order * pairs}",
+            )
+            for pairs in (4, 5)
+            for name, phase, order, size in (
+                ("r_2", "psi_2", 2, 0.02),
+                ("r_6", "psi_6", 6, 0.02),
+                ("tau_off", "psi_1", 1, 0.02 * s.motor_torque),
+            )
+        ),
+    ]
+
+
+def _lines(s: Sizes) -> list[Candidate]:
+    """Lines in the motor angle: kinematic error where it is seen, detent torque."""
+    found = []
+    expected = [1.0, 2.0, 4.0, 6.0, 1.0 / s.ratio, 2.0 / s.ratio, (s.ratio - 1.0) / s.ratio, 2.0 * (s.ratio - 1.0) / s.ratio]
+    for order in _distinct([order for order in [*s.lines, *expected] if _new(order, s.orders)], 14):
+        label = str(Fraction(order).limit_denominator(2000))
+        size = 0.05 * s.windup if s.elastic else 2e-5
+        found.append(
+            Candidate(
+                effect="te_harmonic",
+                place="mesh",
+                terms=(),
+                orders=(label,),
+                free=(
+                    _signed(f"te_cos_{label}", size, 20.0 * size, "rad"),
+                    _signed(f"te_sin_{label}", 0.0, 20.0 * size, "rad"),
+                ),
+                amplitude=f"te_cos_{label}",
+                waves=(f"te_cos_{label}", f"te_sin_{label}"),
+                shape=f"order {order:.4g}",
+            )
+        )
+    for order in _distinct([line for line in s.lines if line > 0.9], 6):
+        found.append(
+            _one(
+                "cogging",
+                [_positive("T_cog", 0.05 * s.motor_torque, "N m"), _phase("psi_1")],
+                fixed={"order": order, "T_cog_2": 0.0},
+                waves=("T_cog", "psi_1"),
+                shape=f"order {order:.4g}",
+            )
+        )
+    return found
+
+
+def _mesh(s: Sizes) -> list[Candidate]:
+    torque = 0.2 * s.motor_torque * s.ratio
+    found = [
+        *(
+            _one(
+                "hysteresis",
+                [_positive("T_h", torque, "N m"), _positive("phi_h", angle, "rad", sigma=0.7)],
+                shape=f"over {angle:g} rad",
+            )
+            for angle in (5e-5, 2e-4, 8e-4)
+        ),
+        *(
+            _one(
+                "viscoelastic",
+                [_positive("K_v", 0.1 * s.stiffness, "N m/rad")],
+                fixed={"tau_short": time, "tau_long": 100.0 * time},
+                shape=f"{time:g} s",
+            )
+            for time in (0.03, 0.3)
+        ),
+        _one("backlash", [_positive("half_gap", max(0.2 * s.windup, 5e-6), "rad")]),
+        _one("soft_windup", [_positive("delta_K", 0.3 * s.stiffness, "N m/rad", high=0.95 * s.stiffness)]),
+        *(
+            _one(
+                "mesh_stiffness_variation",
+                [_positive(size, 0.05, "1", sigma=1.5, high=0.9), _phase(phase)],
+                amplitude=size,
+                fixed={other: 0.0 for other in ("eps_2", "eps_o") if other != size},
+                waves=(size, phase),
+                shape=shape,
+            )
+            for size, phase, shape in (("eps_2", "psi_2", "order 2"), ("eps_o", "psi_o", "once per load turn"))
+        ),
+    ]
+    if s.loaded:
+        found += [
+            _one(
+                "te_load_dependence",
+                [_signed("A_cos", 3e-7, 3e-6, "rad/(N m)"), _signed("A_sin", 0.0, 3e-6, "rad/(N m)")],
+                fixed={"order": order},
+                waves=("A_cos", "A_sin"),
+                shape=f"order {order:.4g}",
+            )
+            for order in (1.0, 2.0)
+        ]
+    return found
+
+
+def _distinct(values: Sequence[float], most: int) -> list[float]:
+    """The first `most` values that differ by more than 0.5 %."""
+    kept: list[float] = []
+    for value in values:
+        if _new(value, kept) and len(kept) < most:
+            kept.append(value)
+    return kept
+
+
+def _new(value: float, known: Sequence[float]) -> bool:
+    return all(abs(value - other) > 0.005 * other for other in known)

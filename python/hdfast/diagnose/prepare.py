@@ -1,0 +1,190 @@
+"""Recordings made ready for replay: one clock, one band, and the samples that may be judged."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import signal
+from scipy.interpolate import CubicSpline
+
+from hdfast.checks import Floats
+from hdfast.recordings import Recording
+from hdfast.scenario import Scenario
+
+Mask = NDArray[np.bool_]
+
+HIGHEST_RATE = 500.0
+MOST_SAMPLES = 40_000
+PASS_SHARE = 0.4
+LEAD_IN = 0.25
+SLOWEST_SHARE = 0.005
+
+
+@dataclass(frozen=True)
+class Band:
+    """The working rate [Hz] and the corner of the zero-phase low-pass that everything passes [Hz]."""
+
+    rate: float
+    corner: float
+
+    def smooth(self, values: Floats) -> Floats:
+        """Pass equally spaced values (..., n) at the working rate through the low-pass."""
+        if self.corner >= PASS_SHARE * self.rate or values.shape[-1] < 32:
+            return values
+        filtered: Floats = signal.sosfiltfilt(_low_pass(self.corner, self.rate), values, axis=-1)
+        return filtered
+
+
+@dataclass(frozen=True, eq=False)
+class Unit:
+    """One recording at the working rate.
+
+    Attributes:
+        name: file name.
+        role: "fit" or "heldout".
+        group: label shared by recordings of one rig, day and temperature.
+        offset: time of the first sample in the recording [s].
+        t: times from 0 on [s], shape (n,).
+        angle, speed, acceleration: smoothed motor motion [rad, rad/s, rad/s^2], shape (n,).
+        measured: what is compared, by channel: motor_torque [N m], te [rad], output_torque [N m], each (n,).
+        judged: which samples of a channel count, each (n,).
+        load_torque: external torque on the load [N m], shape (n,).
+        scenario: the prescribed motion with the recorded torques.
+    """
+
+    name: str
+    role: str
+    group: str
+    offset: float
+    t: Floats = field(repr=False)
+    angle: Floats = field(repr=False)
+    speed: Floats = field(repr=False)
+    acceleration: Floats = field(repr=False)
+    measured: Mapping[str, Floats] = field(repr=False)
+    judged: Mapping[str, Mask] = field(repr=False)
+    load_torque: Floats = field(repr=False)
+    temperature: Floats | None = field(repr=False)
+    scenario: Scenario = field(repr=False)
+
+
+@dataclass(frozen=True)
+class Source:
+    """A recording with its part in the campaign and the samples that health checks left usable."""
+
+    recording: Recording
+    role: str
+    group: str
+    good: Mask
+
+
+def choose_band(sources: Sequence[Source], inertia: float) -> Band:
+    """The widest band in which the angle's resolution disturbs the inertia torque by less than its share.
+
+    Args:
+        sources: recordings of the campaign.
+        inertia: total inertia at the motor [kg m^2].
+    """
+    rate = min(1.0 / np.median(np.diff(source.recording["t"])) for source in sources)
+    total = sum(float(np.ptp(source.recording["t"])) for source in sources)
+    working = rate / max(1, math.ceil(max(rate / HIGHEST_RATE, rate * total / MOST_SAMPLES)))
+    resolution = max(_step(source.recording["motor_angle"]) for source in sources)
+    torque = float(np.median([np.nanstd(source.recording["motor_torque"]) for source in sources]))
+    white = (resolution**2 / 12.0) * 2.0 / rate
+    allowed = (0.02 * torque / max(inertia, 1e-12)) ** 2
+    corner = (5.0 * allowed / (max(white, 1e-300) * (2.0 * math.pi) ** 4)) ** 0.2
+    return Band(float(working), float(min(PASS_SHARE * working, max(corner, 0.05 * working))))
+
+
+def prepare(source: Source, band: Band, ratio: float) -> Unit:
+    """Bring a recording to the working rate.
+
+    Args:
+        source: the recording; `motor_angle` and `motor_torque` are needed.
+        band: working rate and low-pass.
+        ratio: reduction ratio, for the transmission error.
+    """
+    recording = source.recording
+    clock = recording["t"] - recording["t"][0]
+    step = float(np.median(np.diff(clock)))
+    fine = np.arange(0.0, clock[-1] + 0.5 * step, step)
+    stride = max(1, round(1.0 / (step * band.rate)))
+    rate = 1.0 / step
+
+    def bring(values: Floats) -> Floats:
+        known = np.isfinite(values)
+        even = np.interp(fine, clock[known], values[known])
+        if band.corner < PASS_SHARE * rate and len(even) > 32:
+            even = signal.sosfiltfilt(_low_pass(band.corner, rate), even)
+        return np.ascontiguousarray(even[::stride])
+
+    t = fine[::stride]
+    angle = bring(recording["motor_angle"])
+    spline = CubicSpline(t, angle)
+    speed, acceleration = spline(t, 1), spline(t, 2)
+    measured = {"motor_torque": bring(recording["motor_torque"])}
+    if "load_angle" in recording:
+        measured["te"] = bring(recording["motor_angle"] / ratio - recording["load_angle"])
+    if "output_torque" in recording:
+        measured["output_torque"] = bring(recording["output_torque"])
+    load = bring(recording["load_torque"]) if "load_torque" in recording else np.zeros_like(t)
+    replayed = {"t": t, "motor_angle": angle, "motor_torque": measured["motor_torque"], "load_torque": load}
+    usable = _usable(source, clock, t, band)
+    moving = np.abs(speed) > _slowest(recording["motor_angle"], speed, band, rate)
+    judged = {"motor_torque": usable & _eroded(moving, round(0.5 * band.rate / band.corner))}
+    settled = usable & (t >= min(LEAD_IN, 0.1 * t[-1]))
+    judged |= {channel: settled for channel in measured if channel != "motor_torque"}
+    return Unit(
+        name=recording.name,
+        role=source.role,
+        group=source.group,
+        offset=float(recording["t"][0]),
+        t=t,
+        angle=angle,
+        speed=speed,
+        acceleration=acceleration,
+        measured={channel: band.smooth(values) for channel, values in measured.items()},
+        judged=judged,
+        load_torque=load,
+        temperature=bring(recording["temperature"]) if "temperature" in recording else None,
+        scenario=Scenario.replay(replayed, input="motor_motion"),
+    )
+
+
+def _low_pass(corner: float, rate: float) -> Floats:
+    sections: Floats = signal.butter(4, corner, fs=rate, output="sos")
+    return sections
+
+
+def _step(values: Floats) -> float:
+    """Smallest non-zero increment."""
+    increments = np.abs(np.diff(values[np.isfinite(values)]))
+    return float(np.min(increments[increments > 0.0], initial=np.inf)) if np.any(increments > 0.0) else 0.0
+
+
+def _slowest(angle: Floats, speed: Floats, band: Band, rate: float) -> float:
+    """Speed below which the direction of motion is not certain [rad/s]."""
+    noise = _step(angle) / math.sqrt(12.0) * 2.0 * math.pi * band.corner * math.sqrt(2.0 * band.corner / (3.0 * rate))
+    return max(3.0 * noise, SLOWEST_SHARE * float(np.max(np.abs(speed))))
+
+
+def _eroded(mask: Mask, width: int) -> Mask:
+    """`mask` without the samples closer than `width` to a gap in it."""
+    kernel = np.ones(2 * width + 1)
+    outside: Floats = np.convolve(~mask, kernel, mode="same")
+    return outside < 0.5
+
+
+def _usable(source: Source, clock: Floats, t: Floats, band: Band) -> Mask:
+    """Samples away from gaps, from samples the health checks rejected, and from both ends."""
+    margin = 1.0 / band.corner
+    spans = np.diff(clock)
+    wide = np.flatnonzero(spans > 1.5 * np.median(spans) + 1.0 / band.rate)
+    bad = [(clock[i], clock[i + 1]) for i in wide] + [(time, time) for time in clock[~source.good]]
+    usable = (t >= margin) & (t <= t[-1] - margin)
+    for begin, end in bad:
+        usable &= (t < begin - margin) | (t > end + margin)
+    return usable

@@ -1,0 +1,109 @@
+"""How well a structure predicts recordings it was not fitted to, and how much better it is than another."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from hdfast.checks import Floats
+from hdfast.diagnose.evidence import CAP, Layout, Weights
+from hdfast.diagnose.fit import Bench, Fit
+from hdfast.diagnose.plant import Plant
+
+FOLDS = 6
+FEWEST_GROUPS = 3
+
+
+@dataclass(frozen=True, eq=False)
+class Gain:
+    """Gain in left-out log predictive density of one fit over another.
+
+    Attributes:
+        by_block: gain of each block, shape (B,).
+        nrmse: left-out error of the better and the lesser fit, as shares of the channels' spread.
+    """
+
+    by_block: Floats = field(repr=False)
+    nrmse: tuple[float, float]
+
+    @property
+    def total(self) -> float:
+        """Sum over blocks."""
+        return float(self.by_block.sum())
+
+    @property
+    def error(self) -> float:
+        """Standard error of the total."""
+        n = len(self.by_block)
+        return float(np.sqrt(n) * np.std(self.by_block, ddof=1)) if n > 1 else np.inf
+
+    @property
+    def ratio(self) -> float:
+        """Total in standard errors."""
+        return self.total / self.error if self.error > 0.0 else 0.0
+
+
+def folds_of(plant: Plant, layout: Layout) -> Floats:
+    """Fold of every stacked sample: whole groups, else whole recordings, else stretches of blocks."""
+    names = [unit.group for unit in plant.units]
+    if len(set(names)) < FEWEST_GROUPS:
+        names = [unit.name for unit in plant.units]
+    if len(set(names)) >= FEWEST_GROUPS:
+        labels = {name: number % max(FOLDS, FEWEST_GROUPS) for number, name in enumerate(dict.fromkeys(names))}
+        return np.array([labels[name] for name in names])[layout.unit]
+    return layout.block * FOLDS // max(layout.blocks, 1)
+
+
+def left_out(fit: Fit, layout: Layout, folds: Floats) -> Floats:
+    """Mismatch (N,) of each fold after a linearised refit without it, in the channels' units."""
+    A = fit.weights.normalise(layout, fit.slopes.T).T
+    r = fit.weights.normalise(layout, fit.mismatch)
+    size = np.abs(r) * np.sqrt(fit.weights.colour[layout.channel])
+    share = np.where(size <= CAP, 1.0, CAP / np.maximum(size, CAP))
+    information = A.T @ (A * share[:, None]) + np.diag(fit.structure.sigma**-2)
+    found = fit.mismatch.copy()
+    for fold in np.unique(folds):
+        rows = folds == fold
+        own = A[rows]
+        without = information - own.T @ (own * share[rows, None])
+        shift = np.linalg.solve(without, own.T @ (share[rows] * r[rows]))
+        found[rows] += fit.slopes[rows] @ shift
+    return found
+
+
+def gain(bench: Bench, better: Fit, lesser: Fit, folds: Floats) -> Gain:
+    """Gain of one fit over another on left-out folds, with weights between those of the two."""
+    layout = bench.layout
+    weights = Weights(
+        np.sqrt(better.weights.scale * lesser.weights.scale), np.sqrt(better.weights.colour * lesser.weights.colour)
+    )
+    mismatches = [left_out(one, layout, folds) for one in (better, lesser)]
+    densities = []
+    for mismatch in mismatches:
+        size = np.abs(mismatch) / weights.scale[layout.channel]
+        half = np.where(size <= CAP, 0.5 * size**2, CAP * (size - 0.5 * CAP))
+        densities.append(-half / weights.colour[layout.channel])
+    after, before = (nrmse(layout, mismatch) for mismatch in mismatches)
+    return Gain(layout.sums(densities[0] - densities[1]), (after, before))
+
+
+def nrmse(layout: Layout, mismatch: Floats) -> float:
+    """Root mean square over recordings and channels of rms(mismatch) / std(measured)."""
+    shares = [
+        float(np.sqrt(np.mean(mismatch[where] ** 2))) / max(float(layout.spread[where][0]), 1e-300)
+        for _, _, where in layout.pieces
+    ]
+    return float(np.sqrt(np.mean(np.square(shares)))) if shares else float("nan")
+
+
+def weights_of(gains: Sequence[Gain], rng: np.random.Generator, draws: int = 1000) -> Floats:
+    """Pseudo-BMA weights of structures by their gains over a common rival: Bayesian bootstrap over blocks."""
+    blocks = np.stack([one.by_block for one in gains])
+    shares = rng.dirichlet(np.ones(blocks.shape[1]), size=draws) * blocks.shape[1]
+    totals = shares @ blocks.T
+    totals -= totals.max(axis=1, keepdims=True)
+    relative = np.exp(totals)
+    averaged: Floats = (relative / relative.sum(axis=1, keepdims=True)).mean(axis=0)
+    return averaged

@@ -1,0 +1,150 @@
+"""Score screen: which signatures are in the mismatch, beyond what a refit absorbs, and by how much."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from hdfast.checks import Floats
+from hdfast.diagnose.candidate import Candidate
+from hdfast.diagnose.evidence import Layout
+from hdfast.diagnose.fit import Bench, Fit
+
+FLIPS = 999
+NEGLIGIBLE = 1e-9
+
+
+@dataclass(frozen=True, eq=False)
+class Signature:
+    """What a candidate would add to the recordings, per typical amplitude.
+
+    Attributes:
+        candidate: the hypothesis.
+        raw: normalised change of the simulated signals, shape (N, d).
+        left: the part of it that refitting the model does not absorb, shape (N, d).
+        absorbed: shift of the model's coordinates that absorbs the rest, shape (P, d).
+        shares: least-squares amplitude in the mismatch, in typical amplitudes, shape (d,).
+        gain: fall of half the normalised sum of squares at that amplitude.
+        visibility: share of the change that a refit does not absorb, 0 to 1.
+    """
+
+    candidate: Candidate
+    raw: Floats = field(repr=False)
+    left: Floats = field(repr=False)
+    absorbed: Floats = field(repr=False)
+    shares: Floats
+    gain: float
+    visibility: float
+
+
+@dataclass(frozen=True)
+class Screen:
+    """Outcome of the screen.
+
+    Attributes:
+        statistic: largest block statistic of each candidate's label.
+        p: family-wise p value of each label.
+        quantile: 99 % point of the largest statistic under the null.
+    """
+
+    statistic: dict[str, float]
+    p: dict[str, float]
+    quantile: float
+
+    @property
+    def smallest_p(self) -> float:
+        """Family-wise p value of the best candidate; 1 without candidates."""
+        return min(self.p.values(), default=1.0)
+
+
+class Projector:
+    """Takes out of a signal what a refit of the model's parameters would absorb, priors included."""
+
+    def __init__(self, fit: Fit, layout: Layout) -> None:
+        self.layout = layout
+        self.A = fit.weights.normalise(layout, fit.slopes.T).T
+        self.inverse = np.linalg.inv(self.A.T @ self.A + np.diag(fit.structure.sigma**-2))
+
+    def absorbed(self, signal: Floats) -> Floats:
+        """Shift of the coordinates (P, ...) that absorbs a normalised signal (N, ...)."""
+        shift: Floats = self.inverse @ (self.A.T @ signal)
+        return shift
+
+    def left(self, signal: Floats) -> Floats:
+        """The signal without what is absorbed."""
+        remaining: Floats = signal - self.A @ self.absorbed(signal)
+        return remaining
+
+    def levered(self, residual: Floats) -> Floats:
+        """(I - P_bb)^(-1/2) r block by block: undoes how much the fit followed each block."""
+        root = np.linalg.cholesky(self.inverse)
+        corrected = residual.copy()
+        order = np.argsort(self.layout.block, kind="stable")
+        bounds = np.flatnonzero(np.diff(self.layout.block[order])) + 1
+        for rows in np.split(order, bounds):
+            B = self.A[rows] @ root
+            values, vectors = np.linalg.eigh(B.T @ B)
+            values = np.clip(values, 0.0, 1.0 - 1e-6)
+            factor = np.where(values > 1e-10, (1.0 / np.sqrt(1.0 - values) - 1.0) / np.maximum(values, 1e-10), 0.5)
+            corrected[rows] += B @ (vectors @ (factor * (vectors.T @ (B.T @ residual[rows]))))
+        return corrected
+
+
+def signatures(bench: Bench, fit: Fit, candidates: Sequence[Candidate]) -> list[Signature]:
+    """Signatures of candidates about a fitted model; those without any effect on these recordings are left out."""
+    projector = Projector(fit, bench.layout)
+    residual = fit.weights.normalise(bench.layout, fit.mismatch)
+    found = []
+    for candidate in candidates:
+        structure = candidate.added_to(fit.structure)
+        settings = candidate.settings()
+        values = np.array([[one[name] for name in candidate.names] for one in settings])
+        coordinates = np.stack(
+            [
+                np.concatenate([fit.coordinates, [float(f.coordinate(v)) for f, v in zip(candidate.free, row, strict=True)]])
+                for row in values
+            ]
+        )
+        change = fit.mismatch - bench.mismatch(structure, coordinates)
+        raw = bench.weights_of(fit, change).T
+        size = float(np.sum(raw**2))
+        if not np.isfinite(size) or size <= NEGLIGIBLE:
+            continue
+        left = projector.left(raw)
+        gram = left.T @ left
+        ridge = 1e-9 * np.trace(gram) * np.eye(gram.shape[0])
+        score = left.T @ residual
+        shares = np.linalg.solve(gram + ridge, score)
+        found.append(
+            Signature(
+                candidate, raw, left, projector.absorbed(raw), shares, float(0.5 * score @ shares),
+                float(np.sum(left**2)) / size,
+            )
+        )  # fmt: skip
+    return found
+
+
+def screen(bench: Bench, fit: Fit, found: Sequence[Signature], rng: np.random.Generator) -> Screen:
+    """Largest block statistics with family-wise p values from sign flips of whole blocks, leverage corrected."""
+    layout = bench.layout
+    if not found:
+        return Screen({}, {}, np.inf)
+    projector = Projector(fit, layout)
+    residual = fit.weights.normalise(layout, fit.mismatch)
+    corrected = projector.levered(residual)
+    signs = rng.choice(np.array([-1.0, 1.0]), size=(FLIPS, layout.blocks))
+    largest = np.zeros(FLIPS)
+    observed: dict[str, float] = {}
+    for one in found:
+        own = layout.sums(one.left * residual[:, None])
+        null = layout.sums(one.left * corrected[:, None])
+        spread = null.T @ null
+        inverse = np.linalg.inv(spread + 1e-12 * np.trace(spread) * np.eye(len(spread)))
+        total = own.sum(axis=0)
+        observed[one.candidate.label] = float(np.sqrt(total @ inverse @ total))
+        flipped = signs @ null
+        largest = np.maximum(largest, np.sqrt(np.einsum("fi,ij,fj->f", flipped, inverse, flipped)))
+    p = {label: (1.0 + float(np.sum(largest >= value))) / (FLIPS + 1.0) for label, value in observed.items()}
+    return Screen(observed, p, float(np.quantile(largest, 0.99)))

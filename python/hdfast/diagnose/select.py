@@ -1,0 +1,200 @@
+"""Forward search: one effect after another, each refitted with everything else and judged on left-out recordings."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from hdfast.checks import Floats
+from hdfast.diagnose.candidate import Candidate
+from hdfast.diagnose.fit import Bench, Fit, fit
+from hdfast.diagnose.score import Gain, gain, nrmse
+from hdfast.diagnose.screen import Screen, Signature, screen, signatures
+
+MOST_EFFECTS = 4
+SHORTLIST = 9
+ALARM = 0.01
+GAIN_ERRORS = 2.0
+FALL = 0.05
+NEAR_FLOOR = 1.02
+AMPLITUDE_SIGMAS = 3.0
+PULL = 3.0
+
+Library = Callable[[Fit], list[Candidate]]
+
+
+@dataclass(frozen=True, eq=False)
+class Trial:
+    """A candidate fitted jointly with everything accepted so far.
+
+    Attributes:
+        candidate: the hypothesis, started at its least-squares amplitude.
+        fit: the joint fit.
+        gain: over the structure without it.
+        failed: the acceptance rules it breaks, by name.
+    """
+
+    candidate: Candidate
+    fit: Fit = field(repr=False)
+    gain: Gain
+    failed: tuple[str, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Round:
+    """One step of the search: what the screen saw, what was tried, what was accepted."""
+
+    before: Fit = field(repr=False)
+    signatures: list[Signature] = field(repr=False)
+    screen: Screen
+    trials: list[Trial] = field(repr=False)
+    accepted: Trial | None
+
+
+@dataclass(frozen=True, eq=False)
+class Search:
+    """The whole search; the last round accepted nothing or was the last allowed."""
+
+    rounds: list[Round]
+    final: Fit = field(repr=False)
+    accepted: list[Trial]
+
+
+@dataclass(frozen=True)
+class Rules:
+    """What an accepted effect has to show.
+
+    Attributes:
+        floor: nrmse of the sensor noise alone; near it the required fall of the error is waived.
+        folds: fold of every stacked sample.
+    """
+
+    floor: float
+    folds: Floats = field(repr=False)
+
+
+def search(
+    bench: Bench,
+    start: Fit,
+    library: Library,
+    rules: Rules,
+    rng: np.random.Generator,
+    report: Callable[[str], None],
+) -> Search:
+    """Add effects while one passes every rule."""
+    rounds: list[Round] = []
+    accepted: list[Trial] = []
+    current = start
+    while True:
+        present = [trial.candidate.effect for trial in accepted]
+        pool = [one for one in library(current) if _possible(one, accepted, current)]
+        found = signatures(bench, current, pool)
+        seen = screen(bench, current, found, rng)
+        report(f"screened {len(found)} candidates: p = {seen.smallest_p:.3f}")
+        trials: list[Trial] = []
+        if seen.smallest_p <= ALARM and len(accepted) < MOST_EFFECTS:
+            shortlist = _shortlist(found)
+            trials = [_try(bench, current, one, rules) for one in shortlist]
+            report(f"refitted {len(trials)} candidates")
+        best = _best(trials)
+        rounds.append(Round(current, found, seen, trials, best))
+        if best is None:
+            return Search(rounds, current, accepted)
+        replaced = [one for one in accepted if one.candidate.effect in best.candidate.contains]
+        accepted = [one for one in accepted if one not in replaced] + [best]
+        current = fit(bench, best.fit.structure, best.fit.coordinates)
+        report(f"accepted {best.candidate.label}" + (f" after {', '.join(present)}" if present else ""))
+
+
+def _possible(candidate: Candidate, accepted: Sequence[Trial], current: Fit) -> bool:
+    present = {trial.candidate.effect for trial in accepted} | set(current.structure.model.terms)
+    if any(term in current.structure.model.terms for term in candidate.terms):
+        return False
+    if candidate.needs and not present & set(candidate.needs):
+        return False
+    return not any(candidate.effect in trial.candidate.contains for trial in accepted)
+
+
+def _shortlist(found: Sequence[Signature]) -> list[Signature]:
+    """The best shape of each effect, best effects first; lines of an effect at different orders are all of it."""
+    best: dict[str, Signature] = {}
+    for one in sorted(found, key=lambda one: -one.gain):
+        best.setdefault(one.candidate.effect, one)
+    return sorted(best.values(), key=lambda one: -one.gain)[:SHORTLIST]
+
+
+def _try(bench: Bench, current: Fit, signature: Signature, rules: Rules) -> Trial:
+    candidate = signature.candidate.started(signature.shares)
+    contained = [term for term in current.structure.model.terms if term in candidate.contains]
+    if contained:
+        structure, start = without(current, contained)
+        structure = candidate.added_to(structure)
+        known = None
+    else:
+        structure, start, known = candidate.added_to(current.structure), current.coordinates, current
+    begin = np.concatenate([start, [float(one.coordinate(one.value)) for one in candidate.free]])
+    joint = fit(bench, structure, begin, known)
+    gained = gain(bench, joint, current, rules.folds)
+    return Trial(candidate, joint, gained, _failed(bench, joint, current, candidate, gained, rules))
+
+
+def without(current: Fit, terms: Sequence[str]) -> tuple[object, Floats]:
+    """The structure and coordinates of a fit without some terms."""
+    own = tuple(f"{term}_" for term in terms)
+    structure = current.structure
+    keep = [j for j, free in enumerate(structure.free) if not free.name.startswith(own)]
+    model = replace(structure.model, terms=tuple(term for term in structure.model.terms if term not in terms))
+    fixed = {name: value for name, value in structure.fixed.items() if not name.startswith(own)}
+    reduced = replace(structure, model=model, fixed=fixed, free=tuple(structure.free[j] for j in keep))
+    return reduced, current.coordinates[keep]
+
+
+def _failed(
+    bench: Bench, joint: Fit, current: Fit, candidate: Candidate, gained: Gain, rules: Rules
+) -> tuple[str, ...]:
+    failed = []
+    if not gained.ratio > GAIN_ERRORS:
+        failed.append("A1 gain")
+    after, before = gained.nrmse
+    if not (after <= (1.0 - FALL) * before or after <= NEAR_FLOOR * rules.floor):
+        failed.append("A2 error")
+    covariance = joint.covariance(bench.layout)
+    names = joint.structure.names
+    where = [names.index(name) for name in (candidate.waves or (candidate.amplitude,)) if "psi" not in name]
+    sigma = np.sqrt(np.diag(covariance)[where])
+    size = [1.0 if joint.structure.free[j].positive else abs(joint.coordinates[j]) for j in where]
+    if not max(np.asarray(size) / sigma) > AMPLITUDE_SIGMAS:
+        failed.append("A3 amplitude")
+    pulls = np.abs(joint.coordinates - joint.structure.start) / joint.structure.sigma
+    before_pulls = np.abs(current.coordinates - current.structure.start) / current.structure.sigma
+    shared = [name for name in names if name in current.structure.names]
+    worse = [
+        name
+        for name in shared
+        if pulls[names.index(name)] > max(PULL, before_pulls[current.structure.names.index(name)] + 0.5)
+    ]
+    if worse:
+        failed.append(f"A4 {worse[0]}")
+    return tuple(failed)
+
+
+def _best(trials: Sequence[Trial]) -> Trial | None:
+    """The best trial that breaks no rule; a special case of it that is nearly as good goes first."""
+    passed = sorted((one for one in trials if not one.failed), key=lambda one: -one.gain.total)
+    if not passed:
+        return None
+    best = passed[0]
+    for other in passed[1:]:
+        difference = best.gain.by_block - other.gain.by_block
+        error = float(np.sqrt(len(difference)) * np.std(difference, ddof=1))
+        simpler = other.candidate.effect in best.candidate.contains
+        if simpler and difference.sum() < 2.0 * error:
+            best = other
+    return best
+
+
+def in_band(fitted: Fit, bench: Bench) -> float:
+    """Error of a fit on its own recordings."""
+    return nrmse(bench.layout, fitted.mismatch)

@@ -1,0 +1,76 @@
+"""Inverse model by least squares: plain NumPy and SciPy on the columns of a campaign folder."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from scipy import signal
+
+
+@dataclass(frozen=True)
+class Record:
+    """One recording in SI units, and its role."""
+
+    name: str
+    role: str
+    columns: dict[str, np.ndarray]
+
+    def __getitem__(self, column: str) -> np.ndarray:
+        return self.columns[column]
+
+    @property
+    def rate(self) -> float:
+        return 1.0 / float(np.mean(np.diff(self["t"])))
+
+
+def read_folder(campaign: Path) -> tuple[dict[str, Any], list[Record]]:
+    """The sections of campaign.toml and its recordings, mapped columns scaled."""
+    sections = tomllib.loads(campaign.read_text(encoding="utf-8"))
+    records = []
+    for entry in sections["recording"]:
+        with np.load(campaign.parent / entry["file"]) as archive:
+            columns = {key: archive[key] for key in archive.files}
+        for standard, where in sections.get("columns", {}).items():
+            columns[standard] = columns.pop(where["name"]) * where["scale"]
+        records.append(Record(entry["file"], entry["role"], columns))
+    return sections, records
+
+
+def low_pass(values: np.ndarray, rate: float, corner: float, order: int = 4) -> np.ndarray:
+    """Butterworth filter, forwards and backwards."""
+    b, a = signal.butter(order, corner / (0.5 * rate))
+    return signal.filtfilt(b, a, values)
+
+
+def motion(record: Record, corner: float) -> tuple[np.ndarray, np.ndarray]:
+    """Speed and acceleration of the motor behind a low-pass."""
+    smooth = low_pass(record["motor_angle"], record.rate, corner)
+    speed = np.gradient(smooth, record["t"])
+    return speed, np.gradient(speed, record["t"])
+
+
+def fitted(columns: Sequence[np.ndarray], wanted: np.ndarray) -> np.ndarray:
+    return np.linalg.lstsq(np.stack(columns, 1), wanted, rcond=None)[0]
+
+
+def error(columns: Sequence[np.ndarray], factors: np.ndarray, wanted: np.ndarray) -> float:
+    """Size of what is not explained, in per cent of the size of what is wanted."""
+    rest = wanted - np.stack(columns, 1) @ factors
+    return float(100.0 * np.linalg.norm(rest) / np.linalg.norm(wanted))
+
+
+def decimated(values: np.ndarray, factor: int) -> np.ndarray:
+    return signal.decimate(values, factor, ftype="fir")
+
+
+def line(values: np.ndarray, phase: np.ndarray, frequencies: np.ndarray) -> np.ndarray:
+    """Amplitude of each line cos(frequency phase + ...) in values, trend removed, Hann window."""
+    trend = np.polynomial.Polynomial.fit(phase, values, 2)
+    window = np.hanning(len(values))
+    rest = window * (values - trend(phase))
+    return 2.0 * np.abs(np.exp(-1j * np.outer(frequencies, phase)) @ rest) / window.sum()

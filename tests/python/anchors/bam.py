@@ -1,11 +1,12 @@
 """XL330 servo with a pendulum: 0.49 kg at 0.1 m, four trajectories at two position gains, from the BAM project.
 
 Angle and torque at the output shaft, ratio 1. The servo has no current sensor: the torque column is the motor voltage,
-duty / 885 times the supply, times torque constant over resistance; the back-EMF is then part of the viscous friction, and
-is absent while the torque is switched off. The duty is a 16-bit two's complement number. The scale of 0.082 N m/V follows
-from the known pendulum, m g l = 0.481 N m; it is stated with a tolerance of 30 %.
+duty / 885 times the supply, times torque constant over resistance; the back-EMF is then part of the viscous friction,
+and is absent while the torque is switched off. The duty is a 16-bit two's complement number. The scale of 0.082 N m/V
+follows from the known pendulum, m g l = 0.481 N m; it is stated with a tolerance of 30 %.
 
-M. Duclusaud, G. Passault, V. Padois, O. Ly, Extended friction models for the physics simulation of servo actuators, 2025.
+M. Duclusaud, G. Passault, V. Padois, O. Ly, Extended friction models for the physics simulation of servo actuators,
+2025.
 """
 
 from __future__ import annotations

@@ -1,7 +1,8 @@
 """Banded rotary friction damper with backlash in a testing machine: prescribed sine motion, measured force.
 
 No drive. As one it has the ratio 1 and a locked output: the motion is the motor angle (1 m = 1 rad), the force is the
-torque that the motor must give and that arrives at the locked load, whose angle stays zero. So the windup is the motion.
+torque that the motor must give and that arrives at the locked load, whose angle stays zero. So the windup is the
+motion.
 
 ARTS-Laboratory, Dataset-Friction-Damper-with-Backlash, CC BY-SA 4.0.
 """

@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-
 from hdfast.toml_write import dump
 
 RIGID = {"J_l": 0.0, "B_l": 0.0, "B_ml": 0.0}

@@ -7,12 +7,13 @@ The published controller is a cascade, u = k_v [k_p (q_r - q) - dq/dt] in V, for
 
     force = g k_v (n - dq/dt) + g k_v k_p integral of (n - dq/dt) over time,
 
-equals it when n + k_p integral of n = k_p (q_r - q(0)), that is when n is the speed dq_r/dt behind a first-order low-pass
-of the corner k_p, starting from n(0) = k_p (q_r(0) - q(0)): the integral of dq/dt is q - q(0), and what is left is
-g k_v [k_p (q_r - q) - dq/dt]. With n linear between the samples its integral is the trapezoidal sum, so that the recursion
-in `speed_reference` makes the two equal at every sample, not only in the limit of short steps.
+equals it when n + k_p integral of n = k_p (q_r - q(0)), that is when n is the speed dq_r/dt behind a first-order
+low-pass of the corner k_p, starting from n(0) = k_p (q_r(0) - q(0)): the integral of dq/dt is q - q(0), and what is
+left is g k_v [k_p (q_r - q) - dq/dt]. With n linear between the samples its integral is the trapezoidal sum, so that
+the recursion in `speed_reference` makes the two equal at every sample, not only in the limit of short steps.
 
-A. Janot, M. Gautier, M. Brunot, Data set and reference models of EMPS, Nonlinear System Identification Benchmarks, 2019.
+A. Janot, M. Gautier, M. Brunot, Data set and reference models of EMPS, Nonlinear System Identification Benchmarks,
+2019.
 """
 
 from __future__ import annotations
@@ -60,12 +61,9 @@ def columns(raw: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
 def write(folder: Path) -> Path:
     """Viscous baseline; the first 60 % fit, the rest is held out."""
     raw = read("emps_estimation")
-    parts = [
-        Part(role, columns(part), role, started_at_s=float(start))
-        for role, part, start in zip(
-            ("fit", "heldout"), cut(raw, FIT_SHARE), (0.0, FIT_SHARE * raw["t"][-1]), strict=True
-        )
-    ]
+    fit, rest = cut(raw, FIT_SHARE)
+    start = float(raw["t"][len(fit["t"])])
+    parts = [Part("fit", columns(fit)), Part("heldout", columns(rest), "heldout", started_at_s=start)]
     sections = {
         "title": "EMPS, ball-screw axis in closed loop",
         "drive": {"ratio": 1.0, "J_m": about(95.0 * ARM**2, 0.1), "B_m": about(200.0 * ARM**2, 0.5), **RIGID},

@@ -36,7 +36,13 @@ def write(folder: Path) -> Path:
         parts.append(Part(name, columns, role, group=name, started_at_s=60.0 * len(parts)))
     sections = {
         "title": "HEJ-90 planetary actuator",
-        "drive": {"ratio": RATIO, "J_m": about(0.75 / RATIO**2, 0.5), "B_m": about(0.4 / RATIO**2, 1.0), **RIGID},
+        "drive": {
+            "base": "one_inertia",
+            "ratio": RATIO,
+            "J_m": about(0.75 / RATIO**2, 0.5),
+            "B_m": about(0.4 / RATIO**2, 1.0),
+            **RIGID,
+        },
         "kinematic_error": NO_KINEMATIC_ERROR,
         "columns": {"motor_torque": {"name": "current", "scale": JOINT_NM_PER_A / RATIO, "sigma": 0.1}},
     }

@@ -1,8 +1,8 @@
 """Kinova Gen3, joint 7, at five constant speeds: strain-wave gear 100:1, joint torque sensor, current.
 
 Motor side: angle = 100 q, torque = 7.6 N m/A times the current, divided by 100. The torque sensor reads about -0.25 N m
-with the arm at rest; no acceleration shows in it, so its sign is taken as logged. The first 30 ms are left out: a current
-of up to 4 A there moves nothing.
+with the arm at rest; no acceleration shows in it, so its sign is taken as logged. The first 30 ms are left out: a
+current of up to 4 A there moves nothing.
 
 HBRS-SDP, joint-friction-model, public repository.
 """
@@ -41,6 +41,7 @@ def write(folder: Path) -> Path:
     sections = {
         "title": "Kinova Gen3 joint 7 at constant speeds",
         "drive": {
+            "base": "one_inertia",
             "ratio": float(RATIO),
             "J_m": about(INERTIA / RATIO**2, 0.3),
             "B_m": about(VISCOUS / RATIO**2, 0.3),

@@ -23,7 +23,7 @@ def write(folder: Path, joint: int = 4) -> Path:
     ratio = RATIOS[joint - 1]
     columns = {"t": raw["t"], "motor_angle": ratio * raw["q"][:, joint - 1], "current": raw["i"][:, joint - 1]}
     fit, rest = cut(columns, FIT_SHARE)
-    parts = [Part("fit", fit), Part("heldout", rest, "heldout", started_at_s=float(FIT_SHARE * raw["t"][-1]))]
+    parts = [Part("fit", fit), Part("heldout", rest, "heldout", started_at_s=float(raw["t"][len(fit["t"])]))]
     sections = {
         "title": f"TX40 joint {joint}",
         "drive": {"ratio": float(ratio), "J_m": about(1e-3 / ratio, 1.0), "B_m": about(4e-2 / ratio, 1.0), **RIGID},

@@ -1,7 +1,7 @@
 """UR10e robot, joints 1, 2 and 4 moved one at a time: strain-wave gears, motor current in A.
 
-Motor side: angle = 101 q (wave generator), torque = current times a torque constant that the publication leaves open. The
-commanded torque in the same log, regressed on commanded current and friction, gives 8.5, 12.0 and 10.4 N m/A at the
+Motor side: angle = 101 q (wave generator), torque = current times a torque constant that the publication leaves open.
+The commanded torque in the same log, regressed on commanded current and friction, gives 8.5, 12.0 and 10.4 N m/A at the
 joint; the scale of 10 N m/A is stated with a tolerance of 30 %.
 
 S. Mamedov, S. Mikhel, Practical aspects of model-based collision detection, Frontiers in Robotics and AI 7, 2020.
@@ -26,7 +26,8 @@ def write(folder: Path, joint: int) -> Path:
     """Viscous one-inertia baseline without kinematic error; the first 60 % fit, the rest is held out."""
     raw = read(f"ur10e_joint{joint}")
     columns = {"t": raw["t"], "motor_angle": RATIO * raw["q"], "current": raw["i"]}
-    halves = zip(("fit", "heldout"), cut(columns, FIT_SHARE), (0.0, float(raw["t"][int(FIT_SHARE * len(raw["t"]))])), strict=True)
+    fit, rest = cut(columns, FIT_SHARE)
+    parts = [Part("fit", fit), Part("heldout", rest, "heldout", started_at_s=float(raw["t"][len(fit["t"])]))]
     sections = {
         "title": f"UR10e joint {joint}",
         "drive": {
@@ -39,4 +40,4 @@ def write(folder: Path, joint: int) -> Path:
         "columns": {"motor_torque": {"name": "current", "scale": JOINT_NM_PER_A / RATIO, "sigma": SCALE_SIGMA}},
         "sensors": {"motor_angle": {"resolution": 1e-4 * RATIO}},
     }
-    return write_campaign(folder, sections, [Part(role, part, role, started_at_s=at) for role, part, at in halves])
+    return write_campaign(folder, sections, parts)

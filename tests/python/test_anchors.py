@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 from anchors import bam, brfd, daisy, emps, heads, hej90, kinova, tx40, ur10e
-from anchors.oracle import Record, decimated, error, fitted, line, low_pass, motion, read_folder
+from anchors.oracle import Record, decimated, error, fitted, line, low_pass, motion, play, read_folder
 from anchors.source import read
 
 
@@ -193,15 +193,6 @@ def test_against_known_bam_torque_off_phase(tmp_path):
     for record in dropped:
         assert not record["motor_torque"][record["t"] > 2.01].any()
         assert record["motor_torque"][record["t"] < 1.99].any()
-
-
-def play(motion_: np.ndarray, half_gap: float) -> np.ndarray:
-    out = np.empty_like(motion_)
-    state = motion_[0]
-    for index, value in enumerate(motion_.tolist()):
-        state = min(value + half_gap, max(value - half_gap, state))
-        out[index] = state
-    return out
 
 
 def test_against_known_damper_coulomb_explains_little_and_memory_much(tmp_path):

@@ -26,7 +26,7 @@ LOCKED = 1e9
 
 
 def write(folder: Path) -> Path:
-    """Linear spring with Coulomb friction; the middle amplitude at 0.5 Hz is held out."""
+    """Linear spring and viscous damping; the middle amplitude at 0.5 Hz is held out."""
     parts = []
     for name, role in RUNS.items():
         raw = read(f"brfd_{name}")
@@ -54,6 +54,5 @@ def write(folder: Path) -> Path:
             "phi_max": 0.05,
         },
         "kinematic_error": NO_KINEMATIC_ERROR,
-        "terms": [{"effect": "coulomb_friction", "parameters": {"T_c": about(6e3, 0.5)}}],
     }
     return write_campaign(folder, sections, parts)

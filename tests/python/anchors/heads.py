@@ -1,7 +1,8 @@
 """Yaw axis of a robot head: torque of growing amplitude below breakaway, angle quantised to 2.4e-5.
 
 The axis never breaks away, so it is a drive with a locked output: the windup is the angle away from its mean, and the
-effort (unit as logged) is the motor torque. The pause of 1 s in the log parts the recording.
+effort (unit as logged) is the motor torque. What comes before the pause of 1 s in the log has no torque and is left
+out.
 
 igricart, FrictionIdentification, public repository.
 """
@@ -12,40 +13,27 @@ from pathlib import Path
 
 import numpy as np
 
-from anchors.campaign import NO_KINEMATIC_ERROR, Part, about, write_campaign
+from anchors.campaign import NO_KINEMATIC_ERROR, Part, about, cut, write_campaign
 from anchors.source import read
 
 COUNT = 2.3968e-5
-FIT_SHARE = 0.6
+FIT_SHARE = 0.58
 LOCKED = 1e9
 
 
-def stretches(raw: dict[str, np.ndarray]) -> list[dict[str, np.ndarray]]:
-    """The recording without its pauses longer than 0.1 s."""
-    breaks = np.flatnonzero(np.diff(raw["t"]) > 0.1) + 1
-    return [
-        {key: values[begin:end] for key, values in raw.items()}
-        for begin, end in zip([0, *breaks], [*breaks, len(raw["t"])], strict=True)
-    ]
-
-
 def write(folder: Path) -> Path:
-    """Linear spring and viscous damping; the amplitudes of the first 60 % fit, the larger ones are held out."""
+    """Linear spring and viscous damping; the pulses in one direction fit, those in the other are held out."""
     raw = read("heads_dyn_friction_exists_yaw")
-    raw["q"] = raw["q"] - raw["q"].mean()
-    parts = []
-    for piece in stretches(raw):
-        limit = FIT_SHARE * raw["t"][-1]
-        for role, keep in (("fit", piece["t"] < limit), ("heldout", piece["t"] >= limit)):
-            if keep.any():
-                t = piece["t"][keep]
-                columns = {
-                    "t": t - t[0],
-                    "motor_angle": piece["q"][keep],
-                    "motor_torque": piece["effort"][keep],
-                    "load_angle": np.zeros(keep.sum()),
-                }
-                parts.append(Part(f"{role}{len(parts)}", columns, role, started_at_s=float(t[0])))
+    driven = raw["t"] > raw["t"][np.argmax(np.diff(raw["t"]))]
+    raw = {key: values[driven] for key, values in raw.items()}
+    columns = {
+        "t": raw["t"] - raw["t"][0],
+        "motor_angle": raw["q"] - raw["q"].mean(),
+        "motor_torque": raw["effort"],
+        "load_angle": np.zeros(driven.sum()),
+    }
+    fit, rest = cut(columns, FIT_SHARE)
+    parts = [Part("fit", fit), Part("heldout", rest, "heldout", started_at_s=float(columns["t"][len(fit["t"])]))]
     sections = {
         "title": "Robot head, yaw axis below breakaway",
         "drive": {

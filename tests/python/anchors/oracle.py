@@ -74,3 +74,13 @@ def line(values: np.ndarray, phase: np.ndarray, frequencies: np.ndarray) -> np.n
     window = np.hanning(len(values))
     rest = window * (values - trend(phase))
     return 2.0 * np.abs(np.exp(-1j * np.outer(frequencies, phase)) @ rest) / window.sum()
+
+
+def play(values: np.ndarray, half_gap: float) -> np.ndarray:
+    """Play operator of the given half gap."""
+    out = np.empty_like(values)
+    state = values[0]
+    for index, value in enumerate(values.tolist()):
+        state = min(value + half_gap, max(value - half_gap, state))
+        out[index] = state
+    return out

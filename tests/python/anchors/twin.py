@@ -1,0 +1,149 @@
+"""The simulated twin of a campaign: what its baseline would have recorded, with noise like the real one's.
+
+The baseline (inertia, viscous friction, spring where the output is locked, declared Coulomb friction, torque offset) is
+fitted to the recorded motion without the effects that are looked for. The noise is the residual of a linear model that
+has all of them (friction both ways, gravity, orders 1, 2 and 4, memory where the output is locked), with random phases.
+
+Without a controller the recorded motion is kept, smoothed, and the torque is the one that the baseline needs for it,
+plus the noise: for torques at the motor that is exact. With a controller the closed loop is simulated, with the noise
+as a disturbance of the motor torque and the angle quantised as the sensor does.
+"""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from anchors.oracle import Record, fitted, low_pass, play, read_folder
+
+PLAYS = 12
+GRAIN = 20
+
+
+def twin(campaign: Path, out: Path, seed: int, corner: float) -> Path:
+    """Write the twin of a campaign folder; returns the path of its campaign.toml.
+
+    Args:
+        campaign: campaign.toml of the real recordings.
+        out: folder of the twin.
+        seed: of the noise.
+        corner: low-pass on the recorded motion [Hz]; what moves faster is taken for noise of the angle sensor.
+    """
+    sections, records = read_folder(campaign)
+    moves = [_Motion(record, sections, corner) for record in records]
+    known = [move for move in moves if move.record.role == "fit"]
+    torque = np.concatenate([move.torque for move in known])
+    baseline = fitted(np.concatenate([move.baseline() for move in known], 1), torque)
+    full = fitted(np.concatenate([move.full() for move in known], 1), torque)
+    random = np.random.default_rng(seed)
+    out.mkdir(parents=True, exist_ok=True)
+    for move, entry in zip(moves, sections["recording"], strict=True):
+        noise = shuffled(move.torque - np.stack(move.full(), 1) @ full, random)
+        columns = dict(move.record.columns)
+        if "controller" in sections:
+            columns |= _closed_loop(move, sections, baseline, noise)
+        else:
+            columns |= _kept_motion(move, baseline, noise)
+        if "output_torque" in columns:
+            columns["output_torque"] = _output_torque(move, columns["motor_torque"], random)
+        for standard, where in sections.get("columns", {}).items():
+            columns[where["name"]] = columns.pop(standard) / where["scale"]
+        np.savez_compressed(out / entry["file"], **columns)
+    return Path(shutil.copy(campaign, out / "campaign.toml"))
+
+
+def shuffled(values: np.ndarray, random: np.random.Generator) -> np.ndarray:
+    """The same amplitude at every frequency, random phases."""
+    spectrum = np.fft.rfft(values - values.mean())
+    turned = np.abs(spectrum) * np.exp(2j * np.pi * random.uniform(size=len(spectrum)))
+    return np.fft.irfft(turned, len(values))
+
+
+class _Motion:
+    """Regressors of one recording on its smoothed motion."""
+
+    def __init__(self, record: Record, sections: dict[str, Any], corner: float) -> None:
+        self.record = record
+        self.ratio = sections["drive"]["ratio"]
+        self.locked = "load_angle" in record.columns and not record["load_angle"].any()
+        self.declared = any(term["effect"] == "coulomb_friction" for term in sections.get("terms", []))
+        self.resolution = sections.get("sensors", {}).get("motor_angle", {}).get("resolution", 0.0)
+        self.torque = record["motor_torque"]
+        self.angle = low_pass(unheld(record["t"], record["motor_angle"]), record.rate, corner)
+        self.speed = np.gradient(self.angle, record["t"])
+        self.acceleration = np.gradient(self.speed, record["t"])
+        self.direction = np.tanh(self.speed / (0.02 * np.abs(self.speed).max()))
+
+    def baseline(self) -> list[np.ndarray]:
+        columns = [self.acceleration, self.speed, np.ones_like(self.speed)]
+        return columns + [self.direction] * self.declared + [self.angle] * self.locked
+
+    def full(self) -> list[np.ndarray]:
+        columns = [self.acceleration, self.speed, np.ones_like(self.speed), self.direction, np.abs(self.speed)]
+        if self.locked:
+            widths = 0.5 * np.ptp(self.angle) * np.linspace(0.0, 0.95, PLAYS)
+            return columns + [play(self.angle, width) for width in widths]
+        load = self.angle / self.ratio
+        orders = [wave(order * self.angle) for order in (1.0, 2.0, 4.0) for wave in (np.cos, np.sin)]
+        return [*columns, np.sin(load), np.cos(load), *orders]
+
+
+def unheld(t: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """Straight lines between the renewals of values that are held for several samples."""
+    renewed = np.flatnonzero(np.diff(values, prepend=np.nan) != 0.0)
+    if np.median(np.diff(renewed, prepend=0)) < 5:
+        return values
+    return np.interp(t, t[renewed], values[renewed])
+
+
+def _quantised(values: np.ndarray, step: float) -> np.ndarray:
+    return step * np.round(values / step) if step else values
+
+
+def _kept_motion(move: _Motion, baseline: np.ndarray, noise: np.ndarray) -> dict[str, np.ndarray]:
+    torque = np.stack(move.baseline(), 1) @ baseline
+    return {"motor_angle": _quantised(move.angle, move.resolution), "motor_torque": torque + noise}
+
+
+def _output_torque(move: _Motion, torque: np.ndarray, random: np.random.Generator) -> np.ndarray:
+    """At a locked output the motor torque; else what follows the motion of the real reading, and its noise."""
+    if move.locked:
+        return torque
+    reading = move.record["output_torque"]
+    orders = [wave(order * move.angle) for order in (2.0, 4.0, 7.0) for wave in (np.cos, np.sin)]
+    columns = [np.ones_like(reading), move.acceleration, move.speed, *orders]
+    factors = fitted(columns, reading)
+    kept = np.stack(columns[:3], 1) @ factors[:3]
+    return kept + shuffled(reading - np.stack(columns, 1) @ factors, random)
+
+
+def _closed_loop(
+    move: _Motion, sections: dict[str, Any], baseline: np.ndarray, noise: np.ndarray
+) -> dict[str, np.ndarray]:
+    """PI control at its period, speed from the last two quantised angles, held between the samples."""
+    control = sections["controller"]
+    inertia, viscous, offset = baseline[:3].tolist()
+    period, step = control["period"], move.resolution
+    fine = period / GRAIN
+    start = float(move.record["motor_angle"][0])
+    angle, speed, asked = start, float(move.speed[0]), 0.0
+    last = start - speed * period
+    angles, torques = [], []
+    reference = move.record["speed_reference"].tolist()
+    before = reference[0]
+    for wanted, disturbance in zip(reference, noise.tolist(), strict=True):
+        seen = step * round(angle / step)
+        asked += 0.5 * period * (wanted + before) if angles else 0.0
+        before = wanted
+        torque = control["kp"] * (wanted - (seen - last) / period) + control["ki"] * (asked - (seen - start))
+        torque = min(max(torque, -control["limit"]), control["limit"])
+        angles.append(seen)
+        torques.append(torque)
+        last = seen
+        for _ in range(GRAIN):
+            speed += fine * (torque - disturbance - offset - viscous * speed) / inertia
+            angle += fine * speed
+    return {"motor_angle": np.array(angles), "motor_torque": np.array(torques)}

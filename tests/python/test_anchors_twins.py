@@ -22,7 +22,7 @@ def worth_of_friction_and_gravity(campaign, corner: float) -> float:
         load = record["motor_angle"] / sections["drive"]["ratio"]
         sign = np.tanh(speed / (0.02 * np.abs(speed).max()))
         columns.append([acceleration, speed, np.ones_like(speed), sign, np.sin(load), np.cos(load)])
-        torque.append(low_pass(record["motor_torque"], record.rate, corner))
+        torque.append(low_pass(record["motor_torque"], record["t"], corner))
     without, with_both = (
         error(columns[1][:size], fitted(columns[0][:size], torque[0]), torque[1]) for size in (3, len(columns[0]))
     )

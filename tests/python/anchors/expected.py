@@ -127,14 +127,14 @@ EXPECTED = {
     ),
     "hej90": Expected(
         hej90.write,
-        _twin(6.0),
+        _twin(15.0),
         must_not_name=RIPPLE | GRAVITY | {"unknown", "hysteresis", "viscoelastic"},
         verdicts=frozenset({"sensor", "undecided", "no_evidence"}),
         health="held",
     ),
     "tx40": Expected(
         tx40.write,
-        _twin(20.0),
+        _twin(50.0),
         must_name=(DRY,),
         must_not_name=TORSION,
         not_showable=frozenset({"torque_gain"}),

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 from scipy import signal
+from scipy.interpolate import CubicSpline
 
 
 @dataclass(frozen=True)
@@ -41,17 +42,21 @@ def read_folder(campaign: Path) -> tuple[dict[str, Any], list[Record]]:
     return sections, records
 
 
-def low_pass(values: np.ndarray, rate: float, corner: float, order: int = 4) -> np.ndarray:
-    """Butterworth filter, forwards and backwards."""
-    b, a = signal.butter(order, corner / (0.5 * rate))
-    return signal.filtfilt(b, a, values)
+def low_pass(values: np.ndarray, t: np.ndarray, corner: float, order: int = 4) -> np.ndarray:
+    """Butterworth filter, forwards and backwards, on an even clock between the samples."""
+    return _smooth(values, t, corner, order)(t)
 
 
-def motion(record: Record, corner: float) -> tuple[np.ndarray, np.ndarray]:
+def motion(record: Record, corner: float, order: int = 4) -> tuple[np.ndarray, np.ndarray]:
     """Speed and acceleration of the motor behind a low-pass."""
-    smooth = low_pass(record["motor_angle"], record.rate, corner)
-    speed = np.gradient(smooth, record["t"])
-    return speed, np.gradient(speed, record["t"])
+    spline = _smooth(record["motor_angle"], record["t"], corner, order)
+    return spline(record["t"], 1), spline(record["t"], 2)
+
+
+def _smooth(values: np.ndarray, t: np.ndarray, corner: float, order: int) -> CubicSpline:
+    even = np.linspace(t[0], t[-1], len(t))
+    b, a = signal.butter(order, corner * 2.0 * (even[1] - even[0]))
+    return CubicSpline(even, signal.filtfilt(b, a, CubicSpline(t, values)(even)))
 
 
 def fitted(columns: Sequence[np.ndarray], wanted: np.ndarray) -> np.ndarray:

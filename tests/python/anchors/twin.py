@@ -1,8 +1,9 @@
 """The simulated twin of a campaign: what its baseline would have recorded, with noise like the real one's.
 
-The baseline (inertia, viscous friction, spring where the output is locked, declared Coulomb friction, torque offset) is
-fitted to the recorded motion without the effects that are looked for. The noise is the residual of a linear model that
-has all of them (friction both ways, gravity, orders 1, 2 and 4, memory where the output is locked), with random phases.
+The baseline is what the campaign states: inertia, viscous friction, declared Coulomb friction, and a spring where the
+output is locked; their values come from the recordings, kept within the stated tolerances. The noise is the residual of
+a linear model that also has the effects that are looked for (offset, friction both ways, gravity, orders 1, 2 and 4,
+memory where the output is locked), with random phases.
 
 Without a controller the recorded motion is kept, smoothed, and the torque is the one that the baseline needs for it,
 plus the noise: for torques at the motor that is exact. With a controller the closed loop is simulated, with the noise
@@ -16,6 +17,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from scipy.interpolate import CubicSpline
 
 from anchors.oracle import Record, fitted, low_pass, play, read_folder
 
@@ -30,14 +32,17 @@ def twin(campaign: Path, out: Path, seed: int, corner: float) -> Path:
         campaign: campaign.toml of the real recordings.
         out: folder of the twin.
         seed: of the noise.
-        corner: low-pass on the recorded motion [Hz]; what moves faster is taken for noise of the angle sensor.
+        corner: low-pass on the recorded motion [Hz]; what moves faster is taken for noise of the angle sensor and
+            returns with random phases.
     """
     sections, records = read_folder(campaign)
     moves = [_Motion(record, sections, corner) for record in records]
     known = [move for move in moves if move.record.role == "fit"]
     torque = np.concatenate([move.torque for move in known])
-    baseline = fitted(np.concatenate([move.baseline() for move in known], 1), torque)
     full = fitted(np.concatenate([move.full() for move in known], 1), torque)
+    stated = _stated(sections, locked=moves[0].locked)
+    found = fitted(np.concatenate([move.baseline() for move in known], 1), torque) if moves[0].locked else full
+    baseline = np.array([np.clip(factor, *span) for factor, span in zip(found, stated, strict=False)])
     random = np.random.default_rng(seed)
     out.mkdir(parents=True, exist_ok=True)
     for move, entry in zip(moves, sections["recording"], strict=True):
@@ -46,7 +51,7 @@ def twin(campaign: Path, out: Path, seed: int, corner: float) -> Path:
         if "controller" in sections:
             columns |= _closed_loop(move, sections, baseline, noise)
         else:
-            columns |= _kept_motion(move, baseline, noise)
+            columns |= _kept_motion(move, baseline, noise, random)
         if "output_torque" in columns:
             columns["output_torque"] = _output_torque(move, columns["motor_torque"], random)
         for standard, where in sections.get("columns", {}).items():
@@ -62,6 +67,14 @@ def shuffled(values: np.ndarray, random: np.random.Generator) -> np.ndarray:
     return np.fft.irfft(turned, len(values))
 
 
+def _stated(sections: dict[str, Any], *, locked: bool) -> list[tuple[float, float]]:
+    """Range of inertia, viscous friction, and spring or declared Coulomb friction: one relative sigma either way."""
+    drive = sections["drive"]
+    facts = [drive[name] for name in ("J_m", "B_m", *["k1"] * locked)]
+    facts += [term["parameters"]["T_c"] for term in sections.get("terms", [])]
+    return [(fact["value"] * max(1.0 - fact["sigma"], 0.1), fact["value"] * (1.0 + fact["sigma"])) for fact in facts]
+
+
 class _Motion:
     """Regressors of one recording on its smoothed motion."""
 
@@ -69,20 +82,23 @@ class _Motion:
         self.record = record
         self.ratio = sections["drive"]["ratio"]
         self.locked = "load_angle" in record.columns and not record["load_angle"].any()
-        self.declared = any(term["effect"] == "coulomb_friction" for term in sections.get("terms", []))
+        self.declared = bool(sections.get("terms"))
         self.resolution = sections.get("sensors", {}).get("motor_angle", {}).get("resolution", 0.0)
         self.torque = record["motor_torque"]
-        self.angle = low_pass(unheld(record["t"], record["motor_angle"]), record.rate, corner)
-        self.speed = np.gradient(self.angle, record["t"])
-        self.acceleration = np.gradient(self.speed, record["t"])
+        seen = unheld(record["t"], record["motor_angle"])
+        self.angle = low_pass(seen, record["t"], corner)
+        self.fast = seen - self.angle
+        spline = CubicSpline(record["t"], self.angle)
+        self.speed = spline(record["t"], 1)
+        self.acceleration = spline(record["t"], 2)
         self.direction = np.tanh(self.speed / (0.02 * np.abs(self.speed).max()))
 
     def baseline(self) -> list[np.ndarray]:
-        columns = [self.acceleration, self.speed, np.ones_like(self.speed)]
-        return columns + [self.direction] * self.declared + [self.angle] * self.locked
+        columns = [self.acceleration, self.speed]
+        return columns + [self.angle] * self.locked + [self.direction] * self.declared
 
     def full(self) -> list[np.ndarray]:
-        columns = [self.acceleration, self.speed, np.ones_like(self.speed), self.direction, np.abs(self.speed)]
+        columns = [self.acceleration, self.speed, self.direction, np.ones_like(self.speed), np.abs(self.speed)]
         if self.locked:
             widths = 0.5 * np.ptp(self.angle) * np.linspace(0.0, 0.95, PLAYS)
             return columns + [play(self.angle, width) for width in widths]
@@ -103,9 +119,12 @@ def _quantised(values: np.ndarray, step: float) -> np.ndarray:
     return step * np.round(values / step) if step else values
 
 
-def _kept_motion(move: _Motion, baseline: np.ndarray, noise: np.ndarray) -> dict[str, np.ndarray]:
+def _kept_motion(
+    move: _Motion, baseline: np.ndarray, noise: np.ndarray, random: np.random.Generator
+) -> dict[str, np.ndarray]:
+    angle = move.angle + shuffled(move.fast, random)
     torque = np.stack(move.baseline(), 1) @ baseline
-    return {"motor_angle": _quantised(move.angle, move.resolution), "motor_torque": torque + noise}
+    return {"motor_angle": _quantised(angle, move.resolution), "motor_torque": torque + noise}
 
 
 def _output_torque(move: _Motion, torque: np.ndarray, random: np.random.Generator) -> np.ndarray:
@@ -125,7 +144,7 @@ def _closed_loop(
 ) -> dict[str, np.ndarray]:
     """PI control at its period, speed from the last two quantised angles, held between the samples."""
     control = sections["controller"]
-    inertia, viscous, offset = baseline[:3].tolist()
+    inertia, viscous = baseline.tolist()
     period, step = control["period"], move.resolution
     fine = period / GRAIN
     start = float(move.record["motor_angle"][0])
@@ -144,6 +163,6 @@ def _closed_loop(
         torques.append(torque)
         last = seen
         for _ in range(GRAIN):
-            speed += fine * (torque - disturbance - offset - viscous * speed) / inertia
+            speed += fine * (torque - disturbance - viscous * speed) / inertia
             angle += fine * speed
     return {"motor_angle": np.array(angles), "motor_torque": np.array(torques)}

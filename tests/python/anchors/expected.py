@@ -32,6 +32,7 @@ class Expected:
         orders: lines in cycles per motor turn that are listed.
         frequencies_hz: a line between these is listed as fixed in frequency.
         heldout_percent: largest error of the motor torque on the recordings held out.
+        dry_friction: friction torque T_c at the motor [N m], to be met within 15 %.
         not_showable: effects that the recordings cannot show and the verdict lists as such.
         health: a word that the health report has to contain.
         memory: kind of memory found.
@@ -45,6 +46,7 @@ class Expected:
     orders: tuple[float, ...] = ()
     frequencies_hz: tuple[float, float] | None = None
     heldout_percent: float | None = None
+    dry_friction: float | None = None
     not_showable: frozenset[str] = frozenset()
     health: str | None = None
     memory: str | None = None
@@ -66,6 +68,7 @@ EXPECTED = {
         must_not_name=TORSION | GRAVITY | {"unknown", "load_dependent_friction", "thermal_viscous"},
         orders=(1.0, 2.0),
         heldout_percent=4.0,
+        dry_friction=20.3935 * emps.ARM,
     ),
     "ur10e_j1": Expected(
         partial(ur10e.write, joint=1),

@@ -1,0 +1,40 @@
+"""Columns: the required ones are there, and enough of their samples are numbers."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from hdfast.health.finding import NOTE, REJECT, WARNING
+from hdfast.health.subject import REQUIRED, Subject
+from hdfast.recordings import COLUMNS
+
+NAME = "columns"
+FEWEST_FINITE = 0.5
+
+
+def check(subject: Subject) -> None:
+    """Reject a recording without a required column or with less than half of one; count what is missing elsewhere."""
+    recording = subject.recording
+    for name in REQUIRED:
+        if name not in recording:
+            unit = COLUMNS[name][0]
+            found = ", ".join(recording) or "none"
+            subject.find(
+                NAME, REJECT, f"column {name} [{unit}] is missing (found: {found}); name it in [columns] {name}"
+            )
+    for name in recording:
+        share = float(np.mean(np.isfinite(subject.clean(name)))) if recording.samples else 0.0
+        if share < FEWEST_FINITE:
+            severity, what = (REJECT, "the recording") if name in REQUIRED else (WARNING, "the column")
+            subject.find(
+                NAME,
+                severity,
+                f"{100.0 * share:.3g} % of {name} are numbers; {what} is not used",
+                value=share,
+                limit=FEWEST_FINITE,
+            )
+        elif share < 1.0:
+            missing = recording.samples - round(share * recording.samples)
+            subject.find(
+                NAME, NOTE, f"{missing} samples of {name} are missing and masked", value=share, limit=FEWEST_FINITE
+            )

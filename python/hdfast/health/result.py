@@ -1,0 +1,89 @@
+"""What the health checks say of a campaign."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hdfast.health.coverage import Coverage
+from hdfast.health.finding import REJECT, WARNING, Finding
+from hdfast.health.repeats import Repeat
+from hdfast.health.subject import Facts
+from hdfast.recordings import CampaignRecording, Recording
+
+
+@dataclass(frozen=True, eq=False)
+class RecordingHealth:
+    """What the checks found on one recording.
+
+    Attributes:
+        source: the recording as it was read.
+        findings: what the checks have to say.
+        facts: what they measured.
+        timed: (n,) samples of the source whose time can be used.
+        mask: (n,) samples that are usable: time, required columns, outside events; `mask[timed]` belongs to
+            `recording`.
+        recording: the samples with usable time, checked; None when their time cannot be used.
+    """
+
+    source: CampaignRecording
+    findings: list[Finding]
+    facts: Facts = field(repr=False)
+    timed: NDArray[np.bool_] = field(repr=False)
+    mask: NDArray[np.bool_] = field(repr=False)
+    recording: Recording | None = field(repr=False)
+
+    @property
+    def name(self) -> str:
+        """The name of the recording."""
+        return self.source.name
+
+    @property
+    def usable(self) -> bool:
+        """True when no finding rejects the recording."""
+        return all(finding.severity != REJECT for finding in self.findings)
+
+    @property
+    def reason(self) -> str:
+        """Why it is rejected, empty when it is usable."""
+        return " ".join(finding.sentence for finding in self.findings if finding.severity == REJECT)
+
+
+@dataclass(frozen=True, eq=False)
+class Health:
+    """What the checks found on a campaign.
+
+    Attributes:
+        recordings: one entry per recording, in the order of the campaign.
+        findings: what concerns the campaign file as a whole.
+        coverage: what each group went through.
+        repeats: pairs of recordings with equal input.
+    """
+
+    recordings: list[RecordingHealth]
+    findings: list[Finding]
+    coverage: list[Coverage]
+    repeats: list[Repeat]
+
+    @property
+    def rejected(self) -> dict[str, str]:
+        """Reason by name of each rejected recording."""
+        return {item.name: item.reason for item in self.recordings if not item.usable}
+
+    @property
+    def usable(self) -> bool:
+        """True when a recording for fitting is left."""
+        return any(item.usable and item.source.role == "fit" for item in self.recordings)
+
+    def __iter__(self) -> Iterator[RecordingHealth]:
+        return iter(self.recordings)
+
+    def __repr__(self) -> str:
+        every = [*self.findings, *(finding for item in self.recordings for finding in item.findings)]
+        marks = {REJECT: "rejected", WARNING: "warning"}
+        lines = [f"{marks.get(item.severity, 'note'):>8}  {item.check:<12} {item.sentence}" for item in every]
+        good = sum(item.usable for item in self.recordings)
+        return "\n".join([f"{good} of {len(self.recordings)} recordings usable", *lines])

@@ -1,0 +1,62 @@
+"""The motor torque explained by a rigid drive, which is enough to tell signs, units and what stands out."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from hdfast.checks import Floats
+from hdfast.health.alignment import block_regression
+from hdfast.health.motion import Motion
+
+CREEP = 0.03
+FEWEST = 50
+ROUNDS, OUTLIER = 4, 6.0
+
+
+@dataclass(frozen=True)
+class RigidFit:
+    """torque = inertia a + viscous w + dry tanh(w / creep) + constant + terms of the output angle.
+
+    Attributes:
+        inertia, inertia_error: torque per acceleration [kg m^2].
+        friction, friction_error: dry friction and viscous friction at the largest speed [N m].
+        residual: (m,) what is left of the torque [N m].
+    """
+
+    inertia: float
+    inertia_error: float
+    friction: float
+    friction_error: float
+    residual: Floats
+
+
+def rigid_fit(motion: Motion, ratio: float | None = None) -> RigidFit | None:
+    """Fit the drive, leaving out what stands far out; None without enough motion."""
+    used = motion.valid
+    largest = float(np.max(np.abs(motion.speed[used]), initial=0.0))
+    if motion.moving.sum() < FEWEST or largest == 0.0:
+        return None
+    basis = [
+        motion.acceleration,
+        motion.speed / largest,
+        np.tanh(motion.speed / (CREEP * largest)),
+        np.ones_like(motion.t),
+    ]
+    output = motion.load_angle if motion.load_angle is not None else motion.angle / ratio if ratio else None
+    if output is not None and np.ptp(output[used]) > 0.2:
+        basis += [np.cos(output), np.sin(output)]
+    columns = np.column_stack(basis)
+    kept = used
+    for _ in range(ROUNDS):
+        found, errors = block_regression(columns[kept], motion.torque[kept])
+        residual = np.abs(motion.torque - columns @ found)
+        kept = used & (residual <= OUTLIER * np.median(residual[used]))
+    return RigidFit(
+        float(found[0]),
+        float(errors[0]),
+        float(found[1] + found[2]),
+        float(np.hypot(errors[1], errors[2])),
+        motion.torque - columns @ found,
+    )

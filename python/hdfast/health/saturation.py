@@ -1,0 +1,91 @@
+"""Saturation: samples at a plateau of the motor torque."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from hdfast.checks import Floats
+from hdfast.health.finding import REJECT, WARNING
+from hdfast.health.subject import Subject
+
+NAME = "saturation"
+MOST = 0.3
+WORTH_SAYING = 0.005
+FLAT = 0.005
+AT_LIMIT = 0.99
+FEWEST_STAYS, SHORTEST_STAY = 3, 3
+FEWEST_LEVELS = 20
+CROWDED = 6.0
+
+
+@dataclass(frozen=True)
+class Plateau:
+    """Where a torque stays at one of its extremes: level [N m], share of samples, number of separate stays."""
+
+    level: float
+    share: float
+    stays: int
+
+
+def check(subject: Subject) -> None:
+    """Tell a torque that is cut off from one that was asked to be constant.
+
+    At the stated limit of the controller a plateau is a saturation. Without a stated limit it takes several separate
+    stays at one extreme while the torque between them varies freely.
+    """
+    torque = subject.checked["motor_torque"]
+    torque = torque[np.isfinite(torque)]
+    controller = subject.campaign.controller
+    limit = controller.limit if controller is not None else np.inf
+    closed_loop = np.isfinite(limit) or "speed_reference" in subject.recording
+    if np.isfinite(limit):
+        share = float(np.mean(np.abs(torque) >= AT_LIMIT * limit))
+        found = [Plateau(limit, share, 1)] if share else []
+    else:
+        found = cut_off(torque, subject.facts.resolution.get("motor_torque", 0.0))
+    share = sum(plateau.share for plateau in found)
+    if share < WORTH_SAYING:
+        return
+    level = max(found, key=lambda plateau: plateau.share).level
+    subject.facts.saturation = (level, share)
+    reject = share > MOST and (closed_loop or len(found) > 1)
+    subject.find(
+        NAME,
+        REJECT if reject else WARNING,
+        f"motor_torque stays at {level:.4g} N m in {100.0 * share:.3g} % of the samples; "
+        + ("record with less torque" if reject else "torque_saturation is a candidate"),
+        value=share,
+        limit=MOST,
+    )
+
+
+def cut_off(torque: Floats, step: float) -> list[Plateau]:
+    """The plateaus at the two extremes of a torque (n,) that look like a cut-off."""
+    span = float(np.ptp(torque)) if torque.size else 0.0
+    if span == 0.0:
+        return []
+    noise = 1.4826 * float(np.median(np.abs(np.diff(torque, 2)))) / np.sqrt(6.0)
+    width = max(FLAT * span, 1.5 * step, 6.0 * noise)
+    between = torque[(torque > np.min(torque) + width) & (torque < np.max(torque) - width)]
+    if np.unique(np.round(between / width)).size < FEWEST_LEVELS:
+        return []
+    found = []
+    for side in (1.0, -1.0):
+        top = float(np.max(side * torque))
+        inside = np.concatenate([[False], side * torque > top - width, [False]])
+        edges = np.flatnonzero(np.diff(inside.astype(int)))
+        lengths = edges[1::2] - edges[::2]
+        long = lengths[lengths >= SHORTEST_STAY]
+        flat = _flat(side * torque, top - width, width)
+        if long.size >= FEWEST_STAYS and flat:
+            found.append(Plateau(side * top, float(long.sum()) / torque.size, int(long.size)))
+    return found
+
+
+def _flat(torque: Floats, low: float, width: float) -> bool:
+    """A cut-off is entered at a slope: samples crowd in the plateau, not in the band of equal width below it."""
+    below = float(np.mean((torque > low - width) & (torque <= low)))
+    within = float(np.mean(torque > low))
+    return within > CROWDED * below

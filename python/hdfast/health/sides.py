@@ -1,0 +1,90 @@
+"""Ratio, sign and clock of the load side."""
+
+from __future__ import annotations
+
+import math
+
+from hdfast.health.alignment import SIGMAS, Alignment, align, slope
+from hdfast.health.finding import NOTE, REJECT, WARNING
+from hdfast.health.subject import Subject
+from hdfast.health.units import near_unit
+
+SMALLEST_TRAVEL = 0.02
+RATIO_OFF, RATIO_CANDIDATE = 0.02, 1e-4
+LATE, LATE_CANDIDATE = 0.05, 5e-4
+SKEW = 2e-5
+
+
+def check(subject: Subject) -> None:
+    """Compare load and motor angle wherever the motor turned far enough to wind up the gear many times over."""
+    motion, ratio = subject.motion, subject.ratio
+    if motion.load_angle is None or not motion.valid.any():
+        return
+    found = slope(motion)
+    travel = float(motion.angle[motion.valid].max() - motion.angle[motion.valid].min())
+    if found != 0.0 and abs(found) * travel > SMALLEST_TRAVEL:
+        subject.facts.ratio = 1.0 / found
+    if ratio is None:
+        if subject.facts.ratio is not None:
+            sentence = f"the angles give a ratio of {subject.facts.ratio:.6g}; [drive] states none"
+            subject.find("ratio", NOTE, sentence, value=subject.facts.ratio)
+        return
+    if travel / abs(ratio) < SMALLEST_TRAVEL:
+        return
+    if _ratio_rejected(subject, found * ratio):
+        return
+    alignment = align(motion, ratio, subject.campaign.model.order_values)
+    if alignment is not None:
+        _ratio(subject, alignment, ratio)
+        _clock(subject, alignment)
+
+
+def _ratio_rejected(subject: Subject, relative: float) -> bool:
+    if abs(relative - 1.0) <= RATIO_OFF:
+        return False
+    if relative < 0.0 and abs(relative + 1.0) <= RATIO_OFF:
+        sentence = "load_angle turns against motor_angle; flip the sign of scale in [columns] load_angle or motor_angle"
+    else:
+        hint = near_unit(abs(relative), subject.ratio)
+        sentence = f"load_angle moves {relative:.5g} times as far as motor_angle / ratio" + (
+            f"; {hint}" if hint else "; check ratio and the scales in [columns]"
+        )
+    subject.find("ratio", REJECT, sentence, value=relative - 1.0, limit=RATIO_OFF)
+    return True
+
+
+def _ratio(subject: Subject, found: Alignment, ratio: float) -> None:
+    off = found.slope - 1.0
+    if abs(off) < max(RATIO_CANDIDATE, SIGMAS * found.slope_error):
+        return
+    seen = ratio / found.slope
+    whole = round(seen)
+    other = (
+        f" (a gear of {whole} : 1 with another member fixed?)" if abs(seen - whole) < 0.05 and whole != ratio else ""
+    )
+    sentence = f"the angles give a ratio of {seen:.6g} against {ratio:g}{other}; ratio_error is a candidate"
+    subject.find("ratio", WARNING, sentence, value=off, limit=RATIO_CANDIDATE)
+
+
+def _clock(subject: Subject, found: Alignment) -> None:
+    if not math.isfinite(found.lag_error) or found.lag_error > LATE:
+        return
+    subject.facts.lag_s = found.lag
+    facts = subject.campaign.sensors
+    stated = sum(
+        sign * (facts[name].delay_s or 0.0)
+        for name, sign in (("load_angle", 1.0), ("motor_angle", -1.0))
+        if name in facts
+    )
+    late = found.lag - stated
+    if abs(late) > LATE and abs(late) > SIGMAS * found.lag_error:
+        sentence = (
+            f"load_angle lags motor_angle by {1e3 * found.lag:.3g} ms; shift one of them, or record both on one clock"
+        )
+        subject.find("clock", REJECT, sentence, value=late, limit=LATE)
+    elif abs(late) > max(LATE_CANDIDATE, 0.5 / subject.facts.rate_hz, SIGMAS * found.lag_error):
+        sentence = f"load_angle lags motor_angle by {1e3 * found.lag:.3g} ms; delay and sensor_delay are candidates"
+        subject.find("clock", WARNING, sentence, value=late, limit=LATE_CANDIDATE)
+    if abs(found.drift) > max(SKEW, SIGMAS * found.drift_error):
+        sentence = f"the lag of load_angle grows by {1e6 * found.drift:.3g} us per second; clock_skew is a candidate"
+        subject.find("clock", WARNING, sentence, value=found.drift, limit=SKEW)

@@ -1,0 +1,99 @@
+"""Steps of a channel: its smallest increment against what is stated, and values held over several samples."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from hdfast.checks import Floats
+from hdfast.health.finding import NOTE, WARNING
+from hdfast.health.subject import Subject
+from hdfast.recordings.rig import CHANNELS
+
+FEWEST_CHANGES = 20
+LARGEST_COUNT = 1000
+OFF_LATTICE = 0.05
+LATTICE_SHARE = 0.9
+DIFFERENT = 1.1
+HELD_STEPS = 2.5
+HELD_SHARE = 0.5
+LONGEST_HOLD = 0.1
+REGULAR = 3.0
+
+
+def resolution(subject: Subject) -> None:
+    """Keep the larger of the stated step and the one the values show; say where they differ."""
+    for name in CHANNELS:
+        if name not in subject.checked:
+            continue
+        stated = subject.recording.resolution.get(name, 0.0)
+        seen = lattice(np.diff(subject.checked[name]))
+        if max(stated, seen) > 0.0:
+            subject.facts.resolution[name] = max(stated, seen)
+        if stated and seen > DIFFERENT * stated:
+            sentence = f"{name} moves in steps of {seen:.4g}, [sensors] states {stated:.4g}; the larger one is used"
+            subject.find("resolution", WARNING, sentence, value=seen / stated, limit=DIFFERENT)
+        elif stated and seen and seen < stated / DIFFERENT:
+            sentence = (
+                f"{name} moves in steps of {seen:.4g}, finer than the {stated:.4g} of [sensors]; the larger one is used"
+            )
+            subject.find("resolution", NOTE, sentence, value=seen / stated, limit=1.0 / DIFFERENT)
+
+
+def lattice(increments: Floats) -> float:
+    """The step of which the increments are whole multiples, 0 when there is none."""
+    size = np.abs(increments[np.isfinite(increments)])
+    size = size[size > 0.0]
+    if size.size < FEWEST_CHANGES:
+        return 0.0
+    floor = 1e-9 * float(np.max(size))
+    size = size[size > floor]
+    step = float(np.min(size))
+    near = size[size < LARGEST_COUNT * step]
+    if near.size < FEWEST_CHANGES:
+        return 0.0
+    counts = near / step
+    step = float(np.mean(near[counts < 1.5]))
+    counts = near / step
+    whole = np.round(counts)
+    share = float(np.mean(np.abs(counts - whole) < OFF_LATTICE))
+    several = size.size < increments.size or np.unique(whole).size > 1
+    return step if several and share > LATTICE_SHARE else 0.0
+
+
+def held(subject: Subject) -> None:
+    """Find columns whose values stay the same over several samples and then jump by more than one step."""
+    t = subject.checked["t"]
+    for name in CHANNELS:
+        if name not in subject.checked:
+            continue
+        subject.facts.effective_rate_hz[name] = subject.facts.rate_hz
+        period = hold(t, subject.checked[name], subject.facts.resolution.get(name, 0.0))
+        if period is None:
+            continue
+        subject.facts.effective_rate_hz[name] = 1.0 / period
+        sentence = (
+            f"{name} holds its values for {1e3 * period:.3g} ms: {1.0 / period:.3g} new values per second at "
+            f"{subject.facts.rate_hz:.4g} Hz; the hold is modelled in the sensor chain"
+        )
+        subject.find("held_values", WARNING, sentence, value=1.0 / period, limit=subject.facts.rate_hz)
+
+
+def hold(t: Floats, values: Floats, step: float) -> float | None:
+    """The time a column holds its values [s], None when it does not.
+
+    A coarse sensor repeats values too, but then it moves by one step at a time; only larger jumps after repeated
+    values count.
+    """
+    known = np.isfinite(values)
+    t, values = t[known], values[known]
+    changes = np.flatnonzero(np.diff(values) != 0.0) + 1
+    if changes.size < FEWEST_CHANGES + 1:
+        return None
+    repeats, jumps, lasted = np.diff(changes), np.abs(np.diff(values)[changes[1:] - 1]), np.diff(t[changes])
+    large = (jumps > HELD_STEPS * max(step, float(np.min(jumps)))) & (lasted < LONGEST_HOLD)
+    paused = large & (repeats > 1)
+    if paused.sum() < FEWEST_CHANGES or paused.sum() < HELD_SHARE * large.sum():
+        return None
+    usual = float(np.median(lasted[paused]))
+    regular = np.mean((lasted[paused] < REGULAR * usual) & (lasted[paused] > usual / REGULAR))
+    return usual if regular > HELD_SHARE else None

@@ -1,0 +1,108 @@
+"""A recording under examination: what the checks read and where they write."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, fields
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hdfast.checks import Floats
+from hdfast.health.finding import REJECT, Finding
+from hdfast.health.motion import Motion
+from hdfast.health.rigid import RigidFit, rigid_fit
+from hdfast.recordings import Campaign, CampaignRecording, Recording
+
+REQUIRED = ("t", "motor_angle", "motor_torque")
+LARGEST = 1e12
+Window = tuple[float, float]
+
+
+@dataclass
+class Facts:
+    """What was measured on a recording.
+
+    Attributes:
+        rate_hz: samples per second, from the median step.
+        effective_rate_hz: changes per second of a column whose values are held, else `rate_hz`.
+        resolution: step of a column; the larger of what is stated and what the values show.
+        lag_s: lag of the load side against the motor side [s], None where it cannot be told.
+        ratio: gear ratio by the angles, None where it cannot be told.
+        saturation: (torque [N m], share of samples) of a plateau, or None.
+        gaps: times without samples [s].
+        events: times in which the residual stands out [s].
+    """
+
+    rate_hz: float = float("nan")
+    effective_rate_hz: dict[str, float] = field(default_factory=dict)
+    resolution: dict[str, float] = field(default_factory=dict)
+    lag_s: float | None = None
+    ratio: float | None = None
+    saturation: tuple[float, float] | None = None
+    gaps: list[Window] = field(default_factory=list)
+    events: list[Window] = field(default_factory=list)
+
+
+class Subject:
+    """One recording of a campaign on its way through the checks.
+
+    Attributes:
+        timed: (n,) samples whose time can be used.
+        findings, facts: what the checks found.
+    """
+
+    def __init__(self, campaign: Campaign, recording: CampaignRecording) -> None:
+        self.campaign = campaign
+        self.recording = recording
+        self.timed: NDArray[np.bool_] = np.ones(recording.samples, dtype=bool)
+        self.findings: list[Finding] = []
+        self.facts = Facts()
+        drive = campaign.drive.values
+        self.ratio: float | None = drive.get("ratio")
+        inertia = None
+        if self.ratio and "J_m" in drive:
+            inertia = drive["J_m"] + drive.get("J_l", 0.0) / self.ratio**2
+        self.inertia: float | None = inertia
+
+    def find(self, check: str, severity: str, sentence: str, **numbers: Any) -> None:
+        """Add a finding; `numbers` are value, limit, t0 and t1."""
+        assert set(numbers) <= {item.name for item in fields(Finding)}
+        self.findings.append(Finding(check, severity, f"{self.recording.name}: {sentence}", **numbers))
+
+    @property
+    def rejected(self) -> bool:
+        """True when a check has rejected the recording."""
+        return any(finding.severity == REJECT for finding in self.findings)
+
+    def clean(self, name: str) -> Floats:
+        """A column (n,) with NaN for everything that no sensor gives."""
+        values = self.recording[name]
+        return np.where(np.abs(values) < LARGEST, values, np.nan)
+
+    @cached_property
+    def checked(self) -> Recording:
+        """The samples whose time can be used; first asked for after the time was judged."""
+        columns = {name: self.clean(name)[self.timed] for name in self.recording}
+        return Recording(self.recording.name, columns, self.facts.resolution, self.recording.notes)
+
+    @cached_property
+    def motion(self) -> Motion:
+        """Smoothed motion on an even grid."""
+        return Motion.of(self.checked, self.facts.rate_hz)
+
+    @cached_property
+    def rigid(self) -> RigidFit | None:
+        """The motor torque explained by a rigid drive."""
+        return rigid_fit(self.motion, self.ratio)
+
+    def mask(self) -> NDArray[np.bool_]:
+        """(n,) samples that are usable: time, required columns, outside events."""
+        good = self.timed.copy()
+        for name in REQUIRED:
+            good &= np.isfinite(self.clean(name)) if name in self.recording else False
+        if "t" in self.recording:
+            for begin, end in self.facts.events:
+                good &= ~((self.recording["t"] >= begin) & (self.recording["t"] <= end))
+        return good

@@ -1,0 +1,102 @@
+"""Units: amplitudes that are off by 57.3, 9.55, the ratio or its inverse."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from hdfast.health.finding import WARNING
+from hdfast.health.subject import Subject
+
+NAME = "units"
+DEGREES, RPM = 180.0 / math.pi, 30.0 / math.pi
+CLOSE = 0.03
+CLOSE_INERTIA = 0.15
+FASTEST = 2000.0
+SLOWEST_RATE, FASTEST_RATE = 5.0, 1e6
+
+
+def near_unit(relative: float, ratio: float | None, close: float = CLOSE) -> str:
+    """Which mistake explains load angle x ratio over motor angle, as a sentence, or nothing."""
+    reasons = {
+        DEGREES: "load_angle looks like degrees: scale = 0.0174533 in [columns] load_angle",
+        1.0 / DEGREES: "motor_angle looks like degrees: scale = 0.0174533 in [columns] motor_angle",
+    }
+    if ratio:
+        reasons[abs(ratio)] = "both angles look like the same side of the gear: scale one of them by the ratio"
+    return _nearest(relative, reasons, close)
+
+
+def _nearest(value: float, reasons: dict[float, str], close: float) -> str:
+    if not value > 0.0:
+        return ""
+    factor = min(reasons, key=lambda known: abs(math.log(value / known)))
+    return reasons[factor] if abs(math.log(value / factor)) < close else ""
+
+
+def check(subject: Subject) -> None:
+    """Compare speeds, rates and the inertia felt by the torque with what they should be; only suggest."""
+    _rate(subject)
+    speed = subject.motion.speed[subject.motion.valid]
+    fastest = float(np.max(np.abs(speed), initial=0.0))
+    if fastest > FASTEST:
+        sentence = (
+            f"the motor reaches {fastest:.4g} rad/s; motor_angle may be in degrees or counts: scale it in [columns]"
+        )
+        subject.find(NAME, WARNING, sentence, value=fastest, limit=FASTEST)
+    _reference(subject)
+    _inertia(subject)
+
+
+def _rate(subject: Subject) -> None:
+    rate = subject.facts.rate_hz
+    if SLOWEST_RATE <= rate <= FASTEST_RATE:
+        return
+    sentence = f"{rate:.4g} samples per second; t may not be in seconds: scale it in [columns] t"
+    subject.find(NAME, WARNING, sentence, value=rate, limit=SLOWEST_RATE if rate < SLOWEST_RATE else FASTEST_RATE)
+
+
+def _reference(subject: Subject) -> None:
+    if "speed_reference" not in subject.checked:
+        return
+    motion = subject.motion
+    given = subject.checked["speed_reference"]
+    known = np.isfinite(given)
+    if known.sum() < 2:
+        return
+    asked = np.interp(motion.t, subject.checked["t"][known], given[known])
+    used = motion.moving & (np.abs(asked) > 0.1 * np.max(np.abs(asked)))
+    if used.sum() < 20:
+        return
+    relative = float(np.sum(asked[used] * motion.speed[used]) / np.sum(motion.speed[used] ** 2))
+    reasons = {
+        DEGREES: "speed_reference looks like deg/s: scale = 0.0174533",
+        RPM: "speed_reference looks like r/min: scale = 0.1047198",
+    }
+    if subject.ratio:
+        reasons[1.0 / abs(subject.ratio)] = "speed_reference looks like the speed of the output: scale = ratio"
+        reasons[RPM / abs(subject.ratio)] = "speed_reference looks like r/min of the output: scale = 0.1047198 ratio"
+    hint = _nearest(abs(relative), reasons, CLOSE)
+    if hint:
+        sentence = f"speed_reference is {relative:.4g} times the motor speed; {hint} in [columns] speed_reference"
+        subject.find(NAME, WARNING, sentence, value=relative)
+
+
+def _inertia(subject: Subject) -> None:
+    fit = subject.rigid
+    if fit is None or subject.inertia is None or fit.inertia <= 10.0 * fit.inertia_error:
+        return
+    relative = fit.inertia / subject.inertia
+    reasons = {
+        1.0 / DEGREES: "motor_angle may be in degrees",
+        DEGREES: "torque or angle may be off by 57.3",
+    }
+    if subject.ratio:
+        reasons[abs(subject.ratio)] = "motor_torque may be the torque at the output: divide it by the ratio"
+        reasons[subject.ratio**2] = "torque and angle may both be those of the output"
+        reasons[1.0 / abs(subject.ratio)] = "motor_torque may be divided by the ratio once too often"
+    hint = _nearest(relative, reasons, CLOSE_INERTIA)
+    if hint:
+        sentence = f"the torque per acceleration is {relative:.3g} times the stated inertia; {hint}"
+        subject.find(NAME, WARNING, sentence, value=relative)

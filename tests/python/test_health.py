@@ -1,0 +1,335 @@
+"""Health checks: each fires on a made fault, names the correction, and is silent on clean recordings."""
+
+from __future__ import annotations
+
+import math
+from itertools import combinations, pairwise
+
+import numpy as np
+import pytest
+from collisions import collided
+from hdfast import health
+from hdfast.health import alignment, steps, timing
+from hdfast.health.subject import Subject
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from simulated_recordings import J_L, J_M, RATIO, TEXT, campaign, columns
+
+RNG = np.random.default_rng(5)
+
+
+def examine(found, text=TEXT, **facts):
+    return health.check(campaign([(found, facts)], text)).recordings[0]
+
+
+def sentences(result, check, severity=None):
+    return [f.sentence for f in result.findings if f.check == check and severity in (None, f.severity)]
+
+
+@pytest.fixture(scope="module")
+def clean():
+    """One clean recording per manoeuvre, at 1 kHz, with encoders of 17 and 21 bit."""
+    return {
+        kind: columns(7, kind, 1000.0, 1e-3, 17)[0] for kind in ("profile", "sine", "start_stop", "ladder", "multisine")
+    }
+
+
+@pytest.fixture
+def run(clean):
+    return {name: values.copy() for name, values in clean["profile"].items()}
+
+
+@pytest.mark.parametrize("block", range(5))
+def test_exact_fifty_clean_recordings_give_no_finding(block):
+    for seed in range(10 * block, 10 * block + 10):
+        found, facts = columns(seed)
+        result = examine(found, TEXT + facts)
+        assert result.findings == [], seed
+        assert result.usable
+        assert result.mask.all()
+        assert result.recording is not None
+
+
+def test_exact_facts_of_a_clean_recording(run):
+    facts = examine(run).facts
+    assert facts.rate_hz == pytest.approx(1000.0)
+    assert facts.effective_rate_hz["load_angle"] == pytest.approx(1000.0)
+    assert facts.resolution["motor_angle"] == pytest.approx(2.0 * math.pi / 2**17, rel=1e-6)
+    assert facts.ratio == pytest.approx(RATIO, rel=1e-3)
+    assert facts.lag_s == pytest.approx(0.0, abs=2e-4)
+    assert facts.gaps == facts.events == []
+
+
+def test_exact_a_missing_column_rejects_and_is_named(run):
+    del run["motor_torque"]
+    result = examine(run)
+    assert not result.usable
+    assert "column motor_torque [N m] is missing" in result.reason
+    assert result.recording is None
+    assert not result.mask.any()
+
+
+def test_exact_too_few_numbers_reject_and_a_few_missing_are_masked(run):
+    run["motor_torque"][:100] = np.nan
+    run["motor_angle"][200] = np.inf
+    few = examine(run)
+    assert few.usable
+    assert few.mask.sum() == run["t"].size - 101
+    run["motor_torque"][: run["t"].size // 2 + 1] = np.nan
+    assert "of motor_torque are numbers" in examine(run).reason
+
+
+def test_exact_backward_time_is_left_out_or_rejects(run):
+    run["t"][500] = 0.1
+    result = examine(run)
+    assert result.usable
+    assert "time runs backward 1 times" in sentences(result, "time", "warning")[0]
+    assert not result.mask[500]
+    assert result.recording["t"].size == run["t"].size - 1
+    run["t"] = np.tile(run["t"][: run["t"].size // 2], 2)
+    assert "split the file" in examine(run).reason
+
+
+def test_exact_repeated_and_constant_times(run):
+    run["t"][700] = run["t"][699]
+    assert "1 samples repeat the time" in sentences(examine(run), "time", "warning")[0]
+    run["t"] = np.round(run["t"], 2)
+    assert "write the time with more digits" in examine(run).reason
+    run["t"][:] = 1.0
+    assert "1 samples with increasing time" in examine(run).reason
+
+
+def test_exact_gaps_split_or_reject(run):
+    kept = np.ones(run["t"].size, dtype=bool)
+    kept[1000:1100] = False
+    small = examine({name: values[kept] for name, values in run.items()})
+    assert small.usable
+    assert small.facts.gaps == [(pytest.approx(0.999), pytest.approx(1.1))]
+    kept[1000:2000] = False
+    assert "record again without them" in examine({name: values[kept] for name, values in run.items()}).reason
+
+
+def test_exact_jitter_is_a_note_and_no_gap(run):
+    run["t"] = run["t"] + 2e-4 * RNG.uniform(-1.0, 1.0, run["t"].size)
+    result = examine(run)
+    assert [f.severity for f in result.findings if f.check == "time"] == ["note"]
+    assert result.facts.gaps == []
+
+
+@pytest.mark.parametrize("name", ["motor_angle", "load_angle", "motor_torque", "output_torque"])
+def test_exact_held_values_give_the_effective_rate(run, name):
+    run[name] = run[name][np.arange(run["t"].size) // 15 * 15]
+    result = examine(run)
+    assert f"{name} holds its values for 15 ms" in sentences(result, "held_values")[0]
+    assert result.facts.effective_rate_hz[name] == pytest.approx(1000.0 / 15.0, rel=0.02)
+
+
+def test_exact_a_coarse_encoder_is_not_a_held_value(clean):
+    found = dict(clean["sine"])
+    step = 2.0 * math.pi / 512
+    found["motor_angle"] = step * np.round(found["motor_angle"] / step)
+    assert sentences(examine(found), "held_values") == []
+
+
+def test_exact_resolution_is_the_larger_of_stated_and_seen(run):
+    step = 2.0 * math.pi / 2**17
+    coarse = examine(run, TEXT + f"[sensors]\nmotor_angle = {{ resolution = {step / 8.0!r} }}\n")
+    assert "the larger one is used" in sentences(coarse, "resolution", "warning")[0]
+    assert coarse.facts.resolution["motor_angle"] == pytest.approx(step, rel=1e-6)
+    fine = examine(run, TEXT + f"[sensors]\nmotor_angle = {{ resolution = {step * 8.0!r} }}\n")
+    assert "finer than" in sentences(fine, "resolution", "note")[0]
+    assert fine.facts.resolution["motor_angle"] == pytest.approx(8.0 * step)
+
+
+def test_exact_a_cut_off_torque_is_told_from_a_constant_one(clean):
+    found = dict(clean["multisine"])
+    torque = found["motor_torque"]
+    found["motor_torque"] = np.clip(torque, -np.quantile(np.abs(torque), 0.9), np.quantile(np.abs(torque), 0.9))
+    cut = examine(found)
+    assert "torque_saturation is a candidate" in sentences(cut, "saturation", "warning")[0]
+    assert cut.facts.saturation[1] == pytest.approx(0.1, abs=0.05)
+    found["motor_torque"] = np.clip(torque, -np.quantile(np.abs(torque), 0.5), np.quantile(np.abs(torque), 0.5))
+    assert "record with less torque" in examine(found).reason
+
+
+def test_exact_the_limit_of_the_controller_is_a_saturation(run):
+    limit = float(np.quantile(np.abs(run["motor_torque"]), 0.95))
+    text = TEXT + f'[controller]\nkind = "pi"\nkp = 0.05\nlimit = {limit}\n'
+    run["motor_torque"] = np.clip(run["motor_torque"], -limit, limit)
+    assert examine(run, text).facts.saturation == (pytest.approx(limit), pytest.approx(0.05, abs=0.02))
+
+
+RATIO_FAULTS = [
+    (-1.0, "flip the sign of scale"),
+    (180.0 / math.pi, "load_angle looks like degrees"),
+    (math.pi / 180.0, "motor_angle looks like degrees"),
+    (RATIO, "both angles look like the same side"),
+    (1.05, "check ratio and the scales"),
+]
+
+
+@pytest.mark.parametrize(("factor", "text"), RATIO_FAULTS)
+def test_exact_ratio_and_sign(run, factor, text):
+    run["load_angle"] = factor * run["load_angle"]
+    result = examine(run)
+    assert not result.usable
+    assert text in sentences(result, "ratio", "reject")[0]
+
+
+def test_exact_a_small_ratio_error_is_a_candidate(run):
+    run["load_angle"] = run["load_angle"] * RATIO / 120.0
+    [sentence] = sentences(examine(run), "ratio", "warning")
+    assert "a gear of 120 : 1 with another member fixed?" in sentence
+    run["load_angle"] = run["load_angle"] * 120.0 / RATIO * 1.003
+    assert "ratio_error is a candidate" in sentences(examine(run), "ratio", "warning")[0]
+
+
+@pytest.mark.parametrize("kind", ["profile", "sine", "multisine"])
+@pytest.mark.parametrize("lag", [3e-3, -3e-3, 2e-2])
+def test_exact_lag_of_the_load_angle(clean, kind, lag):
+    found = dict(clean[kind])
+    found["load_angle"] = np.interp(found["t"] - lag, found["t"], found["load_angle"])
+    result = examine(found)
+    assert result.facts.lag_s == pytest.approx(lag, abs=3e-4)
+    assert "delay and sensor_delay are candidates" in sentences(result, "clock", "warning")[0]
+    stated = examine(found, TEXT + f"[sensors]\nload_angle = {{ delay_s = {max(lag, 0.0)} }}\n")
+    assert bool(sentences(stated, "clock")) is (lag < 0.0)
+
+
+def test_exact_a_late_load_angle_rejects(run):
+    run["load_angle"] = np.interp(run["t"] - 0.08, run["t"], run["load_angle"])
+    assert "load_angle lags motor_angle by 80" in examine(run).reason
+
+
+def test_exact_clock_skew(clean):
+    found = dict(clean["sine"])
+    found["load_angle"] = np.interp(found["t"] * (1.0 - 2e-3), found["t"], found["load_angle"])
+    late, skew = sentences(examine(found), "clock", "warning")
+    assert "lags motor_angle by 4" in late
+    assert "clock_skew is a candidate" in skew
+
+
+@pytest.mark.parametrize("kind", ["profile", "sine", "multisine", "ladder", "start_stop"])
+def test_exact_torque_with_the_wrong_sign(clean, kind):
+    found = dict(clean[kind])
+    found["motor_torque"] = -found["motor_torque"]
+    result = examine(found)
+    assert not result.usable
+    assert "flip the sign of scale in [columns] motor_torque" in sentences(result, "torque_sign", "reject")[0]
+
+
+UNITS = [
+    ("motor_angle", 57.29578, "the motor reaches"),
+    ("motor_torque", RATIO, "motor_torque may be the torque at the output"),
+    ("t", 1000.0, "t may not be in seconds"),
+]
+
+
+@pytest.mark.parametrize(("name", "factor", "text"), UNITS)
+def test_exact_units_are_suggested_and_nothing_is_rescaled(run, name, factor, text):
+    before = {key: values.copy() for key, values in run.items()}
+    run[name] = run[name] * factor
+    result = examine(run)
+    assert any(text in sentence for sentence in sentences(result, "units", "warning"))
+    np.testing.assert_array_equal(result.source[name], before[name] * factor)
+
+
+@pytest.mark.parametrize(
+    ("factor", "text"), [(9.549297, "r/min"), (57.29578, "deg/s"), (1.0 / RATIO, "speed of the output")]
+)
+def test_exact_units_of_the_reference(run, factor, text):
+    run["speed_reference"] = factor * np.gradient(run["motor_angle"], run["t"])
+    assert text in sentences(examine(run), "units", "warning")[0]
+
+
+def test_exact_a_collision_is_an_event():
+    found, begin = collided()
+    result = examine(found)
+    [event] = result.facts.events
+    assert event[0] < begin < event[1] < begin + 1.0
+    assert "come from outside" in sentences(result, "events", "warning")[0]
+    inside = (found["t"] > event[0]) & (found["t"] < event[1])
+    assert not result.mask[inside].any()
+    assert result.mask[~inside].sum() > 0.7 * found["t"].size
+
+
+def test_exact_leakage_rejects_the_heldout_recording(run, clean):
+    part = {name: values[1000:3000] for name, values in run.items()}
+    thinned = {name: values[::2] for name, values in run.items()}
+    for copy in (run, part, thinned):
+        result = health.check(campaign([run, clean["sine"], (copy, {"role": "heldout"})]))
+        assert list(result.rejected) == ["run2"]
+        assert "are also in run0" in result.rejected["run2"]
+        assert result.usable
+    result = health.check(campaign([run, run, (clean["sine"], {"role": "heldout"})]))
+    assert result.rejected == {}
+    assert "counts twice" in sentences(result.recordings[1], "leakage", "warning")[0]
+
+
+def test_exact_no_motion_rejects(run):
+    run["motor_angle"][:] = 1.0
+    assert "the motor does not move" in examine(run).reason
+
+
+def test_exact_coverage_counts_groups(clean):
+    result = health.check(
+        campaign([clean["profile"], (clean["start_stop"], {"group": "B"}), (clean["profile"], {"group": "B"})])
+    )
+    one, two = result.coverage
+    assert (one.group, one.recordings, one.directions, one.reversals) == ("A", 1, ("forward", "backward"), 1)
+    assert (two.recordings, two.starts) == (2, 2)
+    assert two.seconds == pytest.approx(8.0, abs=0.01)
+    assert one.speed[0] < -10.0 < 20.0 < one.speed[1]
+    assert one.load[0] < one.load[1]
+    assert one.temperature is None
+
+
+def test_exact_repeats_are_found_and_their_variance_is_the_noise(clean):
+    noisy = []
+    for seed in (1, 2):
+        found = dict(clean["multisine"])
+        found["output_torque"] = found["output_torque"] + 0.5 * np.random.default_rng(seed).standard_normal(4000)
+        noisy.append(found)
+    [pair] = health.check(campaign([*noisy, clean["sine"]])).repeats
+    assert (pair.recordings, pair.input) == ((0, 1), "motor_torque")
+    assert pair.variance["output_torque"] == pytest.approx(0.25, rel=0.1)
+
+
+def test_exact_what_the_drive_leaves_open_is_named(run):
+    result = health.check(campaign([run], "[drive]\nratio = 120\nteeth_flexspline = 240\nteeth_circular = 242\n"))
+    note, warning = result.findings
+    assert "[drive] does not state J_m, J_l" in note.sentence
+    assert "ratio = 120, the teeth give 121" in warning.sentence
+    assert "of 1 recordings usable" in repr(result)
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.lists(st.integers(0, 20), max_size=12))
+def test_against_brute_force_longest_increasing(values):
+    found = timing.longest_increasing(np.array(values, dtype=float))
+    chosen = [values[k] for k in found]
+    assert all(a < b for a, b in pairwise(chosen))
+    assert not any(all(a < b for a, b in pairwise(other)) for other in combinations(values, len(chosen) + 1))
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.floats(1e-7, 10.0), st.integers(0, 2**32 - 1))
+def test_exact_lattice_of_rounded_noise(step, seed):
+    values = step * np.round(np.random.default_rng(seed).normal(0.0, 5.0, 400))
+    assert steps.lattice(np.diff(values)) == pytest.approx(step, rel=1e-6)
+    assert steps.lattice(np.diff(np.random.default_rng(seed).normal(0.0, 5.0, 400))) == 0.0
+
+
+def test_against_lstsq_block_regression():
+    basis = RNG.normal(size=(500, 4))
+    values = basis @ [1.0, -2.0, 0.5, 0.0] + 0.1 * RNG.normal(size=500)
+    found, errors = alignment.block_regression(basis, values)
+    np.testing.assert_allclose(found, np.linalg.lstsq(basis, values, rcond=None)[0], rtol=1e-10)
+    assert np.all(errors < 0.02)
+
+
+def test_exact_inertia_of_the_rigid_fit(clean):
+    made = campaign([clean["multisine"]])
+    subject = Subject(made, made.recordings[0])
+    timing.check(subject)
+    assert subject.rigid.inertia == pytest.approx(J_M + J_L / RATIO**2, rel=0.1)

@@ -60,6 +60,13 @@ def test_exact_facts_of_a_clean_recording(run):
     assert facts.gaps == facts.events == []
 
 
+def test_exact_a_drive_without_gear_gives_no_hint_of_units(run):
+    del run["load_angle"]
+    run["speed_reference"] = np.gradient(run["motor_angle"], run["t"])
+    drive = f"[drive]\nratio = 1\nJ_m = {J_M + J_L / RATIO**2}\nJ_l = 0.0\n"
+    assert examine(run, drive).findings == []
+
+
 def test_exact_a_missing_column_rejects_and_is_named(run):
     del run["motor_torque"]
     result = examine(run)
@@ -174,6 +181,13 @@ def test_exact_ratio_and_sign(run, factor, text):
     result = examine(run)
     assert not result.usable
     assert text in sentences(result, "ratio", "reject")[0]
+
+
+def test_exact_a_locked_output_is_no_ratio_error(run):
+    run["load_angle"][:] = 0.25
+    result = examine(run)
+    assert result.usable
+    assert "a locked output or a dead channel" in sentences(result, "ratio", "warning")[0]
 
 
 def test_exact_a_small_ratio_error_is_a_candidate(run):

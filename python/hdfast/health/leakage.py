@@ -12,7 +12,7 @@ from hdfast.health.subject import Subject
 NAME = "leakage"
 BLOCK = 16
 FEWEST_MOVES = 8
-SHARE, SHARE_OF_SAMPLES = 0.05, 0.5
+SHARE, SHARE_OF_SAMPLES, DISTINCT = 0.05, 0.5, 0.9
 
 
 def check(subjects: Sequence[Subject]) -> None:
@@ -35,11 +35,17 @@ def check(subjects: Sequence[Subject]) -> None:
 
 
 def shared(one: Subject, other: Subject) -> float:
-    """Share of the samples of one that the other has too: blocks in sequence, or single samples of a thinned copy."""
+    """Share of the samples of one that the other has too: blocks in sequence, or single samples of a thinned copy.
+
+    Single samples tell nothing where coarse sensors repeat the same pairs of values within one recording.
+    """
     blocks = _share(_blocks(one, BLOCK), _blocks(other, 1))
     if blocks > SHARE:
         return blocks
-    samples = _share(_samples(one), _samples(other))
+    found, known = _samples(one), _samples(other)
+    if len(set(known)) < DISTINCT * len(known):
+        return 0.0
+    samples = _share(found, known)
     return samples if samples > SHARE_OF_SAMPLES else 0.0
 
 

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from hdfast.health.alignment import SIGMAS, Alignment, align, slope
 from hdfast.health.finding import NOTE, REJECT, WARNING
 from hdfast.health.subject import Subject
 from hdfast.health.units import near_unit
 
-SMALLEST_TRAVEL = 0.02
+SMALLEST_TRAVEL, DEAD = 0.02, 1e-9
 RATIO_OFF, RATIO_CANDIDATE = 0.02, 1e-4
 LATE, LATE_CANDIDATE = 0.05, 5e-4
 SKEW = 2e-5
@@ -31,9 +33,14 @@ def check(subject: Subject) -> None:
         return
     if travel / abs(ratio) < SMALLEST_TRAVEL:
         return
+    still = max(subject.facts.resolution.get("load_angle", 0.0), DEAD * travel)
+    if np.ptp(motion.load_angle[motion.valid]) <= still:
+        sentence = f"load_angle stays while the motor turns by {travel:.4g} rad: a locked output or a dead channel"
+        subject.find("ratio", WARNING, sentence, value=0.0, limit=RATIO_OFF)
+        return
     if _ratio_rejected(subject, found * ratio):
         return
-    alignment = align(motion, ratio, subject.campaign.model.order_values)
+    alignment = align(motion, ratio, subject.campaign.orders)
     if alignment is not None:
         _ratio(subject, alignment, ratio)
         _clock(subject, alignment)

@@ -29,7 +29,7 @@ def near_unit(relative: float, ratio: float | None, close: float = CLOSE) -> str
 
 
 def _nearest(value: float, reasons: dict[float, str], close: float) -> str:
-    if not value > 0.0:
+    if not value > 0.0 or abs(math.log(value)) < close:
         return ""
     factor = min(reasons, key=lambda known: abs(math.log(value / known)))
     return reasons[factor] if abs(math.log(value / factor)) < close else ""

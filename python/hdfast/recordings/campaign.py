@@ -11,7 +11,7 @@ from typing import Any
 from hdfast import checks
 from hdfast.drive_file import DriveFile, read_drive
 from hdfast.errors import InputError, choose, shorten
-from hdfast.model import Model
+from hdfast.model import Model, parse_order
 from hdfast.recordings.columns import COLUMNS, ColumnMap, read_column_map
 from hdfast.recordings.load import read, to_table
 from hdfast.recordings.priors import TORQUE_SCALE, Prior, priors
@@ -87,10 +87,15 @@ class Campaign:
         """
         return self.drive.model(self.base, orders=())
 
+    @property
+    def orders(self) -> list[float]:
+        """Stated orders of the kinematic error, cycles per motor revolution."""
+        return [float(parse_order(order)) for order in self.drive.orders or ()]
+
     @cached_property
     def priors(self) -> dict[str, Prior]:
         """What is known beforehand of every parameter of the model, by column name."""
-        return priors(self.drive, self.model)
+        return priors(self.drive, self.base)
 
     @cached_property
     def channel_sigma(self) -> dict[str, float]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from hdfast.drive_file import DriveFile
 from hdfast.model import Model
@@ -22,6 +22,7 @@ OF_A_DRIVE = {
     **dict.fromkeys(("k1", "k2", "k3", "k4", "k5", "K1", "K2", "K3", "T1", "T2"), STIFFNESS),
     **dict.fromkeys(("ratio", "s", "phi_max", "te_scale"), 0.0),
 }
+OF_THE_SPRING = (*(name for names in COEFFICIENTS.values() for name in names), "B_sp")
 EXACT = ("order", "pole_pairs", "teeth", "drag_power")
 
 
@@ -40,13 +41,19 @@ class Prior:
     stated: bool
 
 
-def priors(drive: DriveFile, model: Model) -> dict[str, Prior]:
-    """Prior of every parameter of the model's drive and terms, by column name.
+def priors(drive: DriveFile, base: str) -> dict[str, Prior]:
+    """Prior of every parameter of a drive and its terms, by column name.
 
     What the equations need and the file does not state comes from the default drive with a relative sigma of 1. What
-    they do not need is left out: further spring coefficients beside a stated one, and the kinematic error.
+    they do not need is left out: further spring coefficients beside a stated one, and the kinematic error. With the
+    base "one_inertia" the spring and its damping have a sigma of 0.
     """
-    return {row.name: _prior(row, drive) for row in params(model)}
+    orders = () if drive.orders is None else drive.orders
+    table = params(Model(spring=drive.spring, orders=orders, terms=drive.terms))
+    found = {row.name: _prior(row, drive) for row in table}
+    if base == "one_inertia":
+        found |= {name: replace(found[name], sigma=0.0) for name in OF_THE_SPRING if name in found}
+    return found
 
 
 def _prior(row: Parameter, drive: DriveFile) -> Prior:

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from hdfast import catalogue
 from hdfast.checks import Floats
 from hdfast.diagnose.prepare import Band, Unit
 from hdfast.model import Model
@@ -127,7 +128,8 @@ class Plant:
         if not any(np.ndim(column) for column in columns.values()):
             columns["te_scale"] = np.ones(count * units)
         channels = [channel for channel in self.channels if channel != "motor_torque"]
-        signals = ["tau_m", "tau_drive", *(SIGNALS[channel] for channel in channels)]
+        shim = "tau_drive" in catalogue.signals()
+        signals = ["tau_m", *(["tau_drive"] if shim else []), *(SIGNALS[channel] for channel in channels)]
         result = sweep(
             columns,
             model=structure.model,
@@ -154,7 +156,8 @@ class Plant:
                 values = np.where(wrong[:, None], 0.0, result.samples[name][rows, :n])
                 return np.where(wrong[:, None], np.nan, self.band.smooth(values))
 
-            differences = {"motor_torque": scale * sampled("tau_drive") - offset - sampled("tau_m")}
+            delivered = sampled("tau_drive") if shim else unit.measured["motor_torque"]
+            differences = {"motor_torque": scale * delivered - offset - sampled("tau_m")}
             for channel in channels:
                 if channel in unit.measured:
                     differences[channel] = unit.measured[channel] - sampled(SIGNALS[channel])

@@ -84,6 +84,12 @@ class Candidate:
         free = tuple(replace(one, value=changed.get(one.name, one.value)) for one in self.free)
         return replace(self, free=free)
 
+    def scaled(self, times: float) -> Candidate:
+        """The candidate with its amplitude at a multiple of its typical size."""
+        sized = self.waves if self.waves is not None and self._cartesian else (self.amplitude,)
+        free = tuple(replace(one, value=times * one.value) if one.name in sized else one for one in self.free)
+        return replace(self, free=free)
+
     @property
     def _cartesian(self) -> bool:
         assert self.waves is not None

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
@@ -147,17 +146,3 @@ def _colour(layout: Layout, stacked: Floats, channel: str) -> float:
         weights.append(n)
     return float(np.average(found, weights=weights)) if found else 1.0
 
-
-def floors(plant: Plant, resolutions: Mapping[str, float], noises: Mapping[str, float], ratio: float) -> Floats:
-    """Noise of each channel after the low-pass, from what is stated of the sensors (0 where nothing is)."""
-    share = math.sqrt(min(1.0, 2.0 * plant.band.corner / plant.band.rate))
-
-    def own(name: str) -> float:
-        return math.hypot(resolutions.get(name, 0.0) / math.sqrt(12.0), noises.get(name, 0.0))
-
-    by_channel = {
-        "motor_torque": own("motor_torque"),
-        "te": math.hypot(own("motor_angle") / ratio, own("load_angle")),
-        "output_torque": own("output_torque"),
-    }
-    return np.array([share * by_channel[channel] for channel in plant.channels])

@@ -11,10 +11,10 @@ from hdfast.diagnose.evidence import CAP, Layout, Weights, weigh
 from hdfast.diagnose.plant import Plant, Structure
 
 STEP = 2e-3
-ROUNDS = 4
-CHORDS = 3
-SHRINK = (1.0, 0.3, 0.1)
-SETTLED = 1e-3
+ROUNDS = 8
+CHORDS = 2
+SHRINK = (1.0, 0.25)
+SETTLED = 0.05
 
 
 @dataclass(frozen=True, eq=False)
@@ -112,9 +112,8 @@ def fit(bench: Bench, structure: Structure, start: Floats | None = None, known: 
             x, mismatch = trials[best], found[best]
         if not moved or turn == ROUNDS - 1:
             break
-        if known is None or turn % 2 == 1:
-            _, fresh = _linearise(bench, structure, x, kept)
-            slopes[:, kept:] = fresh[:, kept:]
+        _, fresh = _linearise(bench, structure, x, kept)
+        slopes[:, kept:] = fresh[:, kept:]
     weights = weigh(bench.layout, mismatch, bench.floor)
     return Fit(structure, x, mismatch, slopes, weights, _cost(bench.layout, structure, x, mismatch, weights))
 

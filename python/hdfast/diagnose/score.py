@@ -14,6 +14,8 @@ from hdfast.diagnose.plant import Plant
 
 FOLDS = 6
 FEWEST_GROUPS = 3
+CONVINCING = 10.0
+FARTHEST = 3.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,8 +43,10 @@ class Gain:
 
     @property
     def ratio(self) -> float:
-        """Total in standard errors."""
-        return self.total / self.error if self.error > 0.0 else 0.0
+        """Total in standard errors, no block counting more than it needs to convince."""
+        limited = np.clip(self.by_block, -CONVINCING, CONVINCING)
+        error = np.sqrt(len(limited)) * np.std(limited, ddof=1) if len(limited) > 1 else np.inf
+        return float(limited.sum() / max(error, 1e-9 + 0.05 * CONVINCING))
 
 
 def folds_of(plant: Plant, layout: Layout) -> Floats:
@@ -57,7 +61,10 @@ def folds_of(plant: Plant, layout: Layout) -> Floats:
 
 
 def left_out(fit: Fit, layout: Layout, folds: Floats) -> Floats:
-    """Mismatch (N,) of each fold after a linearised refit without it, in the channels' units."""
+    """Mismatch (N,) of each fold after a linearised refit without it, in the channels' units.
+
+    The refit goes no farther than a few standard deviations: beyond, the slopes mean nothing.
+    """
     A = fit.weights.normalise(layout, fit.slopes.T).T
     r = fit.weights.normalise(layout, fit.mismatch)
     size = np.abs(r) * np.sqrt(fit.weights.colour[layout.channel])
@@ -69,6 +76,8 @@ def left_out(fit: Fit, layout: Layout, folds: Floats) -> Floats:
         own = A[rows]
         without = information - own.T @ (own * share[rows, None])
         shift = np.linalg.solve(without, own.T @ (share[rows] * r[rows]))
+        reach = float(np.sqrt(shift @ information @ shift))
+        shift *= min(1.0, FARTHEST * np.sqrt(len(shift)) / max(reach, 1e-300))
         found[rows] += fit.slopes[rows] @ shift
     return found
 

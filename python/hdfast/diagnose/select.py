@@ -10,6 +10,7 @@ import numpy as np
 from hdfast.checks import Floats
 from hdfast.diagnose.candidate import Candidate
 from hdfast.diagnose.fit import Bench, Fit, fit
+from hdfast.diagnose.plant import Structure
 from hdfast.diagnose.score import Gain, gain, nrmse
 from hdfast.diagnose.screen import Screen, Signature, screen, signatures
 
@@ -21,6 +22,8 @@ FALL = 0.05
 NEAR_FLOOR = 1.02
 AMPLITUDE_SIGMAS = 3.0
 PULL = 3.0
+DISPLACED = 2.0
+AMPLITUDES = (0.3, 1.0, 3.0)
 
 Library = Callable[[Fit], list[Candidate]]
 
@@ -68,10 +71,12 @@ class Rules:
 
     Attributes:
         floor: nrmse of the sensor noise alone; near it the required fall of the error is waived.
+        noisy: nrmse up to which a mismatch may be noise, so that only the screen can open the search.
         folds: fold of every stacked sample.
     """
 
     floor: float
+    noisy: float
     folds: Floats = field(repr=False)
 
 
@@ -94,9 +99,10 @@ def search(
         seen = screen(bench, current, found, rng)
         report(f"screened {len(found)} candidates: p = {seen.smallest_p:.3f}")
         trials: list[Trial] = []
-        if seen.smallest_p <= ALARM and len(accepted) < MOST_EFFECTS:
+        alarm = seen.smallest_p <= ALARM
+        if (alarm or nrmse(bench.layout, current.mismatch) > rules.noisy) and len(accepted) < MOST_EFFECTS:
             shortlist = _shortlist(found)
-            trials = [_try(bench, current, one, rules) for one in shortlist]
+            trials = [_try(bench, current, one, rules, alarm) for one in shortlist]
             report(f"refitted {len(trials)} candidates")
         best = _best(trials)
         rounds.append(Round(current, found, seen, trials, best))
@@ -125,22 +131,35 @@ def _shortlist(found: Sequence[Signature]) -> list[Signature]:
     return sorted(best.values(), key=lambda one: -one.gain)[:SHORTLIST]
 
 
-def _try(bench: Bench, current: Fit, signature: Signature, rules: Rules) -> Trial:
+def _try(bench: Bench, current: Fit, signature: Signature, rules: Rules, alarm: bool) -> Trial:
     candidate = signature.candidate.started(signature.shares)
     contained = [term for term in current.structure.model.terms if term in candidate.contains]
-    if contained:
-        structure, start = without(current, contained)
-        structure = candidate.added_to(structure)
-        known = None
-    else:
-        structure, start, known = candidate.added_to(current.structure), current.coordinates, current
-    begin = np.concatenate([start, [float(one.coordinate(one.value)) for one in candidate.free]])
-    joint = fit(bench, structure, begin, known)
+    reduced, here = without(current, contained)
+    structure = candidate.added_to(reduced)
+    fits = [fit(bench, structure, start) for start in _starts(bench, structure, here, candidate, signature.candidate)]
+    joint = min(fits, key=lambda one: nrmse(bench.layout, one.mismatch))
     gained = gain(bench, joint, current, rules.folds)
-    return Trial(candidate, joint, gained, _failed(bench, joint, current, candidate, gained, rules))
+    return Trial(candidate, joint, gained, _failed(bench, joint, current, candidate, gained, rules, alarm))
 
 
-def without(current: Fit, terms: Sequence[str]) -> tuple[object, Floats]:
+def _starts(
+    bench: Bench, structure: Structure, here: Floats, estimated: Candidate, typical: Candidate
+) -> list[Floats]:
+    """The best of several amplitudes from where the parameters are and, where they were displaced, from their priors."""
+    sizes = [estimated, *(typical.scaled(times) for times in AMPLITUDES)]
+    added = np.array([[float(one.coordinate(one.value)) for one in sized.free] for sized in sizes])
+    centre, sigma = structure.start[: len(here)], structure.sigma[: len(here)]
+    displaced = np.abs(here - centre) > DISPLACED * sigma
+    bases = [here, np.where(displaced, centre, here)] if displaced.any() else [here]
+    starts = []
+    for base in bases:
+        tried = np.concatenate([np.broadcast_to(base, (len(added), len(base))), added], axis=1)
+        errors = [nrmse(bench.layout, one) for one in bench.mismatch(structure, tried)]
+        starts.append(tried[int(np.nanargmin(np.where(np.isfinite(errors), errors, np.inf)))])
+    return starts
+
+
+def without(current: Fit, terms: Sequence[str]) -> tuple[Structure, Floats]:
     """The structure and coordinates of a fit without some terms."""
     own = tuple(f"{term}_" for term in terms)
     structure = current.structure
@@ -152,13 +171,13 @@ def without(current: Fit, terms: Sequence[str]) -> tuple[object, Floats]:
 
 
 def _failed(
-    bench: Bench, joint: Fit, current: Fit, candidate: Candidate, gained: Gain, rules: Rules
+    bench: Bench, joint: Fit, current: Fit, candidate: Candidate, gained: Gain, rules: Rules, alarm: bool
 ) -> tuple[str, ...]:
     failed = []
     if not gained.ratio > GAIN_ERRORS:
         failed.append("A1 gain")
     after, before = gained.nrmse
-    if not (after <= (1.0 - FALL) * before or after <= NEAR_FLOOR * rules.floor):
+    if not (after <= (1.0 - FALL) * before or (alarm and after <= NEAR_FLOOR * rules.floor)):
         failed.append("A2 error")
     covariance = joint.covariance(bench.layout)
     names = joint.structure.names
@@ -194,7 +213,3 @@ def _best(trials: Sequence[Trial]) -> Trial | None:
             best = other
     return best
 
-
-def in_band(fitted: Fit, bench: Bench) -> float:
-    """Error of a fit on its own recordings."""
-    return nrmse(bench.layout, fitted.mismatch)

@@ -1,0 +1,100 @@
+"""Lines in a mismatch: sharp in the motor angle (orders) or in time (frequencies)."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.ndimage import median_filter
+
+from hdfast.checks import Floats
+from hdfast.diagnose.fit import Bench
+
+PROMINENCE = 20.0
+NEIGHBOURS = 61
+HIGHEST_ORDER = 64.0
+FEWEST_CYCLES = 4.0
+MOST = 10
+
+
+@dataclass(frozen=True)
+class Line:
+    """A line: cycles per motor revolution or per second, its power over the continuum, and its resolution."""
+
+    position: float
+    prominence: float
+    resolution: float
+
+
+def order_lines(bench: Bench, mismatch: Floats) -> list[Line]:
+    """Lines per motor revolution in a stacked mismatch (N,), strongest first."""
+    found = []
+    for unit, _, where in bench.layout.pieces:
+        source = bench.plant.units[unit]
+        turns = source.angle[bench.layout.sample[where]] / (2.0 * math.pi)
+        speed = float(np.median(np.abs(source.speed[bench.layout.sample[where]]))) / (2.0 * math.pi)
+        highest = min(HIGHEST_ORDER, bench.plant.band.corner / max(speed, 1e-9))
+        found += _lines(turns, mismatch[where], highest)
+    return _merged(found)
+
+
+def tone_lines(bench: Bench, mismatch: Floats) -> list[Line]:
+    """Lines per second in a stacked mismatch (N,), strongest first."""
+    found = []
+    for unit, _, where in bench.layout.pieces:
+        t = bench.plant.units[unit].t[bench.layout.sample[where]]
+        found += _lines(t, mismatch[where], bench.plant.band.corner)
+    return _merged(found)
+
+
+def snapped(line: Line, expected: Sequence[float]) -> float:
+    """The nearest expected position within half a resolution or 1 %, else the line's own."""
+    best = min(expected, key=lambda value: abs(value - line.position), default=line.position)
+    near = abs(best - line.position) <= max(0.5 * line.resolution, 0.01 * line.position)
+    return best if near else line.position
+
+
+def _lines(x: Floats, values: Floats, highest: float) -> list[Line]:
+    """Peaks of the spectrum of values over x that stand out of their surroundings."""
+    span = float(np.ptp(x))
+    if span <= 0.0 or highest * span < 2.0 * FEWEST_CYCLES:
+        return []
+    width = 1.0 / (4.0 * highest)
+    cell = ((x - x.min()) / width).astype(np.int64)
+    sums = np.bincount(cell, values - values.mean())
+    count = 1 << (2 * len(sums) - 1).bit_length()
+    power = np.abs(np.fft.rfft(sums, count)) ** 2
+    position = np.arange(len(power)) / (count * width)
+    used = (position <= highest) & (position * span >= FEWEST_CYCLES)
+    power, position = power[used], position[used]
+    if len(power) < NEIGHBOURS:
+        return []
+    ratio = power / np.maximum(median_filter(power, size=NEIGHBOURS, mode="nearest"), 1e-300)
+    inner = np.arange(1, len(ratio) - 1)
+    peaks = inner[(ratio[inner] > PROMINENCE) & (power[inner] >= power[inner - 1]) & (power[inner] > power[inner + 1])]
+    strongest = peaks[np.argsort(-power[peaks])][:MOST]
+    return [Line(_peak(position, power, j), float(ratio[j]), 1.0 / span) for j in strongest]
+
+
+def _peak(position: Floats, power: Floats, j: int) -> float:
+    """Vertex of the parabola through a peak and its neighbours."""
+    left, middle, right = np.sqrt(power[j - 1 : j + 2])
+    curve = left - 2.0 * middle + right
+    shift = 0.0 if curve == 0.0 else 0.5 * (left - right) / curve
+    return float(position[j] + shift * (position[1] - position[0]))
+
+
+def _merged(found: Sequence[Line]) -> list[Line]:
+    """One line of several recordings that agree within their resolutions; the sharpest says where it is."""
+    groups: list[list[Line]] = []
+    for line in sorted(found, key=lambda one: one.resolution):
+        for group in groups:
+            if abs(group[0].position - line.position) <= max(group[0].resolution, line.resolution):
+                group.append(line)
+                break
+        else:
+            groups.append([line])
+    merged = [Line(group[0].position, sum(one.prominence for one in group), group[0].resolution) for group in groups]
+    return sorted(merged, key=lambda one: -one.prominence)[:MOST]

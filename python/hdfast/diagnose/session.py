@@ -1,0 +1,172 @@
+"""One diagnosis from checked recordings to a searched model, stage by stage."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from threadpoolctl import threadpool_limits
+
+from hdfast.diagnose.baseline import baseline
+from hdfast.diagnose.candidate import Candidate
+from hdfast.diagnose.evidence import lay_out
+from hdfast.diagnose.fit import Bench, Fit, fit
+from hdfast.diagnose.holdout import Proof, prove
+from hdfast.diagnose.library import Sizes, library
+from hdfast.diagnose.lines import order_lines, snapped, tone_lines
+from hdfast.diagnose.noise import floors
+from hdfast.diagnose.plant import Plant
+from hdfast.diagnose.prepare import Band, Source, Unit, choose_band, prepare
+from hdfast.diagnose.score import folds_of
+from hdfast.diagnose.select import Rules, Search, search
+from hdfast.recordings import Campaign, Recording
+
+NOISY = 1.15
+GUARD = 0.05
+LAST_SHARE = 0.3
+MOST_LINES = 6
+
+Report = Callable[[str], None]
+
+
+@dataclass(frozen=True, eq=False)
+class Session:
+    """Everything a verdict is read from.
+
+    Attributes:
+        campaign: the checked campaign.
+        bench: the recordings that are fitted.
+        held: the recordings kept for the proof, or None.
+        baseline: the calibrated nominal model.
+        search: rounds and result of the search.
+        proof: baseline and extended model on held-out recordings, or None.
+        floor: nrmse of the sensor noise on the fitted recordings.
+        weaker: sentence that says how held-out data were made when the campaign names none.
+    """
+
+    campaign: Campaign
+    bench: Bench = field(repr=False)
+    held: Bench | None = field(repr=False)
+    baseline: Fit = field(repr=False)
+    search: Search = field(repr=False)
+    proof: Proof | None
+    floor: float
+    weaker: str | None
+
+
+def run(campaign: Campaign, sources: Sequence[Source], seed: int, threads: int | None, report: Report) -> Session:
+    """Calibrate, search, prove; linear algebra on one thread, so that bits do not depend on the machine's load.
+
+    Args:
+        campaign: the checked campaign.
+        sources: its usable recordings.
+        seed: of every random draw.
+        threads: threads of the engine.
+        report: is told what happens.
+    """
+    with threadpool_limits(1):
+        return _run(campaign, sources, seed, threads, report)
+
+
+def _run(campaign: Campaign, sources: Sequence[Source], seed: int, threads: int | None, report: Report) -> Session:
+    values = {name: prior.value for name, prior in campaign.priors.items()}
+    ratio = values["ratio"]
+    inertia = values["J_m"] + values["J_l"] / ratio**2
+    sources, weaker = with_heldout(sources)
+    fitted = [source for source in sources if source.role == "fit"]
+    band = choose_band(fitted, inertia)
+    units = [prepare(source, band, ratio) for source in sources]
+    make = _Maker(campaign, sources, band, ratio, inertia, threads)
+    bench = make.bench([unit for unit in units if unit.role == "fit"])
+    spread = float(np.median([np.std(unit.measured["motor_torque"]) for unit in bench.plant.units]))
+    report(f"{len(bench.plant.units)} recordings at {band.rate:.0f} Hz, band {band.corner:.0f} Hz")
+    nominal = fit(bench, baseline(campaign, spread))
+    report("calibrated the nominal model")
+    floor = noise_floor(bench)
+    rules = Rules(floor, NOISY * floor, folds_of(bench.plant, bench.layout))
+    found = search(
+        bench, nominal, lambda current: candidates(bench, current, ratio), rules, np.random.default_rng([seed, 1]), report
+    )
+    held_units = [unit for unit in units if unit.role == "heldout"]
+    held = make.bench(held_units) if held_units else None
+    proof = None if held is None else prove(held, nominal, found.final, noise_floor(held))
+    return Session(campaign, bench, held, nominal, found, proof, floor, weaker)
+
+
+def noise_floor(bench: Bench) -> float:
+    """nrmse of the sensor noise alone."""
+    layout = bench.layout
+    shares = [
+        bench.floor[layout.channels.index(channel)] / max(float(layout.spread[where][0]), 1e-300)
+        for _, channel, where in layout.pieces
+    ]
+    return float(np.sqrt(np.mean(np.square(shares)))) if shares else 0.0
+
+
+def candidates(bench: Bench, current: Fit, ratio: float) -> list[Candidate]:
+    """The library for the present mismatch: its lines and tones become hypotheses."""
+    units = bench.plant.units
+    model = current.structure.model
+    expected = [1.0, 2.0, 4.0, 6.0, 1.0 / ratio, 2.0 / ratio, 1.0 - 1.0 / ratio, 2.0 - 2.0 / ratio]
+    lines = [snapped(line, expected) for line in order_lines(bench, current.mismatch)]
+    tones = [line.position for line in tone_lines(bench, current.mismatch)]
+    stiffness = current.value("K1" if model.spring == "piecewise" else "k1") if model.base == "two_inertia" else 1e4
+    sizes = Sizes(
+        motor_torque=float(np.median([np.std(unit.measured["motor_torque"]) for unit in units])),
+        speed=max(float(np.abs(unit.speed).max()) for unit in units),
+        stiffness=stiffness,
+        ratio=ratio,
+        corner=bench.plant.band.corner,
+        elastic=model.base == "two_inertia",
+        loaded=any(bool(np.any(unit.load_torque != 0.0)) for unit in units),
+        warm=all(unit.temperature is not None for unit in units),
+        orders=tuple(model.order_values),
+        lines=tuple(lines[:MOST_LINES]),
+        tones=tuple(tones[: MOST_LINES // 2]),
+    )
+    return library(sizes)
+
+
+@dataclass(frozen=True)
+class _Maker:
+    campaign: Campaign
+    sources: Sequence[Source]
+    band: Band
+    ratio: float
+    inertia: float
+    threads: int | None
+
+    def bench(self, units: list[Unit]) -> Bench:
+        plant = Plant(units, self.band, self.threads)
+        floor = floors(self.sources, plant.channels, self.band, self.campaign.sensors, self.ratio, self.inertia)
+        return Bench(plant, lay_out(plant), floor)
+
+
+def with_heldout(sources: Sequence[Source]) -> tuple[list[Source], str | None]:
+    """The sources with something held out, and a sentence where the campaign itself names nothing."""
+    if any(source.role == "heldout" for source in sources):
+        return list(sources), None
+    groups = list(dict.fromkeys(source.group for source in sources))
+    if len(groups) >= 3:
+        kept = [replace(one, role="heldout") if one.group == groups[-1] else one for one in sources]
+        return kept, f"no recording is held out: group {groups[-1]} was set aside, which proves less than a recording of another day"
+    cut = []
+    for source in sources:
+        t = source.recording["t"]
+        edge = t[0] + (1.0 - LAST_SHARE) * (t[-1] - t[0])
+        guard = GUARD * (t[-1] - t[0])
+        cut += [_part(source, t < edge - guard, "fit"), _part(source, t >= edge, "heldout")]
+    return cut, "no recording is held out: the last 30 % of each were set aside, which proves less than a recording of their own"
+
+
+def _part(source: Source, rows: np.ndarray, role: str) -> Source:
+    columns = {name: values[rows] for name, values in source.recording.items()}
+    recording = Recording(source.recording.name, columns, source.recording.resolution, source.recording.notes)
+    return Source(recording, role, source.group, source.good[rows])
+
+
+def seconds(bench: Bench) -> float:
+    """Total duration of the recordings [s]."""
+    return math.fsum(unit.t[-1] for unit in bench.plant.units)

@@ -56,4 +56,6 @@ __all__ = [
 def __getattr__(name: str) -> Any:
     if name in ("reference", "tolerance", "identify", "bench", "studies", "recordings"):
         return importlib.import_module(f"hdfast.{name}")
+    if name in ("diagnose", "Diagnosis"):
+        return getattr(importlib.import_module("hdfast.diagnosis"), name)
     raise AttributeError(f"module 'hdfast' has no attribute {name!r}")

@@ -14,6 +14,7 @@ from hdfast import catalogue, checks, config, files
 from hdfast.bench import command as bench
 from hdfast.catalogue import build_info
 from hdfast.config import Config
+from hdfast.diagnosis import command as diagnose
 from hdfast.errors import InputError, Interrupted, MissingPackageError
 from hdfast.identify import command as identify
 from hdfast.model import BASES, SPRINGS, Model
@@ -105,7 +106,7 @@ def _parser() -> argparse.ArgumentParser:
     command = add(tolerance.NAME, tolerance.run, tolerance.TEXT, tolerance.EXAMPLE)
     tolerance.arguments(command, _whole)
 
-    for room in (identify, study, bench):
+    for room in (diagnose, identify, study, bench):
         room.arguments(add(room.NAME, room.run, room.TEXT, room.EXAMPLE), _whole)
 
     command = add("params", _params, "List the parameters of a drive.", "hdfast params --spring piecewise")

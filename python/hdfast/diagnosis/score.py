@@ -8,9 +8,9 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from hdfast.checks import Floats
-from hdfast.diagnose.evidence import CAP, Layout, Weights
-from hdfast.diagnose.fit import Bench, Fit
-from hdfast.diagnose.plant import Plant
+from hdfast.diagnosis.evidence import CAP, Index, Layout, Weights
+from hdfast.diagnosis.fit import Bench, Fit
+from hdfast.diagnosis.plant import Plant
 
 FOLDS = 6
 FEWEST_GROUPS = 3
@@ -49,7 +49,7 @@ class Gain:
         return float(limited.sum() / max(error, 1e-9 + 0.05 * CONVINCING))
 
 
-def folds_of(plant: Plant, layout: Layout) -> Floats:
+def folds_of(plant: Plant, layout: Layout) -> Index:
     """Fold of every stacked sample: whole groups, else whole recordings, else stretches of blocks."""
     names = [unit.group for unit in plant.units]
     if len(set(names)) < FEWEST_GROUPS:
@@ -60,7 +60,7 @@ def folds_of(plant: Plant, layout: Layout) -> Floats:
     return layout.block * FOLDS // max(layout.blocks, 1)
 
 
-def left_out(fit: Fit, layout: Layout, folds: Floats) -> Floats:
+def left_out(fit: Fit, layout: Layout, folds: Index) -> Floats:
     """Mismatch (N,) of each fold after a linearised refit without it, in the channels' units.
 
     The refit goes no farther than a few standard deviations: beyond, the slopes mean nothing.
@@ -82,7 +82,7 @@ def left_out(fit: Fit, layout: Layout, folds: Floats) -> Floats:
     return found
 
 
-def gain(bench: Bench, better: Fit, lesser: Fit, folds: Floats) -> Gain:
+def gain(bench: Bench, better: Fit, lesser: Fit, folds: Index) -> Gain:
     """Gain of one fit over another on left-out folds, with weights between those of the two."""
     layout = bench.layout
     weights = Weights(

@@ -12,7 +12,6 @@ from scipy import signal
 from scipy.interpolate import CubicSpline
 
 from hdfast.checks import Floats
-from hdfast.recordings import Recording
 from hdfast.scenario import Scenario
 
 Mask = NDArray[np.bool_]
@@ -73,9 +72,10 @@ class Unit:
 
 @dataclass(frozen=True)
 class Source:
-    """A recording with its part in the campaign and the samples that health checks left usable."""
+    """Columns of a recording, its part in the campaign, and the samples that health checks left usable."""
 
-    recording: Recording
+    name: str
+    recording: Mapping[str, Floats]
     role: str
     group: str
     good: Mask
@@ -138,7 +138,7 @@ def prepare(source: Source, band: Band, ratio: float) -> Unit:
     settled = usable & (t >= min(LEAD_IN, 0.1 * t[-1]))
     judged |= {channel: settled for channel in measured if channel != "motor_torque"}
     return Unit(
-        name=recording.name,
+        name=source.name,
         role=source.role,
         group=source.group,
         offset=float(recording["t"][0]),
@@ -175,7 +175,8 @@ def _eroded(mask: Mask, width: int) -> Mask:
     """`mask` without the samples closer than `width` to a gap in it."""
     kernel = np.ones(2 * width + 1)
     outside: Floats = np.convolve(~mask, kernel, mode="same")
-    return outside < 0.5
+    inside: Mask = outside < 0.5
+    return inside
 
 
 def _usable(source: Source, clock: Floats, t: Floats, band: Band) -> Mask:
@@ -184,7 +185,7 @@ def _usable(source: Source, clock: Floats, t: Floats, band: Band) -> Mask:
     spans = np.diff(clock)
     wide = np.flatnonzero(spans > 1.5 * np.median(spans) + 1.0 / band.rate)
     bad = [(clock[i], clock[i + 1]) for i in wide] + [(time, time) for time in clock[~source.good]]
-    usable = (t >= margin) & (t <= t[-1] - margin)
+    usable: Mask = (t >= margin) & (t <= t[-1] - margin)
     for begin, end in bad:
         usable &= (t < begin - margin) | (t > end + margin)
     return usable

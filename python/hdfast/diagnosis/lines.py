@@ -10,7 +10,7 @@ import numpy as np
 from scipy.ndimage import median_filter
 
 from hdfast.checks import Floats
-from hdfast.diagnose.fit import Bench
+from hdfast.diagnosis.fit import Bench
 
 PROMINENCE = 20.0
 NEIGHBOURS = 61

@@ -7,8 +7,8 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 
-from hdfast.diagnose.candidate import Candidate
-from hdfast.diagnose.plant import Free
+from hdfast.diagnosis.candidate import Candidate
+from hdfast.diagnosis.plant import Free
 from hdfast.terms import terms
 
 FRICTION = ("coulomb_friction", "stribeck_friction", "presliding_friction")
@@ -92,11 +92,15 @@ def _one(
     )
 
 
-def _positive(name: str, value: float, unit: str, *, sigma: float = 2.0, low: float = 0.0, high: float = math.inf) -> Free:
+def _positive(
+    name: str, value: float, unit: str, *, sigma: float = 2.0, low: float = 0.0, high: float = math.inf
+) -> Free:
     return Free(name, value, sigma, True, unit, low, high)
 
 
-def _signed(name: str, value: float, sigma: float, unit: str, *, low: float = -math.inf, high: float = math.inf) -> Free:
+def _signed(
+    name: str, value: float, sigma: float, unit: str, *, low: float = -math.inf, high: float = math.inf
+) -> Free:
     return Free(name, value, sigma, False, unit, low, high)
 
 
@@ -219,7 +223,10 @@ def _actuator(s: Sizes) -> list[Candidate]:
                 "torque_ripple",
                 [_positive(name, size, "1" if name.startswith("r_") else "N m", sigma=1.5), _phase(phase)],
                 amplitude=name,
-                fixed={"pole_pairs": float(pairs), **{other: 0.0 for other in ("r_2", "r_6", "tau_off") if other != name}},
+                fixed={
+                    "pole_pairs": float(pairs),
+                    **{other: 0.0 for other in ("r_2", "r_6", "tau_off") if other != name},
+                },
                 waves=(name, phase),
                 shape=f"order {order * pairs}",
             )
@@ -236,7 +243,16 @@ def _actuator(s: Sizes) -> list[Candidate]:
 def _lines(s: Sizes) -> list[Candidate]:
     """Lines in the motor angle: kinematic error where it is seen, detent torque."""
     found = []
-    expected = [1.0, 2.0, 4.0, 6.0, 1.0 / s.ratio, 2.0 / s.ratio, (s.ratio - 1.0) / s.ratio, 2.0 * (s.ratio - 1.0) / s.ratio]
+    expected = [
+        1.0,
+        2.0,
+        4.0,
+        6.0,
+        1.0 / s.ratio,
+        2.0 / s.ratio,
+        (s.ratio - 1.0) / s.ratio,
+        2.0 * (s.ratio - 1.0) / s.ratio,
+    ]
     for order in _distinct([order for order in [*s.lines, *expected] if _new(order, s.orders)], 14):
         label = str(Fraction(order).limit_denominator(2000))
         size = 0.05 * s.windup if s.elastic else 2e-5
@@ -255,17 +271,16 @@ def _lines(s: Sizes) -> list[Candidate]:
                 shape=f"order {order:.4g}",
             )
         )
-    for order in _distinct([line for line in s.lines if line > 0.9], 6):
-        found.append(
-            _one(
-                "cogging",
-                [_positive("T_cog", 0.05 * s.motor_torque, "N m"), _phase("psi_1")],
-                fixed={"order": order, "T_cog_2": 0.0},
-                waves=("T_cog", "psi_1"),
-                shape=f"order {order:.4g}",
-            )
+    return found + [
+        _one(
+            "cogging",
+            [_positive("T_cog", 0.05 * s.motor_torque, "N m"), _phase("psi_1")],
+            fixed={"order": order, "T_cog_2": 0.0},
+            waves=("T_cog", "psi_1"),
+            shape=f"order {order:.4g}",
         )
-    return found
+        for order in _distinct([line for line in s.lines if line > 0.9], 6)
+    ]
 
 
 def _mesh(s: Sizes) -> list[Candidate]:

@@ -8,11 +8,12 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from hdfast.checks import Floats
-from hdfast.diagnose.candidate import Candidate
-from hdfast.diagnose.fit import Bench, Fit, fit
-from hdfast.diagnose.plant import Structure
-from hdfast.diagnose.score import Gain, gain, nrmse
-from hdfast.diagnose.screen import Screen, Signature, screen, signatures
+from hdfast.diagnosis.candidate import Candidate
+from hdfast.diagnosis.evidence import Index
+from hdfast.diagnosis.fit import Bench, Fit, fit
+from hdfast.diagnosis.plant import Structure
+from hdfast.diagnosis.score import Gain, gain, nrmse
+from hdfast.diagnosis.screen import Screen, Signature, screen, signatures
 
 MOST_EFFECTS = 4
 SHORTLIST = 9
@@ -77,7 +78,7 @@ class Rules:
 
     floor: float
     noisy: float
-    folds: Floats = field(repr=False)
+    folds: Index = field(repr=False)
 
 
 def search(
@@ -142,10 +143,8 @@ def _try(bench: Bench, current: Fit, signature: Signature, rules: Rules, alarm: 
     return Trial(candidate, joint, gained, _failed(bench, joint, current, candidate, gained, rules, alarm))
 
 
-def _starts(
-    bench: Bench, structure: Structure, here: Floats, estimated: Candidate, typical: Candidate
-) -> list[Floats]:
-    """The best of several amplitudes from where the parameters are and, where they were displaced, from their priors."""
+def _starts(bench: Bench, structure: Structure, here: Floats, estimated: Candidate, typical: Candidate) -> list[Floats]:
+    """The best of several amplitudes, from the present parameters and from the priors of those that were displaced."""
     sizes = [estimated, *(typical.scaled(times) for times in AMPLITUDES)]
     added = np.array([[float(one.coordinate(one.value)) for one in sized.free] for sized in sizes])
     centre, sigma = structure.start[: len(here)], structure.sigma[: len(here)]
@@ -159,13 +158,19 @@ def _starts(
     return starts
 
 
-def without(current: Fit, terms: Sequence[str]) -> tuple[Structure, Floats]:
-    """The structure and coordinates of a fit without some terms."""
-    own = tuple(f"{term}_" for term in terms)
+def without(current: Fit, parts: Sequence[str]) -> tuple[Structure, Floats]:
+    """The structure and coordinates of a fit without some terms or orders of the kinematic error."""
     structure = current.structure
-    keep = [j for j, free in enumerate(structure.free) if not free.name.startswith(own)]
-    model = replace(structure.model, terms=tuple(term for term in structure.model.terms if term not in terms))
-    fixed = {name: value for name, value in structure.fixed.items() if not name.startswith(own)}
+    orders = [part for part in parts if part in structure.model.orders]
+    own = tuple(f"{part}_" for part in parts if part not in orders)
+    lines = {f"te_{wave}_{order}" for order in orders for wave in ("cos", "sin")}
+    keep = [j for j, free in enumerate(structure.free) if not free.name.startswith(own) and free.name not in lines]
+    model = replace(
+        structure.model,
+        terms=tuple(term for term in structure.model.terms if term not in parts),
+        orders=tuple(order for order in structure.model.orders if order not in orders),
+    )
+    fixed = {name: value for name, value in structure.fixed.items() if not name.startswith(own) and name not in lines}
     reduced = replace(structure, model=model, fixed=fixed, free=tuple(structure.free[j] for j in keep))
     return reduced, current.coordinates[keep]
 
@@ -212,4 +217,3 @@ def _best(trials: Sequence[Trial]) -> Trial | None:
         if simpler and difference.sum() < 2.0 * error:
             best = other
     return best
-

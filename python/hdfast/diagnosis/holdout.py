@@ -7,9 +7,9 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from hdfast.checks import Floats
-from hdfast.diagnose.evidence import CAP, Weights
-from hdfast.diagnose.fit import Bench, Fit
-from hdfast.diagnose.score import Gain, nrmse
+from hdfast.diagnosis.evidence import CAP, Weights
+from hdfast.diagnosis.fit import Bench, Fit
+from hdfast.diagnosis.score import Gain, nrmse
 
 PROOF_ERRORS = 2.0
 
@@ -44,7 +44,10 @@ def prove(bench: Bench, baseline: Fit, extended: Fit, floor: float) -> Proof:
     scale = np.sqrt(baseline.weights.scale * extended.weights.scale)
     colour = np.sqrt(baseline.weights.colour * extended.weights.colour)
     weights = Weights(scale, colour)
-    density = [-_half(mismatch / weights.scale[layout.channel]) / weights.colour[layout.channel] for mismatch in (after, before)]
+    density = [
+        -_half(mismatch / weights.scale[layout.channel]) / weights.colour[layout.channel]
+        for mismatch in (after, before)
+    ]
     errors = nrmse(layout, after), nrmse(layout, before)
     gain = Gain(layout.sums(density[0] - density[1]), errors)
     return Proof(errors[1], errors[0], floor, gain, (before, after))

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from hdfast.diagnose.plant import TORQUE_OFFSET, TORQUE_SCALE, Free, Structure
-from hdfast.recordings import Campaign
+from hdfast.diagnosis.plant import TORQUE_OFFSET, TORQUE_SCALE, Free, Structure
 from hdfast.params import params
+from hdfast.recordings import Campaign
 
 OFFSET_SHARE = 0.05
 SIGNED = ("k2", "k3", "k4", "k5")

@@ -8,9 +8,9 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from hdfast.checks import Floats
-from hdfast.diagnose.candidate import Candidate
-from hdfast.diagnose.evidence import Layout
-from hdfast.diagnose.fit import Bench, Fit
+from hdfast.diagnosis.candidate import Candidate
+from hdfast.diagnosis.evidence import Layout
+from hdfast.diagnosis.fit import Bench, Fit
 
 FLIPS = 999
 NEGLIGIBLE = 1e-9
@@ -103,7 +103,9 @@ def signatures(bench: Bench, fit: Fit, candidates: Sequence[Candidate]) -> list[
         values = np.array([[one[name] for name in candidate.names] for one in settings])
         coordinates = np.stack(
             [
-                np.concatenate([fit.coordinates, [float(f.coordinate(v)) for f, v in zip(candidate.free, row, strict=True)]])
+                np.concatenate(
+                    [fit.coordinates, [float(f.coordinate(v)) for f, v in zip(candidate.free, row, strict=True)]]
+                )
                 for row in values
             ]
         )

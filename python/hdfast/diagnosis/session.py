@@ -2,31 +2,31 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from hdfast.diagnose.baseline import baseline
-from hdfast.diagnose.candidate import Candidate
-from hdfast.diagnose.evidence import lay_out
-from hdfast.diagnose.fit import Bench, Fit, fit
-from hdfast.diagnose.holdout import Proof, prove
-from hdfast.diagnose.library import Sizes, library
-from hdfast.diagnose.lines import order_lines, snapped, tone_lines
-from hdfast.diagnose.noise import floors
-from hdfast.diagnose.plant import Plant
-from hdfast.diagnose.prepare import Band, Source, Unit, choose_band, prepare
-from hdfast.diagnose.score import folds_of
-from hdfast.diagnose.select import Rules, Search, search
-from hdfast.recordings import Campaign, Recording
+from hdfast.diagnosis.baseline import baseline
+from hdfast.diagnosis.candidate import Candidate
+from hdfast.diagnosis.evidence import Index, lay_out
+from hdfast.diagnosis.fit import Bench, Fit, fit
+from hdfast.diagnosis.holdout import Proof, prove
+from hdfast.diagnosis.library import Sizes, library
+from hdfast.diagnosis.lines import order_lines, snapped, tone_lines
+from hdfast.diagnosis.noise import floors
+from hdfast.diagnosis.plant import Plant
+from hdfast.diagnosis.prepare import Band, Source, Unit, choose_band, prepare
+from hdfast.diagnosis.score import folds_of
+from hdfast.diagnosis.select import Rules, Search, search
+from hdfast.recordings import Campaign
 
 NOISY = 1.15
 GUARD = 0.05
 LAST_SHARE = 0.3
 MOST_LINES = 6
+LESS = "for the proof, which proves less than recordings of another day"
 
 Report = Callable[[str], None]
 
@@ -43,6 +43,8 @@ class Session:
         search: rounds and result of the search.
         proof: baseline and extended model on held-out recordings, or None.
         floor: nrmse of the sensor noise on the fitted recordings.
+        noisy: nrmse up to which a mismatch may be noise.
+        folds: fold of every stacked sample.
         weaker: sentence that says how held-out data were made when the campaign names none.
     """
 
@@ -53,6 +55,8 @@ class Session:
     search: Search = field(repr=False)
     proof: Proof | None
     floor: float
+    noisy: float
+    folds: Index = field(repr=False)
     weaker: str | None
 
 
@@ -86,17 +90,16 @@ def _run(campaign: Campaign, sources: Sequence[Source], seed: int, threads: int 
     report("calibrated the nominal model")
     floor = noise_floor(bench)
     rules = Rules(floor, NOISY * floor, folds_of(bench.plant, bench.layout))
-    found = search(
-        bench, nominal, lambda current: candidates(bench, current, ratio), rules, np.random.default_rng([seed, 1]), report
-    )
+    rng = np.random.default_rng([seed, 1])
+    found = search(bench, nominal, lambda current: candidates(bench, current, ratio), rules, rng, report)
     held_units = [unit for unit in units if unit.role == "heldout"]
     held = make.bench(held_units) if held_units else None
     proof = None if held is None else prove(held, nominal, found.final, noise_floor(held))
-    return Session(campaign, bench, held, nominal, found, proof, floor, weaker)
+    return Session(campaign, bench, held, nominal, found, proof, floor, rules.noisy, rules.folds, weaker)
 
 
 def noise_floor(bench: Bench) -> float:
-    """nrmse of the sensor noise alone."""
+    """Error that the sensor noise alone makes, as a share of the channels' spread."""
     layout = bench.layout
     shares = [
         bench.floor[layout.channels.index(channel)] / max(float(layout.spread[where][0]), 1e-300)
@@ -151,22 +154,16 @@ def with_heldout(sources: Sequence[Source]) -> tuple[list[Source], str | None]:
     groups = list(dict.fromkeys(source.group for source in sources))
     if len(groups) >= 3:
         kept = [replace(one, role="heldout") if one.group == groups[-1] else one for one in sources]
-        return kept, f"no recording is held out: group {groups[-1]} was set aside, which proves less than a recording of another day"
+        return kept, f"no recording is held out: group {groups[-1]} was set aside {LESS}"
     cut = []
     for source in sources:
         t = source.recording["t"]
         edge = t[0] + (1.0 - LAST_SHARE) * (t[-1] - t[0])
         guard = GUARD * (t[-1] - t[0])
         cut += [_part(source, t < edge - guard, "fit"), _part(source, t >= edge, "heldout")]
-    return cut, "no recording is held out: the last 30 % of each were set aside, which proves less than a recording of their own"
+    return cut, f"no recording is held out: the last 30 % of each were set aside {LESS}"
 
 
 def _part(source: Source, rows: np.ndarray, role: str) -> Source:
     columns = {name: values[rows] for name, values in source.recording.items()}
-    recording = Recording(source.recording.name, columns, source.recording.resolution, source.recording.notes)
-    return Source(recording, role, source.group, source.good[rows])
-
-
-def seconds(bench: Bench) -> float:
-    """Total duration of the recordings [s]."""
-    return math.fsum(unit.t[-1] for unit in bench.plant.units)
+    return Source(source.name, columns, role, source.group, source.good[rows])

@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from hdfast.checks import Floats
-from hdfast.diagnose.prepare import Band, Source
+from hdfast.diagnosis.prepare import Band, Source
 from hdfast.recordings.rig import SensorFacts
 
 
@@ -24,7 +24,9 @@ def floors(
     angle = _of("motor_angle", sources, sensors)
     rate = float(np.median([1.0 / np.median(np.diff(source.recording["t"])) for source in sources]))
     share = math.sqrt(min(1.0, 2.0 * band.corner / rate))
-    inertial = inertia * angle * (2.0 * math.pi * band.corner) ** 2 * math.sqrt(min(1.0, 2.0 * band.corner / rate) / 5.0)
+    inertial = (
+        inertia * angle * (2.0 * math.pi * band.corner) ** 2 * math.sqrt(min(1.0, 2.0 * band.corner / rate) / 5.0)
+    )
     by_channel = {
         "motor_torque": math.hypot(share * _of("motor_torque", sources, sensors), inertial),
         "te": share * math.hypot(angle / ratio, _of("load_angle", sources, sensors)),

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from hdfast.checks import Floats
-from hdfast.diagnose.plant import Free, Structure
+from hdfast.diagnosis.plant import Free, Structure
 
 
 @dataclass(frozen=True)
@@ -73,8 +73,8 @@ class Candidate:
         typical = {free.name: free.value for free in self.free}
         if self.waves is None:
             size = float(shares[0])
-            free = next(free for free in self.free if free.name == self.amplitude)
-            changed[self.amplitude] = typical[self.amplitude] * (max(size, 0.1) if free.positive else size)
+            positive = next(one for one in self.free if one.name == self.amplitude).positive
+            changed[self.amplitude] = typical[self.amplitude] * (max(size, 0.1) if positive else size)
         elif self._cartesian:
             size = math.hypot(typical[self.waves[0]], typical[self.waves[1]])
             changed = dict(zip(self.waves, (size * shares).tolist(), strict=True))

@@ -7,8 +7,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from hdfast.checks import Floats
-from hdfast.diagnose.evidence import CAP, Layout, Weights, weigh
-from hdfast.diagnose.plant import Plant, Structure
+from hdfast.diagnosis.evidence import CAP, Layout, Weights, weigh
+from hdfast.diagnosis.plant import Plant, Structure
 
 STEP = 2e-3
 ROUNDS = 8
@@ -52,7 +52,8 @@ class Fit:
         prior = np.diag(self.structure.sigma**-2)
         sandwich = bread @ (correction * scores.T @ scores + prior) @ bread
         larger = np.sqrt(np.maximum(np.diag(sandwich) / np.diag(bread), 1.0))
-        return bread * np.outer(larger, larger)
+        covariance: Floats = bread * np.outer(larger, larger)
+        return covariance
 
     def sigma_of(self, layout: Layout) -> dict[str, float]:
         """Standard deviation of each free parameter in its own unit."""
@@ -103,7 +104,9 @@ def fit(bench: Bench, structure: Structure, start: Floats | None = None, known: 
             step = _step(bench.layout, structure, x, mismatch, slopes, weights)
             trials = x + np.multiply.outer(SHRINK, step)
             found = bench.mismatch(structure, trials)
-            costs = [_cost(bench.layout, structure, trial, one, weights) for trial, one in zip(trials, found, strict=True)]
+            costs = [
+                _cost(bench.layout, structure, trial, one, weights) for trial, one in zip(trials, found, strict=True)
+            ]
             here = _cost(bench.layout, structure, x, mismatch, weights)
             best = int(np.nanargmin(np.where(np.isfinite(costs), costs, np.inf)))
             if not costs[best] < here - SETTLED:
@@ -122,7 +125,14 @@ def linearised(bench: Bench, structure: Structure, coordinates: Floats) -> Fit:
     """The structure at given coordinates, with slopes of all parameters."""
     mismatch, slopes = _linearise(bench, structure, coordinates, 0)
     weights = weigh(bench.layout, mismatch, bench.floor)
-    return Fit(structure, coordinates, mismatch, slopes, weights, _cost(bench.layout, structure, coordinates, mismatch, weights))
+    return Fit(
+        structure,
+        coordinates,
+        mismatch,
+        slopes,
+        weights,
+        _cost(bench.layout, structure, coordinates, mismatch, weights),
+    )
 
 
 def _linearise(bench: Bench, structure: Structure, x: Floats, kept: int) -> tuple[Floats, Floats]:
@@ -157,5 +167,6 @@ def _step(
     r = weights.normalise(layout, mismatch)
     precision = structure.sigma**-2
     information = A.T @ (A * share[:, None]) + np.diag(precision)
-    step: Floats = np.linalg.solve(information, A.T @ (share * r) - precision * (x - structure.start))
-    return step
+    return np.asarray(
+        np.linalg.solve(information, A.T @ (share * r) - precision * (x - structure.start)), dtype=np.float64
+    )

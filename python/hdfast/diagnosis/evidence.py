@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hdfast.checks import Floats
-from hdfast.diagnose.plant import Plant
+from hdfast.diagnosis.plant import Plant
 
 FREE_OFFSET = ("te", "output_torque")
 SHORTEST_BLOCK = 1.0
@@ -59,7 +59,7 @@ class Layout:
     def sums(self, values: Floats) -> Floats:
         """Sums over blocks of (N,) or (N, d): (B,) or (B, d)."""
         if values.ndim == 1:
-            return np.bincount(self.block, values, minlength=self.blocks)
+            return np.asarray(np.bincount(self.block, values, minlength=self.blocks), dtype=np.float64)
         return np.stack([np.bincount(self.block, column, minlength=self.blocks) for column in values.T], axis=1)
 
 
@@ -145,4 +145,3 @@ def _colour(layout: Layout, stacked: Floats, channel: str) -> float:
         found.append(1.0 + 2.0 * float(np.sum(correlation[1:end])))
         weights.append(n)
     return float(np.average(found, weights=weights)) if found else 1.0
-

@@ -9,7 +9,7 @@ import numpy as np
 
 from hdfast import catalogue
 from hdfast.checks import Floats
-from hdfast.diagnose.prepare import Band, Unit
+from hdfast.diagnosis.prepare import Band, Unit
 from hdfast.model import Model
 from hdfast.sweep import sweep
 
@@ -41,11 +41,11 @@ class Free:
     high: float = np.inf
 
     def coordinate(self, value: Floats | float) -> Floats:
-        """Value(s) to coordinate(s)."""
+        """Coordinates of values."""
         return np.asarray(np.log(value) if self.positive else value, dtype=np.float64)
 
     def from_coordinate(self, coordinate: Floats) -> Floats:
-        """Coordinate(s) to value(s) within the bounds."""
+        """Values of coordinates, within the bounds."""
         return np.clip(np.exp(coordinate) if self.positive else coordinate, self.low, self.high)
 
 

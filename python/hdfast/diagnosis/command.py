@@ -1,0 +1,39 @@
+"""The command `hdfast diagnose`."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from collections.abc import Callable
+from typing import Any
+
+from hdfast.diagnosis.diagnose import diagnose
+
+NAME = "diagnose"
+TEXT = "Find the physics that a drive's model leaves out, from recordings."
+EXAMPLE = "hdfast diagnose examples/concealed-friction/campaign.toml --out out/diagnosis"
+REJECTED = 1
+
+
+def arguments(command: argparse.ArgumentParser, whole: Callable[[str, int, int], Any]) -> None:
+    """Declare the arguments; `whole` makes a reader of whole numbers."""
+    command.add_argument("campaign", metavar="CAMPAIGN.toml", help="nominal drive, sensors and recordings")
+    command.add_argument("--out", metavar="DIR", help="folder for verdict.json, report.html and extended_model.toml")
+    command.add_argument("--seed", type=whole("--seed", 0, 2**63 - 1), default=0, help="seed of the random draws")
+    command.add_argument("--threads", type=whole("--threads", 1, 1024), help="number of threads")
+
+
+def run(options: argparse.Namespace) -> int:
+    """Run the command; 1 when the recordings were rejected."""
+    found = diagnose(
+        options.campaign, seed=options.seed, threads=options.threads, progress=not options.quiet and sys.stderr.isatty()
+    )
+    page = found.report(options.out) if options.out else None
+    if options.json:
+        print(json.dumps(found.to_dict(), indent=2))
+    elif not options.quiet:
+        print(found)
+        if page is not None:
+            print(page)
+    return REJECTED if found.verdict == "data_rejected" else 0

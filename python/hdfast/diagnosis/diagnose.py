@@ -1,0 +1,111 @@
+"""The public call: a campaign in, a verdict with its evidence out."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from hdfast import files
+from hdfast.diagnosis.extended import extended_model
+from hdfast.diagnosis.prepare import Source
+from hdfast.diagnosis.session import run
+from hdfast.diagnosis.verdict import Verdict, as_dict, conclude
+from hdfast.recordings import Campaign, load_campaign
+
+
+@dataclass(frozen=True, eq=False)
+class Diagnosis:
+    """A finished diagnosis.
+
+    Attributes:
+        campaign: the campaign it was made from.
+        content: what verdict.json holds.
+        evidence: the stages behind it; None when the recordings were rejected.
+    """
+
+    campaign: Campaign = field(repr=False)
+    content: Mapping[str, Any] = field(repr=False)
+    evidence: Verdict | None = field(repr=False)
+
+    @property
+    def verdict(self) -> str:
+        """One of "no_evidence", "found", "undecided", "depends_on", "sensor", "not_reproducible" or "data_rejected"."""
+        return str(self.content["verdict"])
+
+    @property
+    def effects(self) -> list[dict[str, Any]]:
+        """The named effects, as in verdict.json."""
+        return list(self.content["effects"])
+
+    def to_dict(self) -> dict[str, Any]:
+        """What verdict.json holds."""
+        return dict(self.content)
+
+    @property
+    def model(self) -> str:
+        """The extended model as TOML text; the nominal one where nothing was found."""
+        if self.evidence is None:
+            return self.campaign.text
+        session = self.evidence.session
+        final = session.search.final
+        values = {name: final.value(name) for name in final.structure.names}
+        return extended_model(self.campaign, final.structure, values, final.sigma_of(session.bench.layout))
+
+    def report(self, folder: str | Path) -> Path:
+        """Write verdict.json, extended_model.toml and a copy of the campaign; returns the verdict's path.
+
+        Raises:
+            InputError: the folder cannot be written.
+        """
+        path = files.prepare(folder)
+        files.write_text(path / "campaign.toml", self.campaign.text)
+        files.write_text(path / "extended_model.toml", self.model)
+        files.write_json(path / "verdict.json", self.to_dict())
+        return path / "verdict.json"
+
+    def __repr__(self) -> str:
+        return f"Diagnosis({self.verdict}: {self.content['sentence']})"
+
+
+def diagnose(
+    campaign: str | Path | Campaign,
+    *,
+    seed: int = 0,
+    threads: int | None = None,
+    progress: bool | Callable[[str], None] = False,
+) -> Diagnosis:
+    """Find the physics that a drive's model leaves out.
+
+    Args:
+        campaign: campaign file, or one that is loaded.
+        seed: of every random draw; the same seed and files give the same bytes.
+        threads: threads of the engine.
+        progress: True writes the stages to stderr; a function is told each.
+
+    Raises:
+        ConfigError: the campaign file is wrong.
+        InputError: a recording cannot be read.
+    """
+    loaded = campaign if isinstance(campaign, Campaign) else load_campaign(campaign)
+    report = progress if callable(progress) else (_to_stderr if progress else _nowhere)
+    sources = [
+        Source(one.name, one, one.role, one.group, np.ones(len(one["t"]), dtype=bool)) for one in loaded.recordings
+    ]
+    session = run(loaded, sources, seed, threads, report)
+    number = version("hdfast")
+    verdict = conclude(session, seed)
+    return Diagnosis(loaded, as_dict(verdict, seed, number), verdict)
+
+
+def _nowhere(_: str) -> None:
+    pass
+
+
+def _to_stderr(line: str) -> None:
+    sys.stderr.write(f"{line}\n")

@@ -1,0 +1,69 @@
+"""The extended model as a file that every other command loads."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+from hdfast.diagnosis.plant import NUISANCE, Structure
+from hdfast.params import params
+from hdfast.recordings import Campaign
+from hdfast.terms import terms
+from hdfast.toml_write import dump
+
+KEPT = ("controller", "sensors", "columns")
+
+
+def extended_model(
+    campaign: Campaign, structure: Structure, values: Mapping[str, float], sigma: Mapping[str, float]
+) -> str:
+    """TOML text: the campaign's sections with refitted values and the terms that were found, no recordings.
+
+    Args:
+        campaign: where the sections come from.
+        structure: the final equations.
+        values: value of each free parameter.
+        sigma: its standard deviation.
+    """
+    everything = {**structure.fixed, **values}
+    sections: dict[str, Any] = {"title": f"{campaign.title}, extended"}
+    drive: dict[str, Any] = {"base": structure.model.base}
+    error: dict[str, list[float]] = {"cos": [], "sin": []}
+    for row in params(structure.model):
+        if row.name.startswith(("te_cos_", "te_sin_")):
+            error[row.name[3:6]].append(float(everything[row.name]))
+        elif row.name in everything and _of_the_drive(row.name, structure):
+            drive[row.name] = _stated(everything[row.name], sigma.get(row.name))
+    sections["drive"] = drive
+    sections["kinematic_error"] = {"orders": [_order(order) for order in structure.model.order_labels], **error}
+    listed = [_term(term, everything, sigma) for term in structure.model.terms]
+    if listed:
+        sections["terms"] = listed
+    sections |= {name: dict(campaign.data[name]) for name in KEPT if name in campaign.data}
+    return dump(sections)
+
+
+def _of_the_drive(name: str, structure: Structure) -> bool:
+    return name not in NUISANCE and not any(
+        name in (p.name, f"{term}_{p.name}") for term in structure.model.terms for p in terms()[term].parameters
+    )
+
+
+def _term(term: str, values: Mapping[str, float], sigma: Mapping[str, float]) -> dict[str, Any]:
+    parameters = {}
+    for parameter in terms()[term].parameters:
+        long = f"{term}_{parameter.name}"
+        name = long if long in values else parameter.name
+        parameters[parameter.name] = _stated(values.get(name, parameter.default), sigma.get(name))
+    return {"effect": term, "parameters": parameters}
+
+
+def _stated(value: float, sigma: float | None) -> Any:
+    if sigma is None or value == 0.0 or not math.isfinite(sigma):
+        return float(value)
+    return {"value": float(value), "sigma": float(sigma / abs(value))}
+
+
+def _order(label: str) -> Any:
+    return label if "/" in label else float(label)

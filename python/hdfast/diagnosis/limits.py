@@ -1,0 +1,73 @@
+"""What these recordings could not show: effects a refit swallows, and the smallest amplitude that would be seen."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from hdfast.diagnosis.screen import Screen, Signature
+from hdfast.terms import terms
+
+SWALLOWED = 0.05
+POWER = 0.84
+NEEDS_WINDUP = "needs the windup of the gear: record the load angle or the output torque"
+
+
+@dataclass(frozen=True)
+class Limit:
+    """An effect and what these recordings can say of it.
+
+    Attributes:
+        effect: its id.
+        visibility: share of its signature that refitting the model leaves, 0 to 1.
+        minimum_detectable: amplitude that would be seen in 80 % of campaigns like this one, in its unit.
+        unit: of that amplitude.
+        reason: why it cannot be shown, or None when it can.
+    """
+
+    effect: str
+    visibility: float
+    minimum_detectable: float | None
+    unit: str
+    reason: str | None
+
+
+def limits(signatures: Sequence[Signature], seen: Screen) -> list[Limit]:
+    """The best shape of each effect of the library."""
+    best: dict[str, Limit] = {}
+    for one in signatures:
+        limit = _limit(one, seen)
+        known = best.get(limit.effect)
+        if known is None or (limit.minimum_detectable or np.inf) < (known.minimum_detectable or np.inf):
+            best[limit.effect] = limit
+    return sorted(best.values(), key=lambda limit: limit.visibility)
+
+
+def without_windup(effects: Sequence[str]) -> list[Limit]:
+    """Effects of the gear's windup, for recordings of the motor side alone."""
+    return [Limit(effect, 0.0, None, "", NEEDS_WINDUP) for effect in effects]
+
+
+def _limit(one: Signature, seen: Screen) -> Limit:
+    candidate = one.candidate
+    free = next(free for free in candidate.free if free.name == candidate.amplitude)
+    size = max(abs(free.value), 1e-300)
+    remaining = float(np.sqrt(np.sum(one.left**2) / one.left.shape[1]))
+    threshold = (seen.quantile if np.isfinite(seen.quantile) else 3.5) + POWER
+    smallest = size * threshold / remaining if remaining > 0.0 else None
+    reason = None
+    if one.visibility < SWALLOWED:
+        reason = f"{100.0 * (1.0 - one.visibility):.0f} % of it is swallowed by the drive's parameters"
+    elif smallest is not None and smallest > _plausible(candidate.effect, candidate.amplitude):
+        reason = "only amplitudes beyond the plausible would be seen"
+    return Limit(candidate.effect, one.visibility, smallest, free.unit, reason)
+
+
+def _plausible(effect: str, amplitude: str) -> float:
+    """Upper end of the plausible amplitude for a size-25 unit."""
+    if effect not in terms().ids:
+        return float("inf")
+    own = amplitude.removeprefix(f"{effect}_")
+    return next((p.high for p in terms()[effect].parameters if p.name == own), float("inf"))

@@ -1,0 +1,126 @@
+"""Where a mismatch is: time windows, phases of motion, orders and frequencies, state of the drive."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.ndimage import uniform_filter1d
+
+from hdfast.checks import Floats
+from hdfast.diagnosis.fit import Bench, Fit
+from hdfast.diagnosis.lines import order_lines, tone_lines
+from hdfast.diagnosis.prepare import Unit
+
+PHASES = ("standstill", "start", "run", "stop", "reversal")
+LOUD = 3.0
+WINDOW_S = 0.1
+JOIN_S = 0.25
+MOST_WINDOWS = 40
+NAMED_SHARE = 0.8
+AROUND_REVERSAL_S = 0.1
+SLOW_SHARE, STEADY_SHARE = 0.01, 0.05
+
+
+@dataclass(frozen=True)
+class Where:
+    """Location of a mismatch.
+
+    Attributes:
+        windows: (begin [s], end [s], file) in the recordings' own time.
+        phase: the phase of motion with most of it, or "all".
+        shares: share of the mismatch energy by phase.
+        orders: orders of its lines, per motor revolution.
+        frequencies: its lines in Hz that no order explains.
+        channels: share of the mismatch above the noise by channel.
+    """
+
+    windows: tuple[tuple[float, float, str], ...]
+    phase: str
+    shares: dict[str, float]
+    orders: tuple[float, ...]
+    frequencies: tuple[float, ...]
+    channels: dict[str, float]
+
+
+def phases(unit: Unit) -> Floats:
+    """Index into `PHASES` of every sample (n,)."""
+    top = float(np.max(np.abs(unit.speed)))
+    steady = STEADY_SHARE * top / max(JOIN_S, 1e-9)
+    found = np.full(len(unit.t), PHASES.index("run"))
+    gaining = unit.acceleration * np.sign(unit.speed)
+    found[gaining > steady] = PHASES.index("start")
+    found[gaining < -steady] = PHASES.index("stop")
+    found[np.abs(unit.speed) < SLOW_SHARE * top] = PHASES.index("standstill")
+    turning = np.flatnonzero(np.diff(np.sign(unit.speed)) != 0)
+    fast_around = [
+        j
+        for j in turning
+        if np.abs(unit.speed[np.abs(unit.t - unit.t[j]) < AROUND_REVERSAL_S]).max() > SLOW_SHARE * top
+    ]
+    for j in fast_around:
+        found[np.abs(unit.t - unit.t[j]) < AROUND_REVERSAL_S] = PHASES.index("reversal")
+    return found
+
+
+def locate(bench: Bench, before: Fit, after: Fit) -> Where:
+    """Where the mismatch of `before` is that `after` explains; all of it where `after` explains nothing."""
+    layout = bench.layout
+    scale = np.maximum(bench.floor, 1e-300)[layout.channel]
+    loud = before.mismatch / scale
+    changed = (before.mismatch - after.mismatch) / scale
+    missing = changed if after is not before and np.any(changed) else loud
+    windows: list[tuple[float, float, str]] = []
+    energy = np.zeros(len(PHASES))
+    share: dict[str, float] = {}
+    for unit_index, channel, where in layout.pieces:
+        unit = bench.plant.units[unit_index]
+        sample = layout.sample[where]
+        own = missing[where]
+        level = np.sqrt(uniform_filter1d(own**2, max(1, round(WINDOW_S * bench.plant.band.rate))))
+        typical = max(LOUD, float(np.quantile(level, 0.5)))
+        windows += _runs(unit.t[sample], level > typical, unit)
+        excess = float(np.sum(own**2))
+        energy += np.bincount(phases(unit)[sample], own**2, minlength=len(PHASES))
+        share[channel] = share.get(channel, 0.0) + excess
+    total, whole = float(energy.sum()), sum(share.values())
+    shares = {phase: float(value / total) if total else 0.0 for phase, value in zip(PHASES, energy, strict=True)}
+    top = max(shares, key=lambda phase: shares[phase])
+    orders = order_lines(bench, before.mismatch)
+    tones = tone_lines(bench, before.mismatch)
+    strong = [line for line in orders if line.prominence >= 0.1 * orders[0].prominence] if orders else []
+    fixed = [tone for tone in tones if not strong or tone.prominence > 2.0 * strong[0].prominence]
+    return Where(
+        windows=tuple(sorted(windows, key=lambda w: (w[2], w[0]))[:MOST_WINDOWS]),
+        phase=top if shares[top] >= NAMED_SHARE else "all",
+        shares=shares,
+        orders=tuple(round(line.position, 4) for line in strong),
+        frequencies=tuple(round(line.position, 3) for line in fixed),
+        channels={channel: value / whole if whole else 0.0 for channel, value in share.items()},
+    )
+
+
+def _runs(t: Floats, loud: Floats, unit: Unit) -> list[tuple[float, float, str]]:
+    """Stretches of loud samples, joined where they nearly touch."""
+    if not np.any(loud):
+        return []
+    times = t[loud]
+    breaks = np.flatnonzero(np.diff(times) > JOIN_S)
+    begins = np.concatenate([times[:1], times[breaks + 1]])
+    ends = np.concatenate([times[breaks], times[-1:]])
+    return [
+        (round(unit.offset + begin, 4), round(unit.offset + end, 4), unit.name)
+        for begin, end in zip(begins.tolist(), ends.tolist(), strict=True)
+    ]
+
+
+def merged(windows: Sequence[tuple[float, float, str]]) -> tuple[tuple[float, float, str], ...]:
+    """Windows of one file that overlap become one."""
+    found: list[tuple[float, float, str]] = []
+    for begin, end, name in sorted(windows, key=lambda w: (w[2], w[0])):
+        if found and found[-1][2] == name and begin <= found[-1][1]:
+            found[-1] = (found[-1][0], max(found[-1][1], end), name)
+        else:
+            found.append((begin, end, name))
+    return tuple(found)

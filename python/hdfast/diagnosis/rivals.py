@@ -1,0 +1,145 @@
+"""How sure a name is: every accepted effect against what could stand in its place."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from hdfast.diagnosis.evidence import Index
+from hdfast.diagnosis.fit import Bench, Fit, fit
+from hdfast.diagnosis.score import Gain, gain, weights_of
+from hdfast.diagnosis.screen import Signature
+from hdfast.diagnosis.select import Round, Search, Trial, without
+
+ALIKE = 0.95
+RELATED = 0.80
+UNKNOWN_FLOOR = 0.02
+MOST_RIVALS = 3
+CLOSE_ERRORS = 2.0
+
+
+@dataclass(frozen=True, eq=False)
+class Rival:
+    """Another effect in the place of an accepted one.
+
+    Attributes:
+        effect: its id.
+        label: with its shape.
+        weight: its share against the accepted effect, 0 to 1.
+        alike: largest correlation of the two signatures after refit, 0 to 1.
+        behind: gain of the accepted effect over it, in standard errors.
+    """
+
+    effect: str
+    label: str
+    weight: float
+    alike: float
+    behind: float
+
+
+@dataclass(frozen=True, eq=False)
+class Standing:
+    """An accepted effect and its rivals.
+
+    Attributes:
+        trial: the effect as it was accepted.
+        probability: of the name, 0 to 1.
+        rivals: effects that could stand in its place, most likely first.
+        alone: gain of the whole model over the model without this effect.
+    """
+
+    trial: Trial
+    probability: float
+    rivals: tuple[Rival, ...]
+    alone: Gain = field(repr=False)
+
+
+def stand(bench: Bench, search: Search, folds: Index, rng: np.random.Generator) -> list[Standing]:
+    """Put rivals in the place of each accepted effect, refit, and weigh them."""
+    found = []
+    names = {trial.candidate.effect for trial in search.accepted}
+    for trial in search.accepted:
+        seen = next(one for one in search.rounds if one.accepted is trial)
+        reduced, here = without(search.final, _owned(trial))
+        lesser = fit(bench, reduced, here)
+        rivals = [
+            _compare(bench, search.final, other, lesser, trial, seen, folds, rng)
+            for other in _challengers(trial, seen, names)
+        ]
+        odds = sum(rival.weight / max(1.0 - rival.weight, 1e-6) for rival in rivals)
+        probability = (1.0 - UNKNOWN_FLOOR) / (1.0 + odds)
+        rivals.sort(key=lambda rival: -rival.weight)
+        found.append(Standing(trial, probability, tuple(rivals), gain(bench, search.final, lesser, folds)))
+    return found
+
+
+def _owned(trial: Trial) -> list[str]:
+    """What to take out of the structure to be without an effect: its terms, or its orders of the kinematic error."""
+    return [*trial.candidate.terms, *trial.candidate.orders]
+
+
+def _challengers(trial: Trial, seen: Round, names: set[str]) -> list[Trial]:
+    """The best other effects of the round that are neither special cases, nor generalisations, nor accepted as well."""
+    own = trial.candidate
+    others = [
+        one
+        for one in seen.trials
+        if one.candidate.effect not in names
+        and one.candidate.effect not in own.contains
+        and own.effect not in one.candidate.contains
+        and one.gain.total > 0.0
+    ]
+    return sorted(others, key=lambda one: -one.gain.total)[:MOST_RIVALS]
+
+
+def _compare(
+    bench: Bench,
+    final: Fit,
+    other: Trial,
+    lesser: Fit,
+    trial: Trial,
+    seen: Round,
+    folds: Index,
+    rng: np.random.Generator,
+) -> Rival:
+    structure = other.candidate.added_to(lesser.structure)
+    begin = [float(one.coordinate(one.value)) for one in other.candidate.free]
+    known = other.fit.structure.names
+    begin = [
+        float(other.fit.coordinates[known.index(one.name)]) if one.name in known else value
+        for one, value in zip(other.candidate.free, begin, strict=True)
+    ]
+    substitute = fit(bench, structure, np.concatenate([lesser.coordinates, begin]))
+    lead = gain(bench, final, substitute, folds)
+    none = Gain(np.zeros_like(lead.by_block), lead.nrmse)
+    weight = float(weights_of([lead, none], rng)[1])
+    return Rival(
+        other.candidate.effect,
+        other.candidate.label,
+        weight,
+        alike(_signature(seen, trial), _signature(seen, other)),
+        lead.ratio,
+    )
+
+
+def _signature(seen: Round, trial: Trial) -> Signature:
+    return next(one for one in seen.signatures if one.candidate.label == trial.candidate.label)
+
+
+def alike(first: Signature, second: Signature) -> float:
+    """Largest correlation between two signatures after refit (the cosine of their smallest angle)."""
+    bases = [np.linalg.qr(one.left)[0] for one in (first, second)]
+    return float(np.linalg.svd(bases[0].T @ bases[1], compute_uv=False)[0])
+
+
+def classes(signatures: Sequence[Signature]) -> dict[str, list[str]]:
+    """Effects that these recordings cannot tell from each other, by effect."""
+    best: dict[str, Signature] = {}
+    for one in sorted(signatures, key=lambda one: -one.visibility):
+        best.setdefault(one.candidate.effect, one)
+    return {
+        name: [other for other, theirs in best.items() if other != name and alike(own, theirs) > ALIKE]
+        for name, own in best.items()
+    }

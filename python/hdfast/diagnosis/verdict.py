@@ -1,0 +1,271 @@
+"""The verdict: what `verdict.json` says, by the rules that match first."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from hdfast.diagnosis.facts import FACTS
+from hdfast.diagnosis.features import features
+from hdfast.diagnosis.limits import Limit, limits, without_windup
+from hdfast.diagnosis.locate import Where, locate, merged
+from hdfast.diagnosis.masking import Masked, masked, pulled
+from hdfast.diagnosis.rivals import ALIKE, CLOSE_ERRORS, Standing, stand
+from hdfast.diagnosis.score import nrmse
+from hdfast.diagnosis.select import ALARM
+from hdfast.diagnosis.session import Session
+from hdfast.diagnosis.unknown import Unknown, describe
+
+SURE = 0.75
+NAMED = ("no_evidence", "found", "undecided", "depends_on", "sensor", "not_reproducible", "data_rejected")
+OF_THE_WINDUP = ("hysteresis", "viscoelastic", "backlash", "soft_windup", "mesh_stiffness_variation", "load_compliance")
+
+
+@dataclass(frozen=True, eq=False)
+class Verdict:
+    """What is said, and the evidence it rests on.
+
+    Attributes:
+        name: one of `NAMED`.
+        sentence: the verdict in one line.
+        session: calibration, search and proof.
+        standings: accepted effects with probabilities and rivals.
+        unknown: best description by a state variable alone, or None.
+        where: location of the mismatch.
+        masked: parameters that had swallowed an effect.
+        limits: what these recordings can show of every effect.
+    """
+
+    name: str
+    sentence: str
+    session: Session = field(repr=False)
+    standings: tuple[Standing, ...] = field(repr=False)
+    unknown: Unknown | None = field(repr=False)
+    where: Where
+    masked: tuple[Masked, ...]
+    limits: tuple[Limit, ...] = field(repr=False)
+
+
+def conclude(session: Session, seed: int) -> Verdict:
+    """Weigh what the session found."""
+    bench, search = session.bench, session.search
+    rng = np.random.default_rng([seed, 2])
+    standings = stand(bench, search, session.folds, rng)
+    unknown = _unknown(session)
+    where = locate(bench, session.baseline, search.final)
+    rigid = session.baseline.structure.model.base == "one_inertia"
+    last = search.rounds[-1]
+    known = [*limits(last.signatures, last.screen), *(without_windup(OF_THE_WINDUP) if rigid else [])]
+    name, reason = _decide(session, standings, unknown)
+    hidden = masked(session.baseline, search.final, bench.layout) if standings else []
+    sentence = _sentence(name, standings, unknown, session, reason)
+    return Verdict(name, sentence, session, tuple(standings), unknown, where, tuple(hidden), tuple(known))
+
+
+def _unknown(session: Session) -> Unknown | None:
+    """The best state variable for what the search left over."""
+    final = session.search.final
+    if nrmse(session.bench.layout, final.mismatch) <= session.noisy:
+        return None
+    ratio = final.value("ratio")
+    found = features(session.bench, ratio, final.value("J_l"))
+    return describe(session.bench, final, found, session.folds)
+
+
+def _decide(session: Session, standings: Sequence[Standing], unknown: Unknown | None) -> tuple[str, str]:
+    """The verdict and, for an undecided one, why."""
+    search = session.search
+    if not standings:
+        if unknown is not None and unknown.accepted:
+            return "depends_on", ""
+        near = [trial for trial in search.rounds[0].trials if trial.failed and trial.failed[0].startswith("A2")]
+        alarm = search.rounds[0].screen.smallest_p <= ALARM
+        if alarm and near:
+            return "undecided", "something is there, but nothing improves the prediction enough"
+        return "no_evidence", ""
+    if session.proof is not None and not session.proof.holds:
+        return "undecided", "the improvement does not show on the held-out recordings"
+    leading = max(standings, key=lambda one: one.alone.total)
+    if leading.probability < SURE:
+        return "undecided", f"{leading.trial.candidate.effect} cannot be told from {leading.rivals[0].effect}"
+    close = [rival for rival in leading.rivals if rival.alike > ALIKE and rival.behind < CLOSE_ERRORS]
+    if close:
+        return "undecided", f"{leading.trial.candidate.effect} looks like {close[0].effect} on these recordings"
+    if all(one.trial.candidate.place == "sensor" for one in standings):
+        return "sensor", ""
+    return "found", ""
+
+
+def _sentence(name: str, standings: Sequence[Standing], unknown: Unknown | None, session: Session, reason: str) -> str:
+    effects = ", ".join(dict.fromkeys(one.trial.candidate.effect for one in standings))
+    better = ""
+    if session.proof is not None and standings:
+        better = (
+            f"; error on held-out recordings {100 * session.proof.baseline:.1f} % -> "
+            f"{100 * session.proof.extended:.1f} %"
+        )
+    if name in ("found", "sensor"):
+        return f"The model leaves out {effects}{better}."
+    if name == "depends_on" and unknown is not None:
+        feature = unknown.feature
+        return f"None of the known effects: a torque that depends on {feature.name}, memory {feature.memory}."
+    if name == "undecided":
+        return f"Undecided: {reason}{better}."
+    return "No evidence of left-out physics in these recordings."
+
+
+def as_dict(verdict: Verdict, seed: int, version: str) -> dict[str, Any]:
+    """The content of verdict.json."""
+    session = verdict.session
+    final, layout = session.search.final, session.bench.layout
+    sigma = final.sigma_of(layout)
+    effects = [_effect(one, verdict, sigma) for one in verdict.standings if verdict.name != "no_evidence"]
+    if verdict.unknown is not None and verdict.name == "depends_on":
+        effects.append(_unknown_effect(verdict.unknown))
+    content: dict[str, Any] = _finite(
+        {
+            "verdict": verdict.name,
+            "sentence": verdict.sentence,
+            "effects": effects,
+            "where": _where(verdict),
+            "fit": _fit(session),
+            "masking": [vars(one) for one in verdict.masked],
+            "displaced": pulled(session.baseline),
+            "not_showable": [
+                {
+                    "effect": one.effect,
+                    "reason": one.reason,
+                    "minimum_detectable": one.minimum_detectable,
+                    "unit": one.unit,
+                    "visibility": one.visibility,
+                }
+                for one in verdict.limits
+                if one.reason is not None
+            ],
+            "detectable": [
+                {"effect": one.effect, "minimum_detectable": one.minimum_detectable, "unit": one.unit}
+                for one in verdict.limits
+                if one.reason is None
+            ],
+            "next_experiment": None,
+            "notes": [session.weaker] if session.weaker else [],
+            "seed": seed,
+            "version": version,
+        }
+    )
+    return content
+
+
+def _effect(one: Standing, verdict: Verdict, sigma: Mapping[str, float]) -> dict[str, Any]:
+    final = verdict.session.search.final
+    candidate = one.trial.candidate
+    seen = next(r for r in verdict.session.search.rounds if r.accepted is one.trial)
+    parameters = {
+        free.name.removeprefix(f"{candidate.effect}_"): {
+            "value": final.value(free.name),
+            "sigma": sigma[free.name],
+            "unit": free.unit,
+        }
+        for free in candidate.free
+        if free.name in sigma
+    }
+    parameters |= {
+        name.removeprefix(f"{candidate.effect}_"): {"value": value, "sigma": 0.0, "unit": ""}
+        for name, value in candidate.fixed.items()
+    }
+    if candidate.orders:
+        parameters["order"] = {"value": _number(candidate.orders[0]), "sigma": 0.0, "unit": "1"}
+    return {
+        "effect": candidate.effect,
+        "place": candidate.place,
+        "probability": one.probability,
+        "parameters": parameters,
+        "rivals": list(dict.fromkeys(r.effect for r in one.rivals if r.weight > 0.05 or r.alike > ALIKE)),
+        "evidence": {
+            "screen_p": seen.screen.p.get(candidate.label),
+            "gain": one.trial.gain.total,
+            "gain_error": one.trial.gain.error,
+            "gain_in_errors": one.trial.gain.ratio,
+            "left_out_nrmse": list(one.trial.gain.nrmse),
+            "rivals": [vars(r) for r in one.rivals],
+            "shape": candidate.shape,
+        },
+    }
+
+
+def _number(order: str) -> float:
+    top, _, bottom = order.partition("/")
+    return float(top) / float(bottom or 1.0)
+
+
+def _unknown_effect(unknown: Unknown) -> dict[str, Any]:
+    return {
+        "effect": "unknown",
+        "place": "motor",
+        "probability": 1.0 - 1.0 / (1.0 + max(unknown.gain.ratio, 0.0) ** 2),
+        "parameters": {},
+        "rivals": [],
+        "evidence": {"ranking": [list(entry) for entry in unknown.ranking], "gain_in_errors": unknown.gain.ratio},
+    }
+
+
+def _where(verdict: Verdict) -> dict[str, Any]:
+    places = list(dict.fromkeys(one.trial.candidate.place for one in verdict.standings))
+    if verdict.name == "no_evidence":
+        return {
+            "place": None, "place_candidates": [], "windows": [], "phase": "all", "orders": [], "frequencies_hz": [],
+            "depends_on": [], "memory": "none",
+        }  # fmt: skip
+    depends: list[str] = []
+    memory = "none"
+    orders = list(verdict.where.orders)
+    for one in verdict.standings:
+        facts = FACTS[one.trial.candidate.effect]
+        depends += [name for name in facts.depends_on if name not in depends]
+        memory = facts.memory if facts.memory != "none" else memory
+    if not verdict.standings and verdict.unknown is not None:
+        depends, memory = [verdict.unknown.feature.name], verdict.unknown.feature.memory
+    return {
+        "place": places[0] if len(places) == 1 else None,
+        "place_candidates": places,
+        "windows": [list(window) for window in merged(verdict.where.windows)],
+        "phase": verdict.where.phase,
+        "phase_shares": verdict.where.shares,
+        "channel_shares": verdict.where.channels,
+        "orders": orders,
+        "frequencies_hz": list(verdict.where.frequencies),
+        "depends_on": depends,
+        "memory": memory,
+    }
+
+
+def _fit(session: Session) -> dict[str, Any]:
+    layout = session.bench.layout
+    proof = session.proof
+    return {
+        "fit": {
+            "baseline_nrmse": nrmse(layout, session.baseline.mismatch),
+            "extended_nrmse": nrmse(layout, session.search.final.mismatch),
+            "noise_floor_nrmse": session.floor,
+        },
+        "heldout": {
+            "baseline_nrmse": proof.baseline if proof else None,
+            "extended_nrmse": proof.extended if proof else None,
+            "noise_floor_nrmse": proof.floor if proof else None,
+        },
+    }
+
+
+def _finite(value: Any) -> Any:
+    """The same with plain numbers, None for those that are not finite."""
+    if isinstance(value, Mapping):
+        return {key: _finite(own) for key, own in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [_finite(own) for own in value]
+    if isinstance(value, (float, np.floating)):
+        return float(value) if math.isfinite(value) else None
+    return int(value) if isinstance(value, np.integer) else value

@@ -8,8 +8,10 @@ from hdfast.terms import Term
 HEAD = """# Terms
 
 Physics beyond the nominal model, in the order in which the terms act. `hdfast.Model(terms=[...])` switches
-them on, `[[terms]]` does it in a TOML file; their parameters are columns like all others. Written by
-`python tools/terms.py`; a test keeps it current.
+them on, `[[terms]]` does it in a TOML file; their parameters are columns like all others. Effects at the place
+`sensor` act on the channels of a recording: `hdfast.sensors.SensorStage([(effect, channel), ...])`, `[[terms]]` with
+the key `channel`, and `[sensors.<channel>]` for what a data sheet says. Written by `python tools/terms.py`; a test
+keeps it current.
 """
 
 
@@ -23,7 +25,7 @@ def section(term: Term) -> str:
     parts = [
         f"\n## {term.id}\n",
         f"{term.description}\n",
-        f"Place: {term.place}. Amplitude: `{term.amplitude}`.\n",
+        f"Place: {term.place}. Amplitude: `{term.amplitude}`.{channels(term)}\n",
         f"    {term.equation}\n",
     ]
     if term.states:
@@ -33,6 +35,11 @@ def section(term: Term) -> str:
         parts.append(f"| `{p.name}` | {p.unit} | {p.default:.4g} | {p.low:.4g} .. {p.high:.4g} | {p.meaning} |")
     parts.append(f"\nSource: {term.source}\n")
     return "\n".join(parts)
+
+
+def channels(term: Term) -> str:
+    """The channels of a sensor effect."""
+    return f" Channels: {', '.join(f'`{name}`' for name in term.channels)}." if term.channels else ""
 
 
 if __name__ == "__main__":

@@ -191,6 +191,7 @@ def _nominal(settings: Config) -> Any:
         rtol=run.rtol,
         atol=run.atol,
         max_steps=run.max_steps,
+        sensors=settings.sensor_stage,
     )
 
 
@@ -207,7 +208,8 @@ def _simulate(options: argparse.Namespace) -> int:
         rows = [[name, tables.number(value), run.units[name]] for name, value in run.metrics.items()]
         print(f"{settings.title}\n{run.message}\n\n{text_table(['metric', 'value', 'unit'], rows, right=(1,))}")
         if out is not None:
-            print(f"\n{out / folder.PAGE}\n{out / folder.TRAJECTORY}\n{out / folder.SUMMARY}")
+            recording = [] if run.recorded is None else [folder.RECORDING]
+            print("", *(out / name for name in (folder.PAGE, folder.TRAJECTORY, *recording, folder.SUMMARY)), sep="\n")
     return DONE
 
 

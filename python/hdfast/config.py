@@ -1,4 +1,4 @@
-"""Configuration files: TOML with the sections drive, kinematic_error, terms, scenario, tolerance, spec and run."""
+"""Configuration files: TOML with drive, kinematic error, terms, sensors, scenario, tolerances, limits and run."""
 
 from __future__ import annotations
 
@@ -10,12 +10,14 @@ from pathlib import Path
 from typing import Any
 
 from hdfast import catalogue, checks
-from hdfast.drive_file import read_drive
+from hdfast.drive_file import Effect, read_drive
 from hdfast.errors import InputError, choose, shorten
 from hdfast.model import Model
 from hdfast.params import ParameterTable, layout
 from hdfast.scenario import Scenario
 from hdfast.sections import Sections
+from hdfast.sensors import SensorFacts, SensorStage, stage_of
+from hdfast.sensors.facts import read_sensors
 from hdfast.tolerance.correlation import Correlation
 from hdfast.tolerance.designs import DESIGNS
 from hdfast.tolerance.distributions import Tolerance
@@ -64,6 +66,8 @@ class Config:
         batch_size: rows that share what `batch_share` of their tolerances says.
         specs: limits by metric.
         trajectories: signals a study keeps over time, or None.
+        sensors: what is stated of each channel.
+        effects: declared effects that the equations do not hold, those of sensors among them.
         text: the file as read.
     """
 
@@ -78,12 +82,20 @@ class Config:
     specs: dict[str, Spec]
     run: Run
     trajectories: Trajectories | None
+    sensors: dict[str, SensorFacts]
+    effects: tuple[Effect, ...]
     text: str
 
     def nominal(self) -> dict[str, float]:
         """Every parameter of the nominal drive by name, scenario columns included."""
         values = {row.name: row.default for row in self.table}
         return {**values, **self.scenario.values, **self.drive}
+
+    @property
+    def sensor_stage(self) -> SensorStage | None:
+        """What a recording of the drive passes through, or None where the file states nothing of sensors."""
+        stage = stage_of(self.sensors, self.effects, seed=self.run.seed)
+        return stage if stage.effects else None
 
     def plan(self, seed: int | None = None, sampling: str | None = None) -> Plan:
         """What is drawn, with the file's own seed and sampling unless given."""
@@ -139,6 +151,8 @@ class _Reader:
             self.specs(),
             self.run(),
             self.trajectories(),
+            read_sensors(self.file),
+            drive.effects,
             self.file.text,
         )
 

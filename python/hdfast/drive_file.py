@@ -19,11 +19,8 @@ from hdfast.toml_lines import Path as Keys
 TEETH = ("teeth_flexspline", "teeth_circular", "fixed")
 FIXED = ("flexspline", "circular")
 ERROR_KEYS = ("orders", "cos", "sin", "amplitude", "phase", "scale", "sigma")
-TERM_KEYS = ("effect", "parameters")
-OF_THE_RECORD = (
-    "encoder_eccentricity", "sensor_lowpass", "aliasing", "quantisation", "sensor_delay", "clock_skew", "ratio_error",
-    "sensor_offset_drift", "unknown",
-)  # fmt: skip
+TERM_KEYS = ("effect", "channel", "parameters")
+UNKNOWN = "unknown"
 
 
 @dataclass(frozen=True)
@@ -32,11 +29,13 @@ class Effect:
 
     Attributes:
         effect: its id.
-        values: value by parameter, a number or a name such as the channel.
+        channel: the channel of a sensor effect, else None.
+        values: value by parameter; names as well as numbers where the effect is unknown.
         sigma: standard deviation of those numbers that state one.
     """
 
     effect: str
+    channel: str | None
     values: Mapping[str, Any]
     sigma: Mapping[str, float]
 
@@ -53,7 +52,7 @@ class DriveFile:
         values: value of each parameter in the unit of `hdfast.params`, by its column name.
         sigma: standard deviation in the same unit, where one is stated.
         teeth: `teeth_flexspline`, `teeth_circular` and `fixed`, where they are stated.
-        effects: declared effects of the sensors.
+        effects: declared effects of sensors, and unknown ones.
     """
 
     base: str | None
@@ -99,7 +98,8 @@ class _Reader:
         spring = self.spring(section)
         self.file.known(("kinematic_error",), error, ERROR_KEYS)
         entries = self.entries()
-        named = [(number, entry) for number, entry in enumerate(entries) if entry["effect"] not in OF_THE_RECORD]
+        numbered = list(enumerate(entries))
+        named = [(number, entry) for number, entry in numbered if not _of_the_record(entry["effect"])]
         chosen = [entry["effect"] for _, entry in named]
         given = {"orders": error["orders"]} if "orders" in error else {}
         self.file.guard(("kinematic_error", "orders"), lambda: Model(**given))
@@ -110,7 +110,7 @@ class _Reader:
         self.kinematic_error(error, model)
         for number, entry in named:
             self.term(("terms", number, "parameters"), entry, table)
-        effects = tuple(self.effect(i, e) for i, e in enumerate(entries) if e["effect"] in OF_THE_RECORD)
+        effects = tuple(self.effect(i, entry) for i, entry in numbered if _of_the_record(entry["effect"]))
         return DriveFile(base, spring, given.get("orders"), tuple(chosen), self.values, self.sigma, teeth, effects)
 
     def choice(self, path: Keys, section: Mapping[str, Any], allowed: Iterable[str]) -> str | None:
@@ -174,8 +174,11 @@ class _Reader:
             self.file.known(path, entry, TERM_KEYS)
             if "effect" not in entry:
                 raise self.file.error(path, "[[terms]] needs the key 'effect'")
-            if entry["effect"] not in OF_THE_RECORD:
-                self.file.guard((*path, "effect"), terms().__getitem__, entry["effect"])
+            if entry["effect"] == UNKNOWN:
+                continue
+            term = self.file.guard((*path, "effect"), terms().__getitem__, entry["effect"])
+            if "channel" in entry and not term.channels:
+                raise self.file.error((*path, "channel"), f"{term.id} acts on the drive and has no channel")
         return found
 
     def term(self, path: Keys, entry: Mapping[str, Any], table: ParameterTable) -> None:
@@ -191,11 +194,23 @@ class _Reader:
         path: Keys = ("terms", number, "parameters")
         given = self.file.table(path, entry.get("parameters", {}))
         inner = _Reader(self.file)
+        if entry["effect"] != UNKNOWN:
+            return self.of_a_sensor(number, entry, given, inner)
         for name, value in given.items():
             if not isinstance(value, str):
                 inner.number((*path, name), name, value)
         named = {name: value for name, value in given.items() if isinstance(value, str)}
-        return Effect(entry["effect"], named | inner.values, inner.sigma)
+        return Effect(UNKNOWN, None, named | inner.values, inner.sigma)
+
+    def of_a_sensor(self, number: int, entry: Mapping[str, Any], given: Mapping[str, Any], inner: _Reader) -> Effect:
+        path: Keys = ("terms", number)
+        term = terms()[entry["effect"]]
+        stated = entry.get("channel")
+        channel = self.file.guard((*path, "channel"), choose, f"channel of {term.id}", stated, term.channels)
+        self.file.known((*path, "parameters"), given, [parameter.name for parameter in term.parameters])
+        for name, value in given.items():
+            inner.number((*path, "parameters", name), name, value)
+        return Effect(term.id, channel, inner.values, inner.sigma)
 
     def kinematic_error(self, error: Mapping[str, Any], model: Model) -> None:
         path: Keys = ("kinematic_error",)
@@ -231,3 +246,8 @@ class _Reader:
                 path, f"{key} has {size} numbers, orders has {len(labels)} (allowed: the same number)"
             )
         return [self.file.guard(path, checks.finite, f"{key}[{i}]", value[i], low) for i in range(len(value))]
+
+
+def _of_the_record(effect: str) -> bool:
+    """Whether the equations of the drive do not hold the effect."""
+    return effect == UNKNOWN or bool(terms()[effect].channels)

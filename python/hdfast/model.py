@@ -96,7 +96,11 @@ class Model:
         if isinstance(self.terms, str) or not isinstance(self.terms, Iterable):
             raise InputError(f"terms = {shorten(self.terms)} is not a list of term ids")
         for term in self.terms:
-            terms()[term]
+            if terms()[term].channels:
+                raise InputError(
+                    f"terms: {term!r} acts on a recorded channel, not on the drive "
+                    f"(allowed: sensors=hdfast.sensors.SensorStage([({term!r}, {terms()[term].channels[0]!r})]))"
+                )
         if self.terms and self.base != "two_inertia":
             raise InputError(f"terms = {shorten(self.terms)} with base = {self.base!r} (allowed: two_inertia)")
         if len(set(self.terms)) < len(tuple(self.terms)):

@@ -68,6 +68,10 @@ class ParameterTable:
         """The column name behind a name: a term's parameter may always be written with the term's id before it."""
         return self._aliases.get(name, name)
 
+    def joined(self, other: ParameterTable) -> ParameterTable:
+        """These parameters, then the others."""
+        return ParameterTable((*self._rows, *other._rows), {**self._aliases, **other._aliases})
+
     def __len__(self) -> int:
         return len(self._rows)
 

@@ -18,6 +18,8 @@ from hdfast.model import Model
 from hdfast.params import ParameterTable, layout
 from hdfast.rows import Rows, read_rows
 from hdfast.scenario import Scenario
+from hdfast.sensors.observation import Observation, observe
+from hdfast.sensors.stage import SensorStage
 
 DEFAULT_SIGNALS = ("te", "omega_m", "omega_l")
 MAX_ROWS = 2**31 - 1
@@ -38,6 +40,7 @@ class Request:
         rows: columns by name, scenario columns included, and shared values (already part of `defaults`).
         scenarios: the scenarios; `scenario_index` (M,) picks one per row, None means the first for all.
         grids: output times; `grid_index` (M,) picks one per row, None means the first for all.
+        observation: what the sensors need, None without sensors.
     """
 
     model: Model
@@ -56,6 +59,7 @@ class Request:
     atol: float
     max_steps: int
     max_step: float
+    observation: Observation | None
 
 
 def prepare(
@@ -74,6 +78,7 @@ def prepare(
     atol: float = 1.0,
     max_steps: int = 1_000_000,
     max_step: float = math.inf,
+    sensors: Any = None,
 ) -> Request:
     """Check the arguments of `hdfast.sweep`; nothing runs.
 
@@ -86,7 +91,7 @@ def prepare(
         raise InputError(f"model = {shorten(model)} is not a hdfast.Model")
     table = layout(model)
     drive = table[: sum(row.group == "drive" for row in table)]
-    given = read_rows(rows, drive, table)
+    given, readings = _split(rows, drive, table, sensors)
     if given.count > MAX_ROWS:
         raise InputError(f"rows has {given.count} rows (allowed: at most {MAX_ROWS})")
     scenarios = _scenarios(scenario)
@@ -97,7 +102,9 @@ def prepare(
     grids = [] if t_eval is None else _grids(t_eval)
     chosen = catalogue.choose_signals(signals, DEFAULT_SIGNALS) if grids else []
     quantities = catalogue.choose_metrics(metrics)
-    _check_size(given.count, len(quantities), len(chosen), max(map(len, grids), default=0))
+    observation = None if sensors is None else observe(sensors, readings, chosen, grids)
+    sampled, times = (chosen, grids) if observation is None else (observation.signals * 2, observation.grids)
+    _check_size(given.count, len(quantities), len(sampled), max(map(len, times), default=0))
     grid_index = _index("t_eval_index", t_eval_index, given.count, len(grids), "t_eval") if grids else None
     _check_ends(grids, grid_index, scenarios, index)
     return Request(
@@ -117,7 +124,19 @@ def prepare(
         atol=checks.number("atol", atol, *ATOL),
         max_steps=checks.whole("max_steps", max_steps, 1, 2**31 - 1),
         max_step=checks.positive("max_step", max_step, math.inf, "s"),
+        observation=observation,
     )
+
+
+def _split(rows: Any, drive: ParameterTable, table: ParameterTable, sensors: Any) -> tuple[Rows, dict[str, Any]]:
+    """Rows of the drive, and the values of the sensors among them by name."""
+    if not isinstance(sensors, SensorStage):
+        return read_rows(rows, drive, table), {}
+    own = sensors.named(table)
+    given = read_rows(rows, drive, table.joined(own))
+    columns = {name: given.columns.pop(name) for name in own.names if name in given.columns}
+    shared = {name: given.shared.pop(name) for name in own.names if name in given.shared}
+    return given, {**columns, **shared}
 
 
 def _scenarios(scenario: Any) -> list[Scenario]:

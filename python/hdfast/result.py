@@ -39,6 +39,7 @@ class SweepResult:
         metrics: arrays (M,) by name; NaN where a row did not get there.
         units: unit of every metric and signal by name.
         samples: arrays (M, T) by signal name, NaN beyond a row's grid or end; empty without t_eval.
+        recorded: what the sensors read, arrays (M, T) by channel; empty without sensors.
         t_eval: the sample times [s] of each grid.
         final_state: (M, S) last accepted state, columns as `states`.
         status: (M,) codes, 0 is finished; `status_counts()` and `message(row)` put them in words.
@@ -52,7 +53,9 @@ class SweepResult:
         self.request = request
         self.model = request.model
         self.metrics: dict[str, Floats] = dict(zip((m.name for m in request.metrics), raw["metrics"], strict=True))
-        self.samples: dict[str, Floats] = dict(zip((s.name for s in request.signals), raw["samples"], strict=True))
+        self.samples: dict[str, Floats] = {}
+        self.recorded: dict[str, Floats] = {}
+        self._take(raw["samples"])
         self.units = {item.name: item.unit for item in (*request.signals, *request.metrics)}
         self.t_eval: list[Floats] = request.grids
         self.states = request.model.states
@@ -66,6 +69,15 @@ class SweepResult:
         self.seconds: float = raw["seconds"]
         self.threads: int = raw["threads"]
         self.simd: str = raw["simd"]
+
+    def _take(self, samples: list[Floats]) -> None:
+        request = self.request
+        names = [signal.name for signal in request.signals]
+        if request.observation is None:
+            self.samples = dict(zip(names, samples, strict=True))
+            return
+        seen, self.recorded = request.observation.take(samples, request.grids, request.grid_index)
+        self.samples = {name: seen[name] for name in names}
 
     def __len__(self) -> int:
         return len(self.status)

@@ -10,6 +10,7 @@ from hdfast import catalogue
 from hdfast.checks import Floats
 from hdfast.errors import InputError, nearest, shorten
 from hdfast.model import Model
+from hdfast.recordings import Recording
 from hdfast.request import prepare
 from hdfast.result import SweepResult
 from hdfast.scenario import Scenario
@@ -26,6 +27,7 @@ class Trajectory:
         t: sample times [s], shape (T,).
         signals: arrays (T,) by name; NaN after the end of a row that failed.
         units: unit of every signal and metric by name.
+        recorded: the `Recording` its sensors made, None without sensors.
         metrics: metrics of the row by name.
         status: name of the outcome, "finished" when all went well.
         message: the outcome in words, with a remedy when it failed.
@@ -38,6 +40,7 @@ class Trajectory:
         self.scenario = result.request.scenarios[0]
         self.t: Floats = result.t_eval[0]
         self.signals: dict[str, Floats] = {name: values[0] for name, values in result.samples.items()}
+        self.recorded = self._recording(result)
         self.metrics: dict[str, float] = {name: float(values[0]) for name, values in result.metrics.items()}
         self.units = result.units
         self.status = next(iter(result.status_counts()))
@@ -51,6 +54,13 @@ class Trajectory:
 
     def __repr__(self) -> str:
         return f"Trajectory: {len(self.t)} times to {self.t[-1]:g} s, signals {', '.join(self.signals)}\n{self.message}"
+
+    def _recording(self, result: SweepResult) -> Recording | None:
+        observation = result.request.observation
+        if observation is None:
+            return None
+        columns = {"t": self.t, **{name: values[0] for name, values in result.recorded.items()}}
+        return Recording("simulated", columns, observation.stage.resolution)
 
     def plot(self) -> Any:
         """Speeds, windup and transmission error over time as a `matplotlib.figure.Figure`."""
@@ -76,7 +86,7 @@ def simulate(
         scenario: the inputs over time; default `Scenario.start_stop()`.
         t_eval: sample times [s], shape (T,); default about 1 kHz over the whole run.
         signals: names of the sampled signals; default all.
-        options: metrics, initial_state, method, rtol, atol, max_steps, max_step and strict as in `sweep`.
+        options: metrics, initial_state, method, rtol, atol, max_steps, max_step, sensors and strict as in `sweep`.
 
     Raises:
         InputError: the call cannot mean anything, or more than one row was given.

@@ -16,6 +16,7 @@ from hdfast.model import Model
 from hdfast.request import Progress, Request, parameters_of, prepare
 from hdfast.result import SweepResult
 from hdfast.scenario import Scenario
+from hdfast.sensors.stage import SensorStage
 from hdfast.threads import resolve_threads
 
 
@@ -35,6 +36,7 @@ def sweep(
     atol: float = 1.0,
     max_steps: int = 1_000_000,
     max_step: float = math.inf,
+    sensors: SensorStage | None = None,
     threads: int | None = None,
     progress: bool | Progress = False,
     strict: bool = False,
@@ -59,6 +61,8 @@ def sweep(
         atol: factor on the built-in absolute tolerances of the states, 1e-9 to 1e9.
         max_steps: steps after which a row is given up with the status "max_steps".
         max_step: largest step [s].
+        sensors: a `hdfast.sensors.SensorStage`; `result.recorded` is what it reads at t_eval, by channel. Rows may
+            name its parameters.
         threads: number of threads; default HDFAST_NUM_THREADS, RAYON_NUM_THREADS, then the CPUs this process may use.
         progress: True shows a bar on stderr; a function is called with (rows done, rows in total).
         strict: raise for the first row that cannot be simulated instead of giving it the status "bad_parameters".
@@ -86,6 +90,7 @@ def sweep(
         atol=atol,
         max_steps=max_steps,
         max_step=max_step,
+        sensors=sensors,
     )
     return run(request, threads=threads, progress=progress, strict=strict)
 
@@ -96,6 +101,7 @@ def run(
     """Hand a checked call to the core."""
     count = resolve_threads(threads)
     catalogue.build_info()
+    observation = request.observation
     with _reporter(progress, request.rows.count) as report:
         raw = _core.sweep(
             base=request.model.base,
@@ -109,9 +115,9 @@ def run(
             program_index=request.scenario_index,
             initial=request.scenarios[0].initial,
             initial_state=request.initial_state,
-            grids=request.grids,
+            grids=observation.grids if observation else request.grids,
             grid_index=request.grid_index,
-            signals=[signal.name for signal in request.signals],
+            signals=[signal.name for signal in (observation.signals if observation else request.signals)],
             metrics=[metric.name for metric in request.metrics],
             method=request.method,
             rtol=request.rtol,

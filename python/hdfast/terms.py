@@ -1,4 +1,4 @@
-"""The catalogue of physics beyond the nominal model, read from the compiled core."""
+"""The catalogue of physics beyond the nominal model: terms of the compiled core and of sensors."""
 
 from __future__ import annotations
 
@@ -26,7 +26,10 @@ class TermParameter:
 
 @dataclass(frozen=True)
 class Term:
-    """One effect: where it sits, its equation and source, its parameters, and which of them is its amplitude."""
+    """One effect: where it sits, its equation and source, its parameters, and which of them is its amplitude.
+
+    An effect at the place "sensor" acts on channels of a recording and belongs to a `hdfast.sensors.SensorStage`.
+    """
 
     id: str
     place: str
@@ -36,6 +39,7 @@ class Term:
     amplitude: str
     parameters: tuple[TermParameter, ...]
     states: tuple[tuple[str, str], ...]
+    channels: tuple[str, ...] = ()
 
 
 class TermTable:
@@ -81,7 +85,9 @@ class TermTable:
 @lru_cache(maxsize=1)
 def terms() -> TermTable:
     """Catalogue of the physics beyond the nominal model: id, place, equation, parameters with units, source."""
-    return TermTable(tuple(_term(entry) for entry in _core.terms()))
+    from hdfast.sensors.catalogue import EFFECTS
+
+    return TermTable((*(_term(entry) for entry in _core.terms()), *(effect.info for effect in EFFECTS.values())))
 
 
 def _term(entry: dict[str, Any]) -> Term:

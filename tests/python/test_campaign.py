@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 from hdfast import Model, config
 from hdfast.errors import ConfigError
-from hdfast.recordings import Controller, Recording, SensorFacts, load_campaign, save
+from hdfast.recordings import Controller, Recording, load_campaign, save
+from hdfast.sensors import SensorFacts
 
 T = np.linspace(0.0, 1.0, 101)
 FILES = {
@@ -40,7 +41,8 @@ effect = "cogging"
 parameters = { order = 24, T_cog = 0.01, psi_1 = 0.5 }
 [[terms]]
 effect = "sensor_delay"
-parameters = { channel = "load_angle", tau = { value = 1e-3, sigma = 0.1 } }
+channel = "load_angle"
+parameters = { tau_y = { value = 1e-3, sigma = 0.1 } }
 [controller]
 kind = "pi"
 kp = 0.05
@@ -87,11 +89,9 @@ def test_exact_every_section_is_read(campaign, tmp_path):
     assert found.drive.teeth == {"teeth_flexspline": 240, "teeth_circular": 242, "fixed": "flexspline"}
     assert found.model == Model(orders=[1, "120/121"], terms=["coulomb_friction", "cogging"])
     [delay] = found.drive.effects
-    assert (delay.effect, delay.values, delay.sigma) == (
-        "sensor_delay",
-        {"channel": "load_angle", "tau": 1e-3},
-        {"tau": pytest.approx(1e-4)},
-    )
+    assert (delay.effect, delay.channel, delay.values) == ("sensor_delay", "load_angle", {"tau_y": 1e-3})
+    assert delay.sigma == {"tau_y": pytest.approx(1e-4)}
+    assert found.sensor_stage.value("load_angle_sensor_lowpass_tau_s") == pytest.approx(1.0 / (600.0 * math.pi))
 
 
 def test_exact_priors_are_deviations_in_the_unit_of_the_parameter(campaign):

@@ -8,10 +8,10 @@ import drives
 import numpy as np
 import pytest
 from hdfast import Model, Scenario, config, identify
-from hdfast.bench import SensorChain, encoder, startstop
+from hdfast.bench import record, rig, startstop
 from hdfast.bench.kinematic_error import motion
-from hdfast.bench.sensors import Sensor
 from hdfast.errors import InputError
+from hdfast.sensors import encoder
 
 GAIN = {name: {**drives.DRIVE, **drives.POLYNOMIAL}[name] for name in ("J_l", "k1", "B_sp", "B_l")}
 ANGLES = ("motor_angle", "load_angle")
@@ -28,9 +28,9 @@ def signals(rate, revolutions, speed):
 
 
 def runs(bits, rate, revolutions, speed, seed):
-    chain = SensorChain(rate=rate, load_angle=encoder(bits, noise=1e-6))
+    sensors = rig(rate, load_angle=encoder(bits, noise=1e-6))
     return [
-        chain.record(f"run {j}", found["t"], {name: found[name] for name in ANGLES}, [seed, j])
+        record(sensors, f"run {j}", found["t"], {name: found[name] for name in ANGLES}, [seed, j])
         for j, found in enumerate(signals(rate, revolutions, speed))
     ]
 
@@ -121,13 +121,3 @@ def test_exact_wrong_recordings_are_named():
 def test_exact_a_bench_that_ends_early_is_refused():
     with pytest.raises(InputError, match="cannot be simulated"):
         startstop({"J_m": 1e-30}, scenario=Scenario.start_stop(t_end=1.0))
-
-
-def test_exact_sensor_chain_rounds_delays_and_adds_noise():
-    chain = SensorChain(rate=1000.0, load_angle=Sensor(resolution=0.01, delay=0.1), load_torque=Sensor(noise=0.2))
-    t = chain.times(10.0)
-    found = chain.record("x", t, {"load_angle": t, "load_torque": 0.0 * t}, 1)
-    steps = np.diff(np.unique(found["load_angle"]))
-    np.testing.assert_allclose(steps, 0.01)
-    assert np.mean(found["load_angle"][200:] - t[200:]) == pytest.approx(-0.1, abs=0.01)
-    assert np.std(found["load_torque"]) == pytest.approx(0.2, rel=0.05)

@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from hdfast import Model, config, identify
-from hdfast.bench import SensorChain, SlipLoop, encoder, stiffness
+from hdfast.bench import SlipLoop, rig, stiffness
 from hdfast.errors import InputError
+from hdfast.sensors import encoder
 
 SENSORS = [(17, 100.0), (17, 1000.0), (20, 100.0), (20, 1000.0)]
 SEEDS = 100
@@ -14,8 +15,8 @@ WITHIN = {"k1": 0.01, "k3": 0.01, "k5": 0.01, "K1": 0.01, "K2": 0.01, "K3": 0.01
 
 
 def round_trip(spring, bits, rate, seed):
-    chain = SensorChain(rate=rate, load_angle=encoder(bits, noise=1e-6))
-    made = stiffness(model=Model(spring=spring), sensors=chain, seed=seed)
+    sensors = rig(rate, load_angle=encoder(bits, noise=1e-6))
+    made = stiffness(model=Model(spring=spring), sensors=sensors, seed=seed)
     law = "odd" if spring == "polynomial" else "piecewise"
     return made.truth, identify.stiffness(made.recording, ratio=121.0, law=law)
 

@@ -56,7 +56,8 @@ def test_exact_toml_switches_terms_on(tmp_path):
         ({"terms": ["coulomb"]}, "coulomb_friction"),
         ({"terms": ["coulomb_friction", "coulomb_friction"]}, "twice"),
         ({"terms": ["coulomb_friction"], "base": "one_inertia"}, "two_inertia"),
-        ({"terms": [term.id for term in hdfast.terms() if term.states]}, "at most 8"),
+        ({"terms": [term.id for term in hdfast.terms() if term.states and not term.channels]}, "at most 8"),
+        ({"terms": ["clock_skew"]}, r"hdfast.sensors.SensorStage\(\[\('clock_skew', 'motor_angle'\)\]\)"),
     ],
 )
 def test_exact_wrong_terms_are_named(options, named):

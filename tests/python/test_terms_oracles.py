@@ -11,7 +11,7 @@ from termed import COMBINATIONS, LOAD, RUN, VALUES, assert_close, simulate, torq
 
 
 def test_every_term_has_an_oracle():
-    assert {term.id for term in hdfast.terms()} == set(VALUES)
+    assert {term.id for term in hdfast.terms() if not term.channels} == set(VALUES)
     for term, values in VALUES.items():
         table = hdfast.params(hdfast.Model(terms=[term]))
         plain = hdfast.params(hdfast.Model())

@@ -1,21 +1,20 @@
-"""Virtual benches: recordings of a known drive through a sensor chain."""
+"""Virtual benches: recordings of a known drive through its sensors."""
 
 from hdfast.bench.friction import FrictionLaw, coastdown, friction
 from hdfast.bench.hysteresis import SlipLoop
 from hdfast.bench.kinematic_error import kinematic_error
-from hdfast.bench.sensors import Sensor, SensorChain, encoder
+from hdfast.bench.rig import record, rig
 from hdfast.bench.startstop import startstop
 from hdfast.bench.stiffness import stiffness
 
 __all__ = [
     "FrictionLaw",
-    "Sensor",
-    "SensorChain",
     "SlipLoop",
     "coastdown",
-    "encoder",
     "friction",
     "kinematic_error",
+    "record",
+    "rig",
     "startstop",
     "stiffness",
 ]

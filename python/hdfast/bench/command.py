@@ -10,9 +10,10 @@ from typing import Any
 
 from hdfast import bench
 from hdfast.bench import folder
-from hdfast.bench.sensors import SensorChain, encoder
+from hdfast.bench.rig import SENSORS, rig
 from hdfast.config import Config, load
 from hdfast.recordings import Recording
+from hdfast.sensors import SensorStage, encoder
 
 NAME = "bench"
 TEXT = "Make the recordings a test rig would give of a known drive, through its sensors."
@@ -37,11 +38,11 @@ def arguments(command: argparse.ArgumentParser, whole: Callable[[str, int, int],
         part.add_argument("--out", metavar="DIR", required=True, help="folder for recordings, campaign file and page")
         part.add_argument("--seed", type=whole("--seed", 0, 2**63 - 1), default=1, help="seed of noise and positions")
         part.add_argument("--rate", type=float, default=1000.0, help="samples per second")
-        part.add_argument("--motor-bits", type=whole("--motor-bits", 1, 40), default=17, help="motor encoder")
-        part.add_argument("--load-bits", type=whole("--load-bits", 1, 40), default=20, help="load encoder")
-        part.add_argument("--angle-noise", type=float, default=1e-6, help="noise of the load angle [rad]")
-        part.add_argument("--torque-noise", type=float, default=0.05, help="noise of the load torque [N m]")
-        part.add_argument("--delay", type=float, default=0.0, help="lag of the load angle [s]")
+        part.add_argument("--motor-bits", type=whole("--motor-bits", 1, 40), help="motor encoder [17]")
+        part.add_argument("--load-bits", type=whole("--load-bits", 1, 40), help="load encoder [20]")
+        part.add_argument("--angle-noise", type=float, help="noise of the load angle [rad, 1e-6]")
+        part.add_argument("--torque-noise", type=float, help="noise of the torques at the output [N m, 0.05]")
+        part.add_argument("--delay", type=float, help="lag of the load angle [s, 0]")
         part.add_argument("--format", choices=("parquet", "csv", "npz"), default="parquet", help="kind of file")
         part.add_argument("--json", action="store_true", help="print JSON instead of text")
         part.add_argument("--quiet", action="store_true", help="print nothing but errors")
@@ -62,7 +63,7 @@ def run(options: argparse.Namespace) -> int:
     from hdfast.report import bench_page
 
     settings = load(options.file)
-    sensors = _sensors(options)
+    sensors = _sensors(options, settings)
     recordings, truth = _record(options, settings, sensors)
     drive = settings.nominal()
     path = folder.write(options.out, options.kind, recordings, truth, drive, sensors, options.seed, options.format)
@@ -75,20 +76,31 @@ def run(options: argparse.Namespace) -> int:
     return 0
 
 
-def _sensors(options: argparse.Namespace) -> SensorChain:
-    base = SensorChain()
-    return replace(
-        base,
-        rate=options.rate,
-        motor_angle=encoder(options.motor_bits),
-        load_angle=encoder(options.load_bits, options.angle_noise, options.delay),
-        load_torque=replace(base.load_torque, noise=options.torque_noise),
-        output_torque=replace(base.output_torque, noise=options.torque_noise),
-    )
+def _sensors(options: argparse.Namespace, settings: Config) -> SensorStage:
+    """The bench's own sensors, changed by what the file states, then by what the command line says."""
+    asked: dict[str, dict[str, float | None]] = {
+        "motor_angle": {"resolution": _step(options.motor_bits)},
+        "load_angle": {
+            "resolution": _step(options.load_bits),
+            "noise": options.angle_noise,
+            "delay_s": options.delay,
+        },
+        "load_torque": {"noise": options.torque_noise},
+        "output_torque": {"noise": options.torque_noise},
+    }
+    channels = {}
+    for name, facts in SENSORS.items():
+        stated = [asdict(settings.sensors.get(name, facts)), asked.get(name, {})]
+        channels[name] = replace(facts, **{k: v for given in stated for k, v in given.items() if v is not None})
+    return rig(options.rate, effects=settings.effects, **channels)
+
+
+def _step(bits: int | None) -> float | None:
+    return None if bits is None else encoder(bits).resolution
 
 
 def _record(
-    options: argparse.Namespace, settings: Config, sensors: SensorChain
+    options: argparse.Namespace, settings: Config, sensors: SensorStage
 ) -> tuple[list[Recording], dict[str, Any]]:
     shared: dict[str, Any] = {"sensors": sensors, "seed": options.seed}
     drive, model = settings.drive, settings.model

@@ -7,9 +7,10 @@ from pathlib import Path
 from typing import Any
 
 from hdfast import catalogue
-from hdfast.bench.sensors import SensorChain
 from hdfast.files import prepare, write_json, write_text
 from hdfast.recordings import Recording, save
+from hdfast.sensors import SensorStage
+from hdfast.sensors.facts import facts_of
 from hdfast.toml_write import dump
 
 CAMPAIGN, TRUTH = "campaign.toml", "truth.json"
@@ -22,7 +23,7 @@ def write(
     recordings: Sequence[Recording],
     truth: Mapping[str, Any],
     drive: Mapping[str, float],
-    sensors: SensorChain,
+    sensors: SensorStage,
     seed: int,
     suffix: str = "parquet",
 ) -> Path:
@@ -40,7 +41,7 @@ def write(
     sections = {
         "title": f"Virtual bench: {kind}",
         "drive": {name: drive[name] for name in NAMEPLATE if name in drive},
-        "sensors": sensors.describe(columns),
+        "sensors": {name: facts for name, facts in facts_of(sensors).items() if name in columns},
         "recording": [{"file": name} for name in names],
     }
     write_text(target / CAMPAIGN, dump(sections))

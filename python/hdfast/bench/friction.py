@@ -13,9 +13,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from hdfast import checks
-from hdfast.bench.sensors import SensorChain
+from hdfast.bench.rig import record, rig
 from hdfast.checks import Floats
 from hdfast.recordings import Recording
+from hdfast.sensors import SensorStage
 
 RPM = 2.0 * math.pi / 60.0
 RIPPLE = 0.005  # N m, twice per revolution
@@ -59,7 +60,7 @@ def friction(
     dwell_revolutions: float = 4.0,
     loads: Sequence[float] = (0.0,),
     temperature: float | None = None,
-    sensors: SensorChain | None = None,
+    sensors: SensorStage | None = None,
     seed: int = 1,
 ) -> list[Recording]:
     """A speed ladder in both directions and random order, one recording for each load.
@@ -71,14 +72,14 @@ def friction(
         dwell_revolutions: motor revolutions at each speed, at least 1 s.
         loads: output torques [N m], positive resists forward motion.
         temperature: at the start [degC], rising by 10 K during a recording; None records none.
-        sensors: the sensor chain.
+        sensors: the sensors; default `rig()`.
         seed: seed of noise, encoder positions and order.
 
     Raises:
         InputError: naming the argument, its value and the allowed range.
     """
     law = FrictionLaw() if law is None else law
-    chain = SensorChain() if sensors is None else sensors
+    stage = rig() if sensors is None else sensors
     checks.positive("dwell_revolutions", dwell_revolutions, 1e4)
     rng = np.random.default_rng([seed, 99])
     found = []
@@ -87,7 +88,7 @@ def friction(
         rng.shuffle(steps)
         dwell = np.maximum(dwell_revolutions * 2.0 * math.pi / np.abs(steps), 1.0)
         corners = np.concatenate([[0.0], np.cumsum(dwell)])
-        t = chain.times(float(corners[-1]))
+        t = stage.times(float(corners[-1]))
         speed = steps[np.minimum(np.searchsorted(corners[1:], t, side="right"), len(steps) - 1)]
         angle = np.concatenate([[0.0], np.cumsum(0.5 * (speed[1:] + speed[:-1]) * np.diff(t))])
         warm = 20.0 + 0.0 * t if temperature is None else temperature + 10.0 * t / t[-1]
@@ -96,7 +97,7 @@ def friction(
         signals = {"motor_angle": angle, "motor_torque": torque, "speed_reference": speed, "load_torque": held}
         if temperature is not None:
             signals["temperature"] = warm
-        found.append(chain.record(f"ladder at {load:g} N m", t, signals, [seed, index]))
+        found.append(record(stage, f"ladder at {load:g} N m", t, signals, [seed, index]))
     return found
 
 
@@ -105,7 +106,7 @@ def coastdown(
     *,
     inertia: float = 3e-4 + 0.5 / 121.0**2,
     speeds_rpm: Sequence[float] = (100.0, 300.0, 600.0),
-    sensors: SensorChain | None = None,
+    sensors: SensorStage | None = None,
     seed: int = 1,
 ) -> list[Recording]:
     """Coasting to rest from several speeds without motor torque; the Stribeck dip is left out (T_s = T_c).
@@ -114,19 +115,19 @@ def coastdown(
         law: the friction; T_c and B count.
         inertia: moving inertia at the motor [kg m^2].
         speeds_rpm: motor speed at the start of each recording [r/min].
-        sensors: the sensor chain.
+        sensors: the sensors; default `rig()`.
         seed: seed of noise and encoder positions.
     """
     law = FrictionLaw() if law is None else law
-    chain = SensorChain() if sensors is None else sensors
+    stage = rig() if sensors is None else sensors
     a, b = law.T_c / inertia, law.B / inertia
     runs = []
     for index, speed in enumerate(speeds_rpm):
         omega = checks.positive("speeds_rpm", speed, 1e5, "r/min") * RPM
         rest = math.log(1.0 + b * omega / a) / b if a else 6.0 / b
-        t = chain.times(rest + 0.1)
+        t = stage.times(rest + 0.1)
         moving = np.minimum(t, rest)
         angle = (omega + a / b) / b * -np.expm1(-b * moving) - a / b * moving
         signals = {"motor_angle": angle, "motor_torque": np.zeros_like(t)}
-        runs.append(chain.record(f"coast from {speed:g} r/min", t, signals, [seed, index]))
+        runs.append(record(stage, f"coast from {speed:g} r/min", t, signals, [seed, index]))
     return runs

@@ -8,13 +8,14 @@ from collections.abc import Mapping
 import numpy as np
 
 from hdfast import checks
-from hdfast.bench.sensors import SensorChain
+from hdfast.bench.rig import record, rig
 from hdfast.catalogue import FINISHED
 from hdfast.checks import Floats
 from hdfast.errors import InputError
 from hdfast.model import Model
 from hdfast.recordings import Recording
 from hdfast.scenario import Scenario
+from hdfast.sensors import SensorStage
 from hdfast.simulate import Trajectory, simulate
 
 RUN_IN, RAMP = 2.0, 0.5
@@ -72,7 +73,7 @@ def kinematic_error(
     model: Model | None = None,
     speed_rpm: float = 15.0,
     revolutions: int = 121,
-    sensors: SensorChain | None = None,
+    sensors: SensorStage | None = None,
     seed: int = 1,
 ) -> list[Recording]:
     """Record whole motor revolutions forward and backward.
@@ -82,19 +83,19 @@ def kinematic_error(
         model: the equations.
         speed_rpm: held motor speed [r/min].
         revolutions: motor revolutions in each direction; `ratio` of them are one of the output.
-        sensors: the sensor chain.
+        sensors: the sensors; default `rig()`.
         seed: seed of noise and encoder positions.
 
     Raises:
         InputError: naming the argument, its value and the allowed range.
     """
     model = Model() if model is None else model
-    chain = SensorChain() if sensors is None else sensors
+    stage = rig() if sensors is None else sensors
     speed = checks.positive("speed_rpm", speed_rpm, 1e4, "r/min")
     duration = 60.0 / speed * (checks.whole("revolutions", revolutions, 1, 10**6) + MARGIN)
     runs = []
     for index, (name, sign) in enumerate((("forward", 1.0), ("backward", -1.0))):
-        signals = motion(drive, model, sign * speed, duration, chain.rate)
+        signals = motion(drive, model, sign * speed, duration, stage.rate)
         t = signals.pop("t")
-        runs.append(chain.record(name, t, signals, [seed, index]))
+        runs.append(record(stage, name, t, signals, [seed, index]))
     return runs

@@ -1,14 +1,15 @@
-"""The virtual start-stop test: any scenario of the engine through the sensor chain."""
+"""The virtual start-stop test: any scenario of the engine through the sensors."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 
 from hdfast.bench.kinematic_error import MOST_STEPS, whole
-from hdfast.bench.sensors import SensorChain
+from hdfast.bench.rig import record, rig
 from hdfast.model import Model
 from hdfast.recordings import Recording
 from hdfast.scenario import Scenario
+from hdfast.sensors import SensorStage
 from hdfast.simulate import simulate
 
 SIGNALS = {
@@ -24,7 +25,7 @@ def startstop(
     *,
     model: Model | None = None,
     scenario: Scenario | None = None,
-    sensors: SensorChain | None = None,
+    sensors: SensorStage | None = None,
     seed: int = 1,
 ) -> Recording:
     """Record a start, run and stop.
@@ -33,12 +34,12 @@ def startstop(
         drive: parameters that differ from the defaults.
         model: the equations.
         scenario: the inputs; default `Scenario.start_stop()`.
-        sensors: the sensor chain.
+        sensors: the sensors; default `rig()`.
         seed: seed of noise and encoder positions.
     """
     chosen = Scenario.start_stop() if scenario is None else scenario
-    chain = SensorChain() if sensors is None else sensors
-    t = chain.times(chosen.t_end)
+    stage = rig() if sensors is None else sensors
+    t = stage.times(chosen.t_end)
     run = simulate(
         dict(drive or {}),
         model=model,
@@ -51,4 +52,4 @@ def startstop(
         strict=True,
     )
     whole(run)
-    return chain.record("startstop", t, {column: run[signal] for column, signal in SIGNALS.items()}, seed)
+    return record(stage, "startstop", t, {column: run[signal] for column, signal in SIGNALS.items()}, seed)

@@ -9,11 +9,12 @@ import numpy as np
 
 from hdfast import checks, spring
 from hdfast.bench.hysteresis import SlipLoop, relaxed
-from hdfast.bench.sensors import SensorChain
+from hdfast.bench.rig import record, rig
 from hdfast.checks import Floats
 from hdfast.model import Model
 from hdfast.params import params
 from hdfast.recordings import Recording
+from hdfast.sensors import SensorStage
 
 PATH_POINTS = 4001
 
@@ -39,7 +40,7 @@ def stiffness(
     rate: float = 2.0,
     loops: int = 2,
     loop: SlipLoop | None = None,
-    sensors: SensorChain | None = None,
+    sensors: SensorStage | None = None,
     seed: int = 1,
 ) -> StiffnessBench:
     """Record a torque-windup loop of a known drive, quasi-statically.
@@ -51,21 +52,21 @@ def stiffness(
         rate: speed of the torque [N m/s].
         loops: whole loops after the first quarter.
         loop: slip elements beside the spring; default 2 N m. `SlipLoop(torque=0)` has none.
-        sensors: the sensor chain.
+        sensors: the sensors; default `rig()`.
         seed: seed of noise and encoder positions.
 
     Raises:
         InputError: naming the argument, its value and the allowed range.
     """
     model = Model() if model is None else model
-    chain = SensorChain() if sensors is None else sensors
+    stage = rig() if sensors is None else sensors
     slip = SlipLoop() if loop is None else loop
     top = checks.positive("torque", torque, 1e5, "N m")
     quarter = top / checks.positive("rate", rate, 1e6, "N m/s")
     values = {row.name: row.default for row in params(model)} | dict(drive or {})
     corners = np.array([0.0, top, *[-top, top] * checks.whole("loops", loops, 1, 100), 0.0])
     moments = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(corners)) / top * quarter)])
-    t = chain.times(float(moments[-1]))
+    t = stage.times(float(moments[-1]))
     load = np.interp(t, moments, corners)
     windup, cycle = _windup(model.spring, values, slip, t, load, moments, corners)
     signals = {
@@ -76,7 +77,7 @@ def stiffness(
     }
     names = ["k1", "k3", "k5", "phi_max"] if model.spring == "polynomial" else ["K1", "K2", "K3", "T1", "T2"]
     truth = {name: values[name] for name in names} | {"hysteresis_torque": slip.torque, "loop_energy": cycle}
-    return StiffnessBench(chain.record("stiffness", t, signals, seed), truth)
+    return StiffnessBench(record(stage, "stiffness", t, signals, seed), truth)
 
 
 def _windup(

@@ -73,8 +73,8 @@ class Fit:
 def merge(base: Mapping[str, Any], found: Mapping[str, Mapping[str, Any]]) -> dict[str, Any]:
     """A model file with identified values.
 
-    What only a campaign has is dropped, as are terms this version does not know; keys and tolerances of the other
-    spring law go when the spring was identified.
+    What only a campaign has is dropped, as are effects of sensors and terms this version does not know; keys and
+    tolerances of the other spring law go when the spring was identified.
     """
     known = terms().ids
     merged = {key: value for key, value in base.items() if key not in OF_A_CAMPAIGN}
@@ -82,7 +82,7 @@ def merge(base: Mapping[str, Any], found: Mapping[str, Mapping[str, Any]]) -> di
     error = plain(base.get("kinematic_error", {}))
     merged |= {"kinematic_error": error} if error else {}
     if "terms" in merged:
-        merged["terms"] = [term for term in merged["terms"] if term.get("effect") in known]
+        merged["terms"] = [term for term in merged["terms"] if term.get("effect") in known and "channel" not in term]
     for section, values in found.items():
         if section == "kinematic_error":
             merged[section] = dict(values)

@@ -5,7 +5,7 @@ from hdfast.recordings.columns import COLUMNS, ColumnMap, read_column_map
 from hdfast.recordings.load import gather, load, load_table, save
 from hdfast.recordings.priors import Prior
 from hdfast.recordings.recording import Recording
-from hdfast.recordings.rig import Controller, SensorFacts
+from hdfast.recordings.rig import Controller
 from hdfast.recordings.table import Table
 
 __all__ = [
@@ -16,7 +16,6 @@ __all__ = [
     "Controller",
     "Prior",
     "Recording",
-    "SensorFacts",
     "Table",
     "gather",
     "load",

@@ -16,9 +16,11 @@ from hdfast.recordings.columns import COLUMNS, ColumnMap, read_column_map
 from hdfast.recordings.load import read, to_table
 from hdfast.recordings.priors import TORQUE_SCALE, Prior, priors
 from hdfast.recordings.replay import INPUTS
-from hdfast.recordings.rig import Controller, SensorFacts, read_controller, read_sensors
+from hdfast.recordings.rig import Controller, read_controller
 from hdfast.recordings.table import Table
 from hdfast.sections import Sections
+from hdfast.sensors.facts import SensorFacts, read_sensors, stage_of
+from hdfast.sensors.stage import SensorStage
 from hdfast.toml_lines import Path as Keys
 
 ROLES = ("fit", "heldout")
@@ -96,6 +98,11 @@ class Campaign:
     def priors(self) -> dict[str, Prior]:
         """What is known beforehand of every parameter of the model, by column name."""
         return priors(self.drive, self.base)
+
+    @cached_property
+    def sensor_stage(self) -> SensorStage:
+        """What a simulated recording passes through: the stated facts and the declared effects of sensors."""
+        return stage_of(self.sensors, self.drive.effects)
 
     @cached_property
     def channel_sigma(self) -> dict[str, float]:

@@ -11,15 +11,17 @@ from typing import Any
 from hdfast import catalogue
 from hdfast.config import Config
 from hdfast.files import write_atomically, write_json
+from hdfast.recordings import save
 from hdfast.report import html, tables
 from hdfast.result import SweepResult
 from hdfast.simulate import Trajectory
 from hdfast.tolerance.limits import Verdict
 
-PAGE, ROWS, TRAJECTORY, SUMMARY, INPUT = (
+PAGE, ROWS, TRAJECTORY, RECORDING, SUMMARY, INPUT = (
     "index.html",
     "rows.parquet",
     "trajectory.parquet",
+    "recording.parquet",
     "summary.json",
     "input.toml",
 )
@@ -111,6 +113,8 @@ def write_simulate(folder: Path, config: Config, run: Trajectory) -> dict[str, A
     table = pa.Table.from_arrays([pa.array(values) for values, _ in columns.values()], schema=schema)
     write_atomically(folder / INPUT, lambda stream: stream.write(config.text.encode()))
     write_table(folder / TRAJECTORY, table, None, numbers["version"])
+    if run.recorded is not None:
+        save(run.recorded, folder / RECORDING)
     page = html.simulate_page(config, run)
     write_atomically(folder / PAGE, lambda stream: stream.write(page.encode()))
     write_json(folder / SUMMARY, numbers)

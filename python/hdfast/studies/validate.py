@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from hdfast.bench.kinematic_error import motion
-from hdfast.bench.sensors import Sensor, SensorChain
+from hdfast.bench.rig import record, rig
 from hdfast.checks import Floats
 from hdfast.identify.fit import Fit
 from hdfast.identify.kinematic_error import kinematic_error
@@ -17,6 +17,7 @@ from hdfast.model import Model
 from hdfast.params import params
 from hdfast.result import SweepResult
 from hdfast.scenario import Scenario
+from hdfast.sensors import SensorFacts
 from hdfast.simulate import Trajectory, simulate
 from hdfast.studies import trends
 from hdfast.studies.cases import LOADS, RPM
@@ -86,12 +87,13 @@ def _from_rest(drive: Mapping[str, float] | None, speed: float, initial: str = "
 
 
 def _static_fit(drive: Mapping[str, float] | None) -> Fit:
-    chain = SensorChain(motor_angle=Sensor(), load_angle=Sensor(noise=NOISE))
+    sensors = rig(motor_angle=SensorFacts(), load_angle=SensorFacts(noise=NOISE))
     runs = []
     for seed, speed in enumerate((15.0, -15.0)):
         signals = motion(drive, Model(), speed, 121.1 * 4.0, 20.0)
         t = signals.pop("t")
-        runs.append(chain.record(f"{speed:g} r/min", t, {k: signals[k] for k in ("motor_angle", "load_angle")}, seed))
+        angles = {name: signals[name] for name in ("motor_angle", "load_angle")}
+        runs.append(record(sensors, f"{speed:g} r/min", t, angles, seed))
     return kinematic_error(runs, ratio={r.name: r.default for r in params()}["ratio"])
 
 

@@ -1,0 +1,128 @@
+"""What a sensor effect says of itself, and the five places in the order in which a signal passes them."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import ClassVar, cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hdfast.checks import Floats
+from hdfast.sensors.channels import ANGLES
+from hdfast.sensors.curve import Curve
+from hdfast.terms import Term, TermParameter
+
+CHANNEL_UNIT = "unit of the channel"
+Values = Mapping[str, Floats]
+Counts = NDArray[np.int64]
+Draw = Callable[[Counts], Floats]
+
+
+@dataclass(frozen=True)
+class SensorParameter(TermParameter):
+    """A parameter of a sensor effect.
+
+    Attributes:
+        allowed: range outside of which a value is refused.
+        on_torque: default, low and high on a torque channel, where they differ from those on an angle.
+    """
+
+    allowed: tuple[float, float] = (-np.inf, np.inf)
+    on_torque: tuple[float, float, float] | None = None
+
+
+def phase(name: str, meaning: str) -> SensorParameter:
+    """A phase angle."""
+    return SensorParameter(name, name, "rad", 0.0, -np.pi, np.pi, meaning)
+
+
+@dataclass(frozen=True)
+class Instants:
+    """When a channel is read.
+
+    Attributes:
+        s: times at which the quantity is looked at [s], shape (M, K).
+        index: number of the reading behind each sample, shape (M, K); a held value repeats it.
+        interval: time between two readings [s], shape (M, 1).
+    """
+
+    s: Floats
+    index: Counts
+    interval: Floats
+
+
+class SensorEffect(ABC):
+    """One effect between a quantity and its record; values arrive as (M, 1) by parameter name."""
+
+    info: ClassVar[Term]
+
+    def parameter(self, name: str) -> SensorParameter:
+        """A parameter by its own name."""
+        return next(cast(SensorParameter, item) for item in self.info.parameters if item.name == name)
+
+
+class Geometry(SensorEffect):
+    """Where the scale sits on its shaft: a function of the quantity alone."""
+
+    @abstractmethod
+    def reading(self, x: Floats, p: Values) -> Floats:
+        """What the scale shows at x, shape (M, T)."""
+
+
+class Filter(SensorEffect):
+    """Continuous dynamics before sampling."""
+
+    @abstractmethod
+    def response(self, curve: Curve, p: Values) -> Floats:
+        """The filtered quantity at the knots of the curve, shape (M, T)."""
+
+
+class Clock(SensorEffect):
+    """When the quantity is looked at."""
+
+    @abstractmethod
+    def instants(self, instants: Instants, p: Values, draw: Draw) -> Instants:
+        """The instants as this effect leaves them."""
+
+
+class Sampling(SensorEffect):
+    """How one number is taken from the quantity around an instant."""
+
+    @abstractmethod
+    def sample(self, curve: Curve, instants: Instants, p: Values) -> Floats:
+        """The numbers, shape (M, K)."""
+
+
+class Readout(SensorEffect):
+    """What electronics add to the number and how they round it."""
+
+    @abstractmethod
+    def readout(self, y: Floats, instants: Instants, p: Values, draw: Draw) -> Floats:
+        """What is written down, shape (M, K)."""
+
+
+def sensor_term(
+    name: str,
+    *,
+    description: str,
+    equation: str,
+    source: str,
+    parameters: tuple[SensorParameter, ...],
+    channels: tuple[str, ...] = ANGLES,
+    states: tuple[tuple[str, str], ...] = (),
+) -> Term:
+    """The catalogue entry of a sensor effect; its first parameter is its amplitude."""
+    return Term(
+        id=name,
+        place="sensor",
+        description=description,
+        equation=equation,
+        source=source,
+        amplitude=parameters[0].name,
+        parameters=parameters,
+        states=states,
+        channels=channels,
+    )

@@ -1,0 +1,25 @@
+"""A converter that integrates."""
+
+from hdfast.checks import Floats
+from hdfast.sensors.channels import ANY
+from hdfast.sensors.contract import Instants, Sampling, SensorParameter, Values, sensor_term
+from hdfast.sensors.curve import Curve
+
+
+class SensorAveraging(Sampling):
+    """See `info`."""
+
+    info = sensor_term(
+        "sensor_averaging",
+        description="Mean over the time since the last reading, or a share of it, in place of a single look.",
+        equation="y_k = (1/T) integral of x over [t_k - T, t_k], T = share of the sampling interval",
+        source="integrating converters; gain sin(pi f T)/(pi f T), delay T/2",
+        parameters=(
+            SensorParameter("window_share", "share", "1", 1.0, 0.1, 4.0, "window per sampling interval", (0.0, 1e4)),
+        ),
+        channels=ANY,
+    )
+
+    def sample(self, curve: Curve, instants: Instants, p: Values) -> Floats:
+        """The exact mean of the curve."""
+        return curve.mean(instants.s, p["window_share"] * instants.interval)

@@ -1,0 +1,212 @@
+"""The sensor stage: from what a drive did to what a recording says."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Container, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from hdfast import checks
+from hdfast.checks import Floats
+from hdfast.errors import InputError, choose, shorten
+from hdfast.params import ParameterTable
+from hdfast.sensors import draws, passage
+from hdfast.sensors.catalogue import EFFECTS
+from hdfast.sensors.channels import ANGLES, CHANNELS
+from hdfast.sensors.contract import Clock, Counts, Filter, Sampling
+from hdfast.sensors.names import Key, table
+from hdfast.sensors.passage import Step
+
+FINE_STEP = 1e-3  # s; samples further apart than this are simulated in between for effects that look between them
+BLOCK = 2**20  # numbers of one signal handled at once
+
+
+@dataclass(frozen=True, eq=False)
+class SensorStage:
+    """Sensor effects on the channels of a recording.
+
+    Whatever the order of the list, a signal passes them as in a test rig: geometry of the scale, filter, clock (skew,
+    conversion, jitter, delay), averaging, drift, noise, rounding. Between samples a signal is its cubic spline; before
+    the first sample an angle moves on at its first speed and a torque holds its value. A stage without effects changes
+    no bit.
+
+    Args:
+        effects: pairs (effect id, channel); see `hdfast.terms()` and `hdfast.sensors.CHANNELS`.
+        values: parameters that differ from their defaults, named as in `parameters`.
+        rate: readings per second of `times` [Hz].
+        seed: of noise and jitter; a number or a sequence of numbers. The same seed gives the same bits, row by row.
+
+    Raises:
+        InputError: naming the argument, its value and what is allowed.
+    """
+
+    effects: Sequence[tuple[str, str]] = ()
+    values: Mapping[str, float] = field(default_factory=dict)
+    rate: float = 1000.0
+    seed: int | Sequence[int] = 0
+    parameters: ParameterTable = field(init=False, repr=False)
+    _key: tuple[int, ...] = field(init=False, repr=False)
+    _behind: Mapping[str, Key] = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        pairs = [_pair(entry) for entry in self.effects]
+        twice = [pair for pair in pairs if pairs.count(pair) > 1]
+        if twice:
+            raise InputError(f"effects names {twice[0][0]} on {twice[0][1]} twice (allowed: once per channel)")
+        pairs.sort(key=lambda pair: list(EFFECTS).index(pair[0]))
+        checks.positive("rate", self.rate, 1e9, "Hz")
+        object.__setattr__(self, "effects", tuple(pairs))
+        object.__setattr__(self, "_key", _seed(self.seed))
+        parameters, behind = table(pairs)
+        object.__setattr__(self, "parameters", parameters)
+        object.__setattr__(self, "_behind", behind)
+        values = self.checked(self.values)
+        for name, value in values.items():
+            checks.finite(name, value)
+        object.__setattr__(self, "values", values)
+
+    @property
+    def channels(self) -> list[str]:
+        """Channels with at least one effect."""
+        return [name for name in CHANNELS if any(channel == name for _, channel in self.effects)]
+
+    @property
+    def resolution(self) -> dict[str, float]:
+        """Smallest step by channel, where readings are rounded."""
+        rounded = [channel for effect, channel in self.effects if effect == "quantisation"]
+        found = {channel: self.value(f"{channel}_quantisation_resolution") for channel in rounded}
+        return {channel: step for channel, step in found.items() if step > 0.0}
+
+    def named(self, taken: Container[str]) -> ParameterTable:
+        """`parameters`, with longer names for those whose name is `taken`."""
+        return table(self.effects, taken)[0]
+
+    def value(self, name: str) -> float:
+        """The value of a parameter that rows do not override."""
+        row = self.parameters[name]
+        return self.values.get(row.name, row.default)
+
+    def times(self, end: float) -> Floats:
+        """Times of the readings from 0 to `end` [s]."""
+        return np.arange(math.floor(end * self.rate * (1.0 + 1e-12)) + 1) / self.rate
+
+    def grid(self, at: Floats) -> Floats:
+        """Times at which to simulate [s], for readings at the times `at`: they and, where needed, times between."""
+        if not any(isinstance(EFFECTS[effect], Filter | Clock | Sampling) for effect, _ in self.effects):
+            return np.unique(at)
+        knots = np.unique([0.0, *at])
+        gaps = np.diff(knots)
+        parts = np.maximum(np.ceil(gaps / FINE_STEP - 1e-6), 1.0).astype(np.int64)
+        shares = [np.arange(n) / n for n in parts.tolist()]
+        between = [a + share * gap for a, share, gap in zip(knots.tolist(), shares, gaps.tolist(), strict=False)]
+        return np.concatenate([*between, knots[-1:]])
+
+    def apply(
+        self,
+        t: Any,
+        signals: Mapping[str, Any],
+        parameters: Mapping[str, Any] | None = None,
+        *,
+        at: Any = None,
+        rows: Any = None,
+    ) -> dict[str, Floats]:
+        """Read the signals through the sensors.
+
+        Args:
+            t: times of the signals [s], shape (T,), strictly increasing; see `grid`.
+            signals: channels by name, shape (M, T) or (T,); what has no sensor keeps its values.
+            parameters: values by name, a number or (M,), before those of the stage.
+            at: times of the readings [s], shape (K,); default t.
+            rows: (M,) whole numbers that key the random draws; default 0 to M - 1.
+
+        Returns:
+            Readings by channel, shape (M, K) or (K,).
+
+        Raises:
+            InputError: a shape, a time or a value that cannot be.
+        """
+        t = checks.table("t", t)
+        at = t if at is None else checks.table("at", at)
+        given = self.checked({} if parameters is None else parameters)
+        found = {}
+        for name, signal in signals.items():
+            x = checks.as_floats(f"signals[{name!r}]", signal)
+            if x.ndim not in (1, 2) or x.shape[-1] != len(t):
+                raise InputError(f"signals[{name!r}] has shape {x.shape}, t has {t.shape} (allowed: (M, T) or (T,))")
+            every = np.atleast_2d(x)
+            keys = np.arange(len(every)) if rows is None else np.asarray(rows, dtype=np.int64)
+            if keys.shape != (len(every),):
+                raise InputError(f"rows has shape {keys.shape}, allowed: ({len(every)},)")
+            read = self._channel(name, t, every, at, given, keys)
+            found[name] = read if x.ndim == 2 else read[0]
+        return found
+
+    def drawn(self, seed: int | Sequence[int]) -> SensorStage:
+        """This stage as one rig of many: another seed, and steps that fall at random where no `step_share` is given."""
+        keys, first = _seed(seed), np.zeros((1, 1), dtype=np.int64)
+        shares = {}
+        for channel in self.resolution:
+            written = self.parameters.canonical(f"{channel}_quantisation_step_share")
+            if written not in self.values:
+                shares[written] = float(draws.uniform(keys, f"{channel} step_share", first, first)[0, 0])
+        return SensorStage(self.effects, {**self.values, **shares}, self.rate, keys)
+
+    def _channel(
+        self, channel: str, t: Floats, x: Floats, at: Floats, given: Mapping[str, Any], keys: Counts
+    ) -> Floats:
+        effects = [effect for effect, name in self.effects if name == channel]
+        size = max(1, BLOCK // max(len(t), len(at)))
+        parts = [np.empty((0, len(at)))]
+        for start in range(0, len(x), size):
+            part = slice(start, start + size)
+            steps = [
+                Step(
+                    EFFECTS[effect],
+                    self._values(channel, effect, given, len(x), part),
+                    partial(draws.normal, self._key, f"{channel} {effect}", keys[part, None]),
+                )
+                for effect in effects
+            ]
+            parts.append(passage.read(steps, t, x[part], at, moving=channel in ANGLES))
+        return np.concatenate(parts)
+
+    def _values(self, channel: str, effect: str, given: Mapping[str, Any], rows: int, part: slice) -> dict[str, Floats]:
+        found = {}
+        for name, key in self._behind.items():
+            if key[:2] == (channel, effect):
+                value = np.asarray(given.get(name, self.value(name)))
+                if value.ndim == 1 and len(value) != rows:
+                    raise InputError(f"{name} has shape {value.shape}, allowed: a number or ({rows},)")
+                found[key[2]] = np.broadcast_to(value, (rows,))[part, None]
+        return found
+
+    def checked(self, values: Mapping[str, Any]) -> dict[str, Any]:
+        """Values by canonical name, inside their allowed range."""
+        found = {}
+        for written, value in values.items():
+            row = self.parameters[written]
+            _, effect, own = self._behind[row.name]
+            low, high = EFFECTS[effect].parameter(own).allowed
+            array = checks.as_floats(row.name, value)
+            wrong = ~((array >= low) & (array <= high))
+            if array.ndim > 1 or wrong.any():
+                shown = f"{array[wrong].flat[0]:g}" if wrong.any() else shorten(value)
+                raise InputError(f"{row.name} = {shown} is not usable (allowed: {low:g} to {high:g} {row.unit})")
+            found[row.name] = float(array) if array.ndim == 0 else array
+        return found
+
+
+def _pair(entry: Any) -> tuple[str, str]:
+    if not isinstance(entry, (tuple, list)) or len(entry) != 2:
+        raise InputError(f"effects contains {shorten(entry)} (allowed: pairs of effect id and channel)")
+    effect = choose("sensor effect", entry[0], EFFECTS)
+    return effect, choose(f"channel of {effect}", entry[1], EFFECTS[effect].info.channels)
+
+
+def _seed(seed: Any) -> tuple[int, ...]:
+    listed: Iterable[Any] = seed if isinstance(seed, (tuple, list)) else [seed]
+    return tuple(checks.whole("seed", item, 0, 2**63 - 1) for item in listed)

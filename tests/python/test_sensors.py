@@ -1,0 +1,281 @@
+"""Every sensor effect against a closed form, and what holds for all of them."""
+
+from __future__ import annotations
+
+import dataclasses
+from pathlib import Path
+
+import hdfast
+import numpy as np
+import pytest
+from hdfast.errors import InputError
+from hdfast.sensors import CHANNELS, SensorStage, encoder
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+TURN = 2.0 * np.pi
+T = np.arange(2001) * 1e-3
+RNG = np.random.default_rng(5)
+ORACLES = {}
+
+
+def oracle(effect):
+    """Marks the test that holds the truth of an effect."""
+
+    def mark(test):
+        ORACLES[effect] = test
+        return test
+
+    return mark
+
+
+def read(effect, x, t=T, at=None, channel="load_angle", seed=0, **values):
+    return SensorStage([(effect, channel)], values, seed=seed).apply(t, {channel: x}, at=at)[channel]
+
+
+def line(x, angle, order):
+    """Complex amplitude of sin at an order over whole turns."""
+    weights = np.gradient(angle)
+    return 2.0 * np.sum(weights * x * np.exp(-1j * (order * angle - np.pi / 2))) / np.sum(weights)
+
+
+def test_every_sensor_effect_is_complete():
+    page = (Path(__file__).parents[2] / "docs" / "terms.md").read_text()
+    effects = [term for term in hdfast.terms() if term.place == "sensor"]
+    assert {term.id for term in effects} == set(ORACLES)
+    for term in effects:
+        assert f"## {term.id}\n" in page
+        assert term.equation
+        assert term.source
+        assert term.channels
+        assert set(term.channels) <= set(CHANNELS)
+        assert term.amplitude == term.parameters[0].name
+        for parameter in term.parameters:
+            assert parameter.unit
+            assert parameter.meaning
+            for default, low, high in filter(None, [dataclasses.astuple(parameter)[3:6], parameter.on_torque]):
+                assert parameter.allowed[0] <= low <= default <= high <= parameter.allowed[1]
+
+
+@oracle("encoder_eccentricity")
+def test_exact_eccentricity_is_one_line_of_its_shaft():
+    angle = np.linspace(0.0, 3.0 * TURN, 3001)[:-1]
+    off = read("encoder_eccentricity", angle, np.arange(3000.0), eccentricity=5e-6, disc_diameter=0.05, psi=0.7) - angle
+    assert abs(line(off, angle, 1)) == pytest.approx(412.5 * 5.0 / 50.0 * TURN / 1296000.0, rel=1e-4)  # makers' rule
+    assert line(off, angle, 1) == pytest.approx(2e-4 * np.exp(0.7j), rel=1e-9)
+    assert np.max(np.abs(off - np.imag(2e-4 * np.exp(1j * (angle + 0.7))))) < 1e-14
+
+
+@oracle("encoder_interpolation_error")
+def test_exact_interpolation_error_is_a_share_of_a_line_pitch():
+    angle = np.linspace(0.0, TURN, 64001)[:-1]
+    off = read("encoder_interpolation_error", angle, np.arange(64000.0), pitch_share=0.02, lines=1000.0) - angle
+    assert abs(line(off, angle, 1000)) == pytest.approx(0.02 * TURN / 1000.0, rel=1e-5)
+    assert np.sqrt(2.0) * np.std(off) == pytest.approx(0.02 * TURN / 1000.0, rel=1e-5)
+
+
+@oracle("ratio_error")
+def test_exact_ratio_error_grows_with_the_angle_and_returns():
+    angle = 40.0 * np.sin(T * np.pi / 2.0)
+    off = read("ratio_error", angle, ratio_error=1e-3) - angle
+    np.testing.assert_allclose(np.polyfit(angle, off, 1), [1e-3, 0.0], atol=1e-12)
+    assert off[-1] == pytest.approx(0.0, abs=1e-12)
+
+
+@oracle("sensor_lowpass")
+@pytest.mark.parametrize("frequency", [3.0, 30.0, 300.0])
+@pytest.mark.parametrize("irregular", [False, True])
+def test_exact_lowpass_gain_and_phase(frequency, irregular):
+    tau, steps = 1.0 / (TURN * 30.0), 500
+    t = np.arange(12 * steps) / (steps * frequency)
+    if irregular:
+        t = t + 0.2 / (steps * frequency) * np.sin(np.arange(len(t)))
+    x = np.sin(TURN * frequency * t)
+    y = read("sensor_lowpass", x, t, tau_s=tau)
+    response = 1.0 / (1.0 + 1j * TURN * frequency * tau)
+    start = y[0] - np.imag(response)
+    if not irregular:
+        settled = np.imag(response * np.exp(1j * TURN * frequency * t)) + start * np.exp(-t / tau)
+        assert np.max(np.abs(y - settled)) < 1e-9
+    basis = np.stack([np.sin(TURN * frequency * t), np.cos(TURN * frequency * t), np.exp(-t / tau)])
+    found = np.linalg.lstsq(basis.T, y, rcond=None)[0]
+    assert abs(found[0] + 1j * found[1] - response) < (1e-8 if irregular else 1e-9)
+
+
+def test_exact_lowpass_follows_a_ramp_late_and_a_torque_from_its_first_value():
+    np.testing.assert_allclose(read("sensor_lowpass", 3.0 * T, tau_s=0.02), 3.0 * (T - 0.02), atol=1e-12)
+    held = read("sensor_lowpass", 3.0 * T, tau_s=0.02, channel="motor_torque")
+    np.testing.assert_allclose(held, 3.0 * (T - 0.02 * -np.expm1(-T / 0.02)), atol=1e-12)
+    slow = read("sensor_lowpass", 3.0 * T, tau_s=50.0)
+    np.testing.assert_allclose(slow, 3.0 * (T - 50.0), rtol=1e-10)
+
+
+@oracle("sensor_delay")
+@pytest.mark.parametrize("delay", [1.7e-3, 0.0123, -4e-4])
+def test_exact_delay_of_a_sine_and_of_a_ramp(delay):
+    x = np.sin(TURN * 5.0 * T)
+    inside = (T > 0.1) & (T < 1.9)
+    late = read("sensor_delay", x, tau_y=delay)
+    assert np.max(np.abs(late - np.sin(TURN * 5.0 * (T - delay)))[inside]) < 5e-9
+    np.testing.assert_allclose(read("sensor_delay", 10.0 * T, tau_y=delay), 10.0 * (T - delay), atol=1e-12)
+
+
+def test_against_central_difference_delay_has_the_slope_of_the_signal():
+    x = np.sin(TURN * 5.0 * T)
+    late, early = (read("sensor_delay", x, tau_y=delay) for delay in (1e-3 + 1e-6, 1e-3 - 1e-6))
+    slope = -TURN * 5.0 * np.cos(TURN * 5.0 * (T - 1e-3))
+    assert np.max(np.abs((late - early) / 2e-6 - slope)[100:-100]) < 1e-4
+
+
+@oracle("clock_skew")
+def test_exact_skew_is_a_ramp_in_time_at_constant_speed():
+    speed = 100.0 * TURN / 60.0
+    off = read("clock_skew", speed * T, skew=5e-5, clock_offset=2e-3) - speed * T
+    np.testing.assert_allclose(np.polyfit(T, off, 1), [5e-5 * speed, 2e-3 * speed], rtol=1e-9)
+
+
+@oracle("aliasing")
+@pytest.mark.parametrize(("frequency", "seen"), [(40.0, 20.0), (63.0, 3.0), (130.0, 10.0)])
+def test_exact_alias_frequency(frequency, seen):
+    t = np.arange(60_000) / 6000.0
+    held = read("aliasing", np.sin(TURN * frequency * t + 0.3), t, f_s=60.0)
+    assert len(np.unique(np.flatnonzero(np.diff(held)) % 100)) == 1
+    spectrum = np.abs(np.fft.rfft(held[::100]))
+    assert np.argmax(spectrum) / 10.0 == pytest.approx(seen)
+
+
+@oracle("sampling_jitter")
+def test_exact_jitter_is_noise_that_grows_with_speed():
+    for speed in (3.0, 60.0):
+        off = read("sampling_jitter", speed * T, jitter=1e-4) - speed * T
+        assert np.std(off) == pytest.approx(speed * 1e-4, rel=0.05)
+    assert np.all(read("sampling_jitter", 0.0 * T + 2.0, jitter=1e-4) == 2.0)
+
+
+@oracle("sensor_averaging")
+@pytest.mark.parametrize("share", [0.5, 1.0, 3.0])
+def test_exact_mean_has_the_gain_of_a_window_and_half_its_delay(share):
+    at = np.arange(1.0, 2.0, 0.01)
+    found = read("sensor_averaging", np.sin(TURN * 7.0 * T), at=at, window_share=share)
+    half = np.pi * 7.0 * 0.01 * share
+    expected = np.sin(half) / half * np.sin(TURN * 7.0 * at - half)
+    assert np.max(np.abs(found - expected)[:95]) < 1e-8
+
+
+@oracle("sensor_offset_drift")
+def test_exact_drift_is_a_line_in_time():
+    off = read("sensor_offset_drift", np.cos(T), channel="output_torque", offset=0.3, drift=-0.02) - np.cos(T)
+    np.testing.assert_allclose(off, 0.3 - 0.02 * T, atol=1e-14)
+
+
+@oracle("sensor_noise")
+def test_exact_noise_is_normal_white_and_keyed_by_seed_channel_and_row():
+    t = np.arange(200_000) * 1e-3
+    zero = np.zeros((2, len(t)))
+    stage = SensorStage([("sensor_noise", "load_angle"), ("sensor_noise", "motor_angle")], seed=3)
+    found = stage.apply(t, {"load_angle": zero, "motor_angle": zero[0]})
+    first, second = found["load_angle"] / 1e-6
+    assert np.std(first) == pytest.approx(1.0, rel=0.01)
+    assert np.mean(first**4) == pytest.approx(3.0, rel=0.05)
+    for other in (second, found["motor_angle"] / 1e-6, np.roll(first, 1)):
+        assert abs(np.corrcoef(first, other)[0, 1]) < 0.01
+
+
+@oracle("quantisation")
+def test_exact_rounding_error_bound_and_floor():
+    q = encoder(17).resolution
+    x = np.cumsum(RNG.uniform(0.0, 1e-2, len(T)))
+    off = read("quantisation", x, resolution=q) - x
+    assert np.max(np.abs(off)) <= 0.5 * q * (1.0 + 1e-9)
+    assert np.std(off) == pytest.approx(q / np.sqrt(12.0), rel=0.03)
+    np.testing.assert_allclose(np.round((x + off) / q) * q, x + off, atol=1e-15)
+
+
+signals = st.integers(4, 40).flatmap(
+    lambda n: st.lists(st.floats(-100.0, 100.0, allow_subnormal=False), min_size=n, max_size=n)
+)
+
+
+@given(signals)
+@settings(max_examples=50, deadline=None)
+def test_exact_stage_without_effects_changes_no_bit(values):
+    x = np.array(values)
+    t = np.arange(len(x)) * 0.1
+    stage = SensorStage([("sensor_delay", "motor_angle")])
+    assert np.array_equal(stage.apply(t, {"load_angle": x})["load_angle"], x)
+    assert np.array_equal(SensorStage().apply(t, {"load_angle": x}, at=t[1:3])["load_angle"], x[1:3])
+
+
+@given(signals, st.floats(1e-6, 10.0), st.floats(0.0, 1.0))
+@settings(max_examples=50, deadline=None)
+def test_exact_rounding_twice_is_rounding_once(values, q, share):
+    x = np.array(values)
+    t = np.arange(len(x)) * 0.1
+    once = read("quantisation", x, t, resolution=q, step_share=share)
+    assert np.array_equal(read("quantisation", once, t, resolution=q, step_share=share), once)
+
+
+@given(st.integers(0, 50), st.integers(0, 50))
+@settings(max_examples=25, deadline=None)
+def test_exact_delays_add_up(a, b):
+    x = np.cumsum(RNG.normal(size=400))
+    t = np.arange(400) * 1e-3
+    twice = read("sensor_delay", read("sensor_delay", x, t, tau_y=a * 1e-3), t, tau_y=b * 1e-3)
+    once = read("sensor_delay", x, t, tau_y=(a + b) * 1e-3)
+    np.testing.assert_allclose(twice[a + b :], once[a + b :], atol=1e-9)
+
+
+@given(st.lists(st.sampled_from([term.id for term in hdfast.terms() if term.channels]), unique=True, min_size=1))
+@settings(max_examples=25, deadline=None)
+def test_exact_rows_have_the_same_bits_in_any_company_and_order_of_effects(names):
+    x = np.cumsum(RNG.normal(size=(3, 200)), axis=1)
+    t = np.arange(200) * 1e-3
+    pairs = [(name, "motor_angle") for name in names]
+    together = SensorStage(pairs, seed=4).apply(t, {"motor_angle": x})["motor_angle"]
+    alone = SensorStage(pairs[::-1], seed=4).apply(t, {"motor_angle": x[1:2]}, rows=[1])["motor_angle"]
+    assert np.array_equal(together[1:2], alone)
+
+
+def test_exact_held_reading_keeps_its_noise():
+    stage = SensorStage([("aliasing", "load_angle"), ("sensor_noise", "load_angle")], {"f_s": 50.0})
+    held = stage.apply(T, {"load_angle": T})["load_angle"]
+    assert len(np.unique(held)) == 101
+
+
+def test_exact_row_that_ends_early_ends_early_in_the_record():
+    x = np.stack([T, T])
+    x[1, 1000:] = np.nan
+    stage = SensorStage([("sensor_lowpass", "load_angle"), ("sensor_delay", "load_angle")], {"tau_y": 0.1})
+    found = stage.apply(T, {"load_angle": x})["load_angle"]
+    assert np.isfinite(found[0]).all()
+    assert np.isfinite(found[1, :1099]).all()
+    assert np.isnan(found[1, 1100:]).all()
+    np.testing.assert_array_equal(found[1, 200:1000], found[0, 200:1000])
+
+
+def test_exact_names_are_as_short_as_they_can_be_told_apart():
+    stage = SensorStage([("quantisation", "motor_angle"), ("quantisation", "load_angle"), ("clock_skew", "load_angle")])
+    assert "skew" in stage.parameters.names
+    assert "load_angle_quantisation_resolution" in stage.parameters.names
+    assert stage.value("load_angle_clock_skew_skew") == 5e-5
+    both = SensorStage([("encoder_eccentricity", "load_angle"), ("encoder_interpolation_error", "load_angle")])
+    assert "encoder_eccentricity_psi" in both.parameters.names
+
+
+@pytest.mark.parametrize(
+    ("make", "named"),
+    [
+        (lambda: SensorStage([("eccentricity", "load_angle")]), "encoder_eccentricity"),
+        (lambda: SensorStage([("ratio_error", "motor_torque")]), "motor_angle, load_angle"),
+        (lambda: SensorStage([("aliasing", "load_angle")] * 2), "twice"),
+        (lambda: SensorStage(["aliasing"]), "pairs of effect id and channel"),
+        (lambda: SensorStage([("aliasing", "load_angle")], {"f_s": -1.0}), "0.001 to 1e\\+09 Hz"),
+        (lambda: SensorStage([("aliasing", "load_angle")], {"fs": 1.0}), "did you mean 'f_s'"),
+        (lambda: SensorStage(seed=-1), "seed = -1"),
+        (lambda: SensorStage().apply(T, {"load_angle": T[:5]}), r"shape \(5,\)"),
+        (lambda: read("sensor_delay", T[:3], T[:3]), "at least 4"),
+    ],
+)
+def test_exact_wrong_stages_are_named(make, named):
+    with pytest.raises(InputError, match=named):
+        make()

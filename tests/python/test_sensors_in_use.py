@@ -1,0 +1,137 @@
+"""Sensors where a user meets them: sweep, simulate, files, benches."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import hdfast
+import numpy as np
+import pytest
+from hdfast import bench, config
+from hdfast.cli import main
+from hdfast.recordings import load, load_campaign
+from hdfast.sensors import SensorFacts, SensorStage, stage_of
+from hdfast.sensors.facts import facts_of
+
+FILE = """
+[[terms]]
+effect = "coulomb_friction"
+parameters = { T_c = 0.02 }
+[[terms]]
+effect = "encoder_eccentricity"
+channel = "load_angle"
+parameters = { eccentricity = { value = 1e-5, sigma = 0.5 }, psi = 0.3 }
+[sensors]
+load_angle = { resolution = 6e-6, noise = 1e-6, delay_s = 1e-3 }
+motor_torque = { lowpass_hz = 100.0, averaged = true }
+[scenario]
+t_end = 6.0
+"""
+
+
+def test_exact_sweep_records_what_the_sensors_read_and_leaves_the_motion_alone():
+    t = np.linspace(0.0, 5.0, 126)
+    rows = {"J_l": np.array([0.3, 0.6, 0.9])}
+    stage = SensorStage([("encoder_eccentricity", "load_angle"), ("sensor_delay", "motor_angle")], {"tau_y": 0.004})
+    values = {"eccentricity": np.array([0.0, 1e-5, 2e-5]), "psi": 0.5}
+    options = {"t_eval": t, "metrics": [], "signals": ["te", "theta_l", "theta_m", "omega_m"]}
+    found = hdfast.sweep(rows | values, sensors=stage, **options)
+    plain = hdfast.sweep(rows, **options)
+    for name in options["signals"]:
+        assert np.array_equal(found.samples[name], plain.samples[name])
+    angle = plain.samples["theta_l"]
+    expected = angle + 2.0 * values["eccentricity"][:, None] / 0.05 * np.sin(angle + 0.5)
+    np.testing.assert_allclose(found.recorded["load_angle"], expected, atol=1e-15)
+    later = hdfast.sweep(rows, **(options | {"t_eval": np.maximum(t - 0.004, 0.0)}))
+    np.testing.assert_allclose(found.recorded["motor_angle"], later.samples["theta_m"], atol=2e-6)
+    assert set(found.recorded) == {"motor_angle", "load_angle", "motor_torque", "output_torque"}
+
+
+def test_exact_rows_on_grids_of_their_own_and_rows_that_fail():
+    grids = [np.linspace(0.0, 1.0, 11), np.linspace(0.0, 2.0, 41)]
+    stage = SensorStage([("sensor_delay", "load_angle")], {"tau_y": 0.0})
+    rows = {"J_m": np.array([3e-4, 3e-4, -1.0])}
+    found = hdfast.sweep(rows, t_eval=grids, t_eval_index=[1, 0, 1], signals=["theta_l"], metrics=[], sensors=stage)
+    read, true = found.recorded["load_angle"], found.samples["theta_l"]
+    assert read.shape == true.shape == (3, 41)
+    np.testing.assert_allclose(read, true, atol=1e-12)
+    assert np.isnan(read[1, 11:]).all()
+    assert np.isnan(read[2]).all()
+
+
+def test_exact_simulate_gives_a_recording_that_replays():
+    stage = stage_of({"motor_angle": SensorFacts(resolution=1e-3)})
+    run = hdfast.simulate(scenario=hdfast.Scenario.start_stop(t_end=4.0), sensors=stage)
+    assert run.recorded.resolution == {"motor_angle": 1e-3}
+    assert np.max(np.abs(run.recorded["motor_angle"] - run["theta_m"])) <= 0.5e-3 * (1 + 1e-9)
+    again = hdfast.simulate(scenario=hdfast.Scenario.replay(run.recorded, input="motor_torque"))
+    assert np.max(np.abs(again["theta_m"] - run["theta_m"])) < 0.05
+    assert hdfast.simulate().recorded is None
+
+
+def test_exact_file_means_the_same_everywhere(tmp_path, capsys):
+    path = tmp_path / "extended_model.toml"
+    path.write_text(FILE)
+    settings = config.load(path)
+    assert settings.model.terms == ("coulomb_friction",)
+    assert settings.sensor_stage.value("eccentricity") == 1e-5
+    assert settings.sensor_stage.value("tau_s") == pytest.approx(1.0 / (200.0 * np.pi))
+    assert main(["simulate", str(path), "--out", str(tmp_path / "one")]) == 0
+    assert "recording.parquet" in capsys.readouterr().out
+    recording = load(tmp_path / "one" / "recording.parquet")
+    late = np.maximum(recording["t"] - 1e-3, 0.0)
+    run = hdfast.simulate(settings.drive, model=settings.model, scenario=settings.scenario, t_eval=late)
+    seen = run["theta_l"] + 4e-4 * np.sin(run["theta_l"] + 0.3)
+    assert np.max(np.abs(recording["load_angle"] - seen)) < 3e-6 + 6e-6
+    assert main(["bench", "startstop", str(path), "--out", str(tmp_path / "bench"), "--load-bits", "12"]) == 0
+    campaign = load_campaign(tmp_path / "bench" / "campaign.toml")
+    [made] = campaign.recordings
+    assert made.resolution["load_angle"] == 2.0 * np.pi / 2**12
+    assert campaign.sensors["load_angle"].delay_s == 1e-3
+    assert campaign.sensors["motor_torque"].averaged is True
+    (tmp_path / "sweep.toml").write_text(FILE + "[run]\nrows = 3\n")
+    assert main(["sweep", str(tmp_path / "sweep.toml")]) == 0
+
+
+@pytest.mark.parametrize(
+    ("text", "named"),
+    [
+        ('[[terms]]\neffect = "aliasing"\n', "channel of aliasing = None"),
+        ('[[terms]]\neffect = "delay"\nchannel = "load_angle"\n', "line 3: delay acts on the drive"),
+        ('[[terms]]\neffect = "aliasing"\nchannel = "load_angle"\nparameters = { f = 3.0 }\n', "unknown key 'f' \\(allowed: f_s"),
+    ],
+)  # fmt: skip
+def test_exact_wrong_files_are_named(text, named, tmp_path):
+    path = tmp_path / "drive.toml"
+    path.write_text(text)
+    with pytest.raises(hdfast.ConfigError, match=named):
+        config.load(path)
+
+
+def test_exact_wrong_calls_are_named():
+    stage = SensorStage([("quantisation", "load_angle")])
+    with pytest.raises(hdfast.InputError, match="t_eval"):
+        hdfast.sweep({}, sensors=stage)
+    with pytest.raises(hdfast.InputError, match="SensorStage"):
+        hdfast.simulate({}, sensors=["quantisation"])
+    with pytest.raises(hdfast.InputError, match="resolution = -1"):
+        hdfast.simulate({"resolution": -1.0}, sensors=stage)
+
+
+def test_exact_description_reads_back():
+    facts = SensorFacts(1e-5, 2e-6, 80.0, 1e-3, True)
+    found = facts_of(stage_of({"load_angle": facts}))["load_angle"]
+    assert dataclasses.asdict(SensorFacts(**found)) == pytest.approx(dataclasses.asdict(facts))
+    assert "load_angle" not in facts_of(bench.rig(load_angle=SensorFacts()))
+
+
+def test_exact_steps_of_a_bench_fall_at_random_and_its_zero_is_exact():
+    t = np.arange(100) * 1e-3
+    sensors = bench.rig(load_angle=SensorFacts(resolution=0.01))
+    made = [bench.record(sensors, "x", t, {"load_angle": t, "temperature": 0.0 * t + 20.0}, seed) for seed in (1, 2)]
+    assert not np.array_equal(made[0]["load_angle"], made[1]["load_angle"])
+    for recording in made:
+        np.testing.assert_allclose(np.diff(np.unique(recording["load_angle"])), 0.01)
+        assert np.array_equal(recording["temperature"], 0.0 * t + 20.0)
+    zero = bench.record(sensors, "x", t, {"load_angle": 0.0 * t}, 7)["load_angle"]
+    assert np.max(np.abs(zero)) < 0.5e-2

@@ -98,7 +98,7 @@ def test_exact_file_means_the_same_everywhere(tmp_path, capsys):
     [
         ('[[terms]]\neffect = "aliasing"\n', "channel of aliasing = None"),
         ('[[terms]]\neffect = "delay"\nchannel = "load_angle"\n', "line 3: delay acts on the drive"),
-        ('[[terms]]\neffect = "aliasing"\nchannel = "load_angle"\nparameters = { f = 3.0 }\n', "unknown key 'f' \\(allowed: f_s"),
+        ('[[terms]]\neffect = "aliasing"\nchannel = "load_angle"\nparameters = { f = 3.0 }\n', "allowed: f_s"),
     ],
 )  # fmt: skip
 def test_exact_wrong_files_are_named(text, named, tmp_path):

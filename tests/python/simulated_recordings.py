@@ -8,8 +8,9 @@ import numpy as np
 from hdfast import Model, Scenario, simulate
 from hdfast.drive_file import read_drive
 from hdfast.recordings import Campaign, CampaignRecording
-from hdfast.recordings.rig import read_controller, read_sensors
+from hdfast.recordings.rig import read_controller
 from hdfast.sections import Sections
+from hdfast.sensors.facts import read_sensors
 
 RATIO, J_M, J_L = 121.0, 3e-4, 0.5
 DRIVE = f"[drive]\nratio = {RATIO}\nJ_m = {J_M}\nJ_l = {J_L}\n"

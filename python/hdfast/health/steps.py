@@ -7,7 +7,7 @@ import numpy as np
 from hdfast.checks import Floats
 from hdfast.health.finding import NOTE, WARNING
 from hdfast.health.subject import Subject
-from hdfast.recordings.rig import CHANNELS
+from hdfast.recordings.columns import CHANNELS
 
 FEWEST_CHANGES = 20
 LARGEST_COUNT = 1000

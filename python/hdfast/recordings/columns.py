@@ -19,6 +19,7 @@ COLUMNS = {
     "speed_reference": ("rad/s", "motor speed asked for"),
     "temperature": ("degC", "temperature of the gear"),
 }
+CHANNELS = tuple(name for name in COLUMNS if name != "t")
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ import numpy as np
 
 from hdfast.checks import Floats
 from hdfast.diagnosis.prepare import Band, Source
-from hdfast.recordings.rig import SensorFacts
+from hdfast.sensors import SensorFacts
 
 
 def floors(

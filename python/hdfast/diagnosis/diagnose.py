@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from importlib.metadata import version
@@ -15,6 +14,7 @@ from hdfast import files
 from hdfast.diagnosis.extended import extended_model
 from hdfast.diagnosis.prepare import Source
 from hdfast.diagnosis.session import run
+from hdfast.diagnosis.stages import stages
 from hdfast.diagnosis.verdict import Verdict, as_dict, conclude
 from hdfast.recordings import Campaign, load_campaign
 
@@ -86,26 +86,19 @@ def diagnose(
         campaign: campaign file, or one that is loaded.
         seed: of every random draw; the same seed and files give the same bytes.
         threads: threads of the engine.
-        progress: True writes the stages to stderr; a function is told each.
+        progress: True shows a bar on stderr; a function is told what has been done.
 
     Raises:
         ConfigError: the campaign file is wrong.
         InputError: a recording cannot be read.
     """
     loaded = campaign if isinstance(campaign, Campaign) else load_campaign(campaign)
-    report = progress if callable(progress) else (_to_stderr if progress else _nowhere)
     sources = [
         Source(one.name, one, one.role, one.group, np.ones(len(one["t"]), dtype=bool)) for one in loaded.recordings
     ]
-    session = run(loaded, sources, seed, threads, report)
-    number = version("hdfast")
-    verdict = conclude(session, seed)
-    return Diagnosis(loaded, as_dict(verdict, seed, number), verdict)
-
-
-def _nowhere(_: str) -> None:
-    pass
-
-
-def _to_stderr(line: str) -> None:
-    sys.stderr.write(f"{line}\n")
+    with stages(progress) as told:
+        session = run(loaded, sources, seed, threads, told)
+        told.expect(1)
+        verdict = conclude(session, seed)
+        told.done("weighed the verdict")
+    return Diagnosis(loaded, as_dict(verdict, seed, version("hdfast")), verdict)

@@ -14,6 +14,7 @@ from hdfast.diagnosis.fit import Bench, Fit, fit
 from hdfast.diagnosis.plant import Structure
 from hdfast.diagnosis.score import Gain, gain, nrmse
 from hdfast.diagnosis.screen import Screen, Signature, screen, signatures
+from hdfast.diagnosis.stages import Stages
 
 MOST_EFFECTS = 4
 SHORTLIST = 9
@@ -87,7 +88,7 @@ def search(
     library: Library,
     rules: Rules,
     rng: np.random.Generator,
-    report: Callable[[str], None],
+    stages: Stages,
 ) -> Search:
     """Add effects while one passes every rule."""
     rounds: list[Round] = []
@@ -95,16 +96,19 @@ def search(
     current = start
     while True:
         present = [trial.candidate.effect for trial in accepted]
+        stages.expect(1)
         pool = [one for one in library(current) if _possible(one, accepted, current)]
         found = signatures(bench, current, pool)
         seen = screen(bench, current, found, rng)
-        report(f"screened {len(found)} candidates: p = {seen.smallest_p:.3f}")
+        stages.done(f"screened {len(found)} candidates: p = {seen.smallest_p:.3f}")
         trials: list[Trial] = []
         alarm = seen.smallest_p <= ALARM
         if (alarm or nrmse(bench.layout, current.mismatch) > rules.noisy) and len(accepted) < MOST_EFFECTS:
             shortlist = _shortlist(found)
-            trials = [_try(bench, current, one, rules, alarm) for one in shortlist]
-            report(f"refitted {len(trials)} candidates")
+            stages.expect(len(shortlist))
+            for one in shortlist:
+                trials.append(_try(bench, current, one, rules, alarm))
+                stages.done(f"refitted with {one.candidate.effect}")
         best = _best(trials)
         rounds.append(Round(current, found, seen, trials, best))
         if best is None:
@@ -112,7 +116,7 @@ def search(
         replaced = [one for one in accepted if one.candidate.effect in best.candidate.contains]
         accepted = [one for one in accepted if one not in replaced] + [best]
         current = fit(bench, best.fit.structure, best.fit.coordinates)
-        report(f"accepted {best.candidate.label}" + (f" after {', '.join(present)}" if present else ""))
+        stages.say(f"accepted {best.candidate.label}" + (f" after {', '.join(present)}" if present else ""))
 
 
 def _possible(candidate: Candidate, accepted: Sequence[Trial], current: Fit) -> bool:

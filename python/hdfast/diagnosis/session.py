@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -16,10 +16,11 @@ from hdfast.diagnosis.holdout import Proof, prove
 from hdfast.diagnosis.library import Sizes, library
 from hdfast.diagnosis.lines import order_lines, snapped, tone_lines
 from hdfast.diagnosis.noise import floors
-from hdfast.diagnosis.plant import Plant
-from hdfast.diagnosis.prepare import Band, Source, Unit, choose_band, prepare
+from hdfast.diagnosis.plant import Plant, Structure
+from hdfast.diagnosis.prepare import Source, choose_band, prepare
 from hdfast.diagnosis.score import folds_of
 from hdfast.diagnosis.select import Rules, Search, search
+from hdfast.diagnosis.stages import Stages
 from hdfast.recordings import Campaign
 
 NOISY = 1.15
@@ -27,8 +28,6 @@ GUARD = 0.05
 LAST_SHARE = 0.3
 MOST_LINES = 6
 LESS = "for the proof, which proves less than recordings of another day"
-
-Report = Callable[[str], None]
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,7 +59,52 @@ class Session:
     weaker: str | None
 
 
-def run(campaign: Campaign, sources: Sequence[Source], seed: int, threads: int | None, report: Report) -> Session:
+@dataclass(frozen=True, eq=False)
+class Setup:
+    """Recordings at the working rate, ready for fits and for the proof.
+
+    Attributes:
+        campaign: the checked campaign.
+        bench: the recordings that are fitted.
+        held: the recordings kept for the proof, or None.
+        weaker: sentence that says how held-out data were made when the campaign names none.
+    """
+
+    campaign: Campaign
+    bench: Bench = field(repr=False)
+    held: Bench | None = field(repr=False)
+    weaker: str | None
+
+
+def set_up(campaign: Campaign, sources: Sequence[Source], threads: int | None) -> Setup:
+    """Bring the recordings of a campaign to one band.
+
+    Args:
+        campaign: the checked campaign.
+        sources: its usable recordings.
+        threads: threads of the engine.
+    """
+    ratio = campaign.priors["ratio"].value
+    inertia = campaign.priors["J_m"].value + campaign.priors["J_l"].value / ratio**2
+    sources, weaker = with_heldout(sources)
+    band = choose_band([source for source in sources if source.role == "fit"], inertia)
+    units = [prepare(source, band, ratio) for source in sources]
+
+    def bench(role: str) -> Bench:
+        plant = Plant([unit for unit in units if unit.role == role], band, threads)
+        return Bench(plant, lay_out(plant), floors(sources, plant.channels, band, campaign.sensors, ratio, inertia))
+
+    held = bench("heldout") if any(unit.role == "heldout" for unit in units) else None
+    return Setup(campaign, bench("fit"), held, weaker)
+
+
+def nominal(setup: Setup) -> Structure:
+    """The model of the campaign with what its priors leave open."""
+    units = setup.bench.plant.units
+    return baseline(setup.campaign, float(np.median([np.std(unit.measured["motor_torque"]) for unit in units])))
+
+
+def run(campaign: Campaign, sources: Sequence[Source], seed: int, threads: int | None, stages: Stages) -> Session:
     """Calibrate, search, prove; linear algebra on one thread, so that bits do not depend on the machine's load.
 
     Args:
@@ -68,34 +112,25 @@ def run(campaign: Campaign, sources: Sequence[Source], seed: int, threads: int |
         sources: its usable recordings.
         seed: of every random draw.
         threads: threads of the engine.
-        report: is told what happens.
+        stages: is told what happens.
     """
     with threadpool_limits(1):
-        return _run(campaign, sources, seed, threads, report)
+        return _run(set_up(campaign, sources, threads), seed, stages)
 
 
-def _run(campaign: Campaign, sources: Sequence[Source], seed: int, threads: int | None, report: Report) -> Session:
-    values = {name: prior.value for name, prior in campaign.priors.items()}
-    ratio = values["ratio"]
-    inertia = values["J_m"] + values["J_l"] / ratio**2
-    sources, weaker = with_heldout(sources)
-    fitted = [source for source in sources if source.role == "fit"]
-    band = choose_band(fitted, inertia)
-    units = [prepare(source, band, ratio) for source in sources]
-    make = _Maker(campaign, sources, band, ratio, inertia, threads)
-    bench = make.bench([unit for unit in units if unit.role == "fit"])
-    spread = float(np.median([np.std(unit.measured["motor_torque"]) for unit in bench.plant.units]))
-    report(f"{len(bench.plant.units)} recordings at {band.rate:.0f} Hz, band {band.corner:.0f} Hz")
-    nominal = fit(bench, baseline(campaign, spread))
-    report("calibrated the nominal model")
+def _run(setup: Setup, seed: int, stages: Stages) -> Session:
+    bench, held = setup.bench, setup.held
+    stages.expect(2)
+    stages.done(f"{len(bench.plant.units)} recordings at {bench.plant.band.rate:.0f} Hz")
+    calibrated = fit(bench, nominal(setup))
+    stages.done("calibrated the nominal model")
     floor = noise_floor(bench)
     rules = Rules(floor, NOISY * floor, folds_of(bench.plant, bench.layout))
     rng = np.random.default_rng([seed, 1])
-    found = search(bench, nominal, lambda current: candidates(bench, current, ratio), rules, rng, report)
-    held_units = [unit for unit in units if unit.role == "heldout"]
-    held = make.bench(held_units) if held_units else None
-    proof = None if held is None else prove(held, nominal, found.final, noise_floor(held))
-    return Session(campaign, bench, held, nominal, found, proof, floor, rules.noisy, rules.folds, weaker)
+    ratio = calibrated.value("ratio")
+    found = search(bench, calibrated, lambda current: candidates(bench, current, ratio), rules, rng, stages)
+    proof = None if held is None else prove(held, calibrated, found.final, noise_floor(held))
+    return Session(setup.campaign, bench, held, calibrated, found, proof, floor, rules.noisy, rules.folds, setup.weaker)
 
 
 def noise_floor(bench: Bench) -> float:
@@ -130,21 +165,6 @@ def candidates(bench: Bench, current: Fit, ratio: float) -> list[Candidate]:
         tones=tuple(tones[: MOST_LINES // 2]),
     )
     return library(sizes)
-
-
-@dataclass(frozen=True)
-class _Maker:
-    campaign: Campaign
-    sources: Sequence[Source]
-    band: Band
-    ratio: float
-    inertia: float
-    threads: int | None
-
-    def bench(self, units: list[Unit]) -> Bench:
-        plant = Plant(units, self.band, self.threads)
-        floor = floors(self.sources, plant.channels, self.band, self.campaign.sensors, self.ratio, self.inertia)
-        return Bench(plant, lay_out(plant), floor)
 
 
 def with_heldout(sources: Sequence[Source]) -> tuple[list[Source], str | None]:

@@ -10,7 +10,6 @@ from typing import Any
 
 from hdfast.errors import InputError, shorten
 
-
 BAR = "{desc:<46.46} {bar} {n_fmt}/{total_fmt} {elapsed}"
 
 

@@ -12,6 +12,9 @@ from hdfast.checks import Floats
 from hdfast.diagnosis.plant import Free, Structure
 
 
+NOTHING = 1e-6
+
+
 @dataclass(frozen=True)
 class Candidate:
     """An effect with one choice of shape.
@@ -25,6 +28,7 @@ class Candidate:
         free: fitted parameters, their values a typical size.
         amplitude: name of the parameter that says how large the effect is.
         waves: (cosine, sine) parameters, or (amplitude, phase), of an effect with a phase.
+        spans: parameters that each have a signature of their own, for an effect without a phase.
         contains: effects that are special cases of this one.
         needs: at least one of these effects has to be there already.
         shape: what distinguishes it from other candidates of the same effect, for reports.
@@ -38,6 +42,7 @@ class Candidate:
     orders: tuple[str, ...] = ()
     fixed: Mapping[str, float] = field(default_factory=dict)
     waves: tuple[str, str] | None = None
+    spans: tuple[str, ...] = ()
     contains: tuple[str, ...] = ()
     needs: tuple[str, ...] = ()
     shape: str = ""
@@ -60,7 +65,9 @@ class Candidate:
         """Values of its parameters at which its signatures are taken, one per column."""
         typical = {free.name: free.value for free in self.free}
         if self.waves is None:
-            return [typical]
+            if not self.spans:
+                return [typical]
+            return [typical | {other: NOTHING * typical[other] for other in self.spans if other != one} for one in self.spans]
         first, second = self.waves
         if self._cartesian:
             size = math.hypot(typical[first], typical[second])
@@ -71,7 +78,11 @@ class Candidate:
         """The candidate with its amplitude at the given shares (d,) of its typical size, one per signature."""
         changed: dict[str, float] = {}
         typical = {free.name: free.value for free in self.free}
-        if self.waves is None:
+        if self.spans:
+            for name, share in zip(self.spans, shares.tolist(), strict=True):
+                positive = next(one for one in self.free if one.name == name).positive
+                changed[name] = typical[name] * (max(share, 0.1) if positive else share)
+        elif self.waves is None:
             size = float(shares[0])
             positive = next(one for one in self.free if one.name == self.amplitude).positive
             changed[self.amplitude] = typical[self.amplitude] * (max(size, 0.1) if positive else size)

@@ -12,7 +12,7 @@ from hdfast.diagnosis.plant import Free
 from hdfast.terms import terms
 
 FRICTION = ("coulomb_friction", "stribeck_friction", "presliding_friction")
-WINDUP = ("load_side_friction", "hysteresis")
+LOWEST_ORDER = 1e-3
 
 
 @dataclass(frozen=True)
@@ -67,6 +67,7 @@ def _one(
     shape: str = "",
     fixed: dict[str, float] | None = None,
     waves: tuple[str, str] | None = None,
+    spans: tuple[str, ...] = (),
     contains: tuple[str, ...] = (),
     needs: tuple[str, ...] = (),
 ) -> Candidate:
@@ -86,6 +87,7 @@ def _one(
         amplitude=own(amplitude or term.amplitude),
         fixed={own(name): value for name, value in values.items() if own(name) not in taken},
         waves=None if waves is None else (own(waves[0]), own(waves[1])),
+        spans=tuple(own(name) for name in spans),
         contains=contains,
         needs=needs,
         shape=shape,
@@ -137,12 +139,14 @@ def _friction(s: Sizes) -> list[Candidate]:
         ),
         _one(
             "asymmetric_friction",
-            [_signed("eps_c", 0.1, 0.5, "1"), _signed("eps_B", 0.0, 0.3, "1")],
+            [_signed("eps_c", 0.1, 0.5, "1"), _signed("eps_B", 0.1, 0.3, "1")],
+            spans=("eps_c", "eps_B"),
             needs=FRICTION,
         ),
         _one(
             "load_dependent_friction",
             [_positive("c_drive", 0.1, "1", sigma=1.0, high=1.0), _positive("c_back", 0.1, "1", sigma=1.0, high=1.0)],
+            spans=("c_drive", "c_back"),
         ),
         *(
             _one(
@@ -253,7 +257,7 @@ def _lines(s: Sizes) -> list[Candidate]:
         (s.ratio - 1.0) / s.ratio,
         2.0 * (s.ratio - 1.0) / s.ratio,
     ]
-    for order in _distinct([order for order in [*s.lines, *expected] if _new(order, s.orders)], 14):
+    for order in _distinct([order for order in [*s.lines, *expected] if order > LOWEST_ORDER and _new(order, s.orders)], 14):
         label = str(Fraction(order).limit_denominator(2000))
         size = 0.05 * s.windup if s.elastic else 2e-5
         found.append(

@@ -153,13 +153,19 @@ class Plant:
             wrong = failed[rows]
 
             def sampled(name: str, rows: slice = rows, n: int = n, wrong: Floats = wrong) -> Floats:
-                values = np.where(wrong[:, None], 0.0, result.samples[name][rows, :n])
-                return np.where(wrong[:, None], np.nan, self.band.smooth(values))
+                return np.where(wrong[:, None], np.nan, result.samples[name][rows, :n])
 
             delivered = sampled("tau_drive") if shim else unit.measured["motor_torque"]
-            differences = {"motor_torque": scale * delivered - offset - sampled("tau_m")}
+            differences = {"motor_torque": (delivered - (sampled("tau_m") + offset) / scale) / _gain(delivered, unit)}
             for channel in channels:
                 if channel in unit.measured:
                     differences[channel] = unit.measured[channel] - sampled(SIGNALS[channel])
             found.append(differences)
         return found
+
+
+def _gain(delivered: Floats, unit: Unit) -> Floats:
+    """Size of the delivered torque (M, n) against the recorded one (M, 1): a mismatch counts in the recorded unit."""
+    recorded = float(np.sqrt(np.mean(unit.measured["motor_torque"] ** 2)))
+    size: Floats = np.sqrt(np.mean(np.atleast_2d(delivered) ** 2, axis=1, keepdims=True))
+    return np.maximum(size, 1e-300) / max(recorded, 1e-300)

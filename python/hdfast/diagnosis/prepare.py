@@ -25,17 +25,17 @@ SLOWEST_SHARE = 0.005
 
 @dataclass(frozen=True)
 class Band:
-    """The working rate [Hz] and the corner of the zero-phase low-pass that everything passes [Hz]."""
+    """How recordings are filtered, always with zero phase.
+
+    Attributes:
+        rate: working rate [Hz].
+        corner: low-pass of everything that is compared [Hz].
+        motion: low-pass of the motor angle that is prescribed [Hz]; its second derivative has to stay quiet.
+    """
 
     rate: float
     corner: float
-
-    def smooth(self, values: Floats) -> Floats:
-        """Pass equally spaced values (..., n) at the working rate through the low-pass."""
-        if self.corner >= PASS_SHARE * self.rate or values.shape[-1] < 32:
-            return values
-        filtered: Floats = signal.sosfiltfilt(_low_pass(self.corner, self.rate), values, axis=-1)
-        return filtered
+    motion: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,7 +82,7 @@ class Source:
 
 
 def choose_band(sources: Sequence[Source], inertia: float) -> Band:
-    """The widest band in which the angle's resolution disturbs the inertia torque by less than its share.
+    """The widest band; for the motion, the widest in which its resolution disturbs the inertia torque little.
 
     Args:
         sources: recordings of the campaign.
@@ -96,7 +96,8 @@ def choose_band(sources: Sequence[Source], inertia: float) -> Band:
     white = (resolution**2 / 12.0) * 2.0 / rate
     allowed = (0.02 * torque / max(inertia, 1e-12)) ** 2
     corner = (5.0 * allowed / (max(white, 1e-300) * (2.0 * math.pi) ** 4)) ** 0.2
-    return Band(float(working), float(min(PASS_SHARE * working, max(corner, 0.05 * working))))
+    highest = PASS_SHARE * working
+    return Band(float(working), highest, float(min(highest, max(corner, 0.02 * working))))
 
 
 def prepare(source: Source, band: Band, ratio: float) -> Unit:
@@ -114,15 +115,15 @@ def prepare(source: Source, band: Band, ratio: float) -> Unit:
     stride = max(1, round(1.0 / (step * band.rate)))
     rate = 1.0 / step
 
-    def bring(values: Floats) -> Floats:
+    def bring(values: Floats, corner: float = band.corner) -> Floats:
         known = np.isfinite(values)
         even = np.interp(fine, clock[known], values[known])
-        if band.corner < PASS_SHARE * rate and len(even) > 32:
-            even = signal.sosfiltfilt(_low_pass(band.corner, rate), even)
+        if corner < PASS_SHARE * rate and len(even) > 32:
+            even = signal.sosfiltfilt(_low_pass(corner, rate), even)
         return np.ascontiguousarray(even[::stride])
 
     t = fine[::stride]
-    angle = bring(recording["motor_angle"])
+    angle = bring(recording["motor_angle"], band.motion)
     spline = CubicSpline(t, angle)
     speed, acceleration = spline(t, 1), spline(t, 2)
     measured = {"motor_torque": bring(recording["motor_torque"])}
@@ -134,7 +135,7 @@ def prepare(source: Source, band: Band, ratio: float) -> Unit:
     replayed = {"t": t, "motor_angle": angle, "motor_torque": measured["motor_torque"], "load_torque": load}
     usable = _usable(source, clock, t, band)
     moving = np.abs(speed) > _slowest(recording["motor_angle"], speed, band, rate)
-    judged = {"motor_torque": usable & _eroded(moving, round(0.5 * band.rate / band.corner))}
+    judged = {"motor_torque": usable & _eroded(moving, round(0.5 * band.rate / band.motion))}
     settled = usable & (t >= min(LEAD_IN, 0.1 * t[-1]))
     judged |= {channel: settled for channel in measured if channel != "motor_torque"}
     return Unit(
@@ -146,7 +147,7 @@ def prepare(source: Source, band: Band, ratio: float) -> Unit:
         angle=angle,
         speed=speed,
         acceleration=acceleration,
-        measured={channel: band.smooth(values) for channel, values in measured.items()},
+        measured=measured,
         judged=judged,
         load_torque=load,
         temperature=bring(recording["temperature"]) if "temperature" in recording else None,
@@ -167,7 +168,7 @@ def _step(values: Floats) -> float:
 
 def _slowest(angle: Floats, speed: Floats, band: Band, rate: float) -> float:
     """Speed below which the direction of motion is not certain [rad/s]."""
-    noise = _step(angle) / math.sqrt(12.0) * 2.0 * math.pi * band.corner * math.sqrt(2.0 * band.corner / (3.0 * rate))
+    noise = _step(angle) / math.sqrt(12.0) * 2.0 * math.pi * band.motion * math.sqrt(2.0 * band.motion / (3.0 * rate))
     return max(3.0 * noise, SLOWEST_SHARE * float(np.max(np.abs(speed))))
 
 
@@ -181,7 +182,7 @@ def _eroded(mask: Mask, width: int) -> Mask:
 
 def _usable(source: Source, clock: Floats, t: Floats, band: Band) -> Mask:
     """Samples away from gaps, from samples the health checks rejected, and from both ends."""
-    margin = 1.0 / band.corner
+    margin = 1.0 / band.motion
     spans = np.diff(clock)
     wide = np.flatnonzero(spans > 1.5 * np.median(spans) + 1.0 / band.rate)
     bad = [(clock[i], clock[i + 1]) for i in wide] + [(time, time) for time in clock[~source.good]]

@@ -11,7 +11,6 @@ import numpy as np
 from hdfast.checks import Floats
 from hdfast.diagnosis.plant import Free, Structure
 
-
 NOTHING = 1e-6
 
 
@@ -67,7 +66,10 @@ class Candidate:
         if self.waves is None:
             if not self.spans:
                 return [typical]
-            return [typical | {other: NOTHING * typical[other] for other in self.spans if other != one} for one in self.spans]
+            return [
+                typical | {other: NOTHING * typical[other] for other in self.spans if other != one}
+                for one in self.spans
+            ]
         first, second = self.waves
         if self._cartesian:
             size = math.hypot(typical[first], typical[second])

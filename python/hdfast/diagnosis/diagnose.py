@@ -8,14 +8,13 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from hdfast import files
 from hdfast.diagnosis.extended import extended_model
 from hdfast.diagnosis.prepare import Source
 from hdfast.diagnosis.session import run
 from hdfast.diagnosis.stages import stages
-from hdfast.diagnosis.verdict import Verdict, as_dict, conclude
+from hdfast.diagnosis.verdict import Verdict, as_dict, conclude, rejected
+from hdfast.health import check
 from hdfast.recordings import Campaign, load_campaign
 
 
@@ -93,12 +92,18 @@ def diagnose(
         InputError: a recording cannot be read.
     """
     loaded = campaign if isinstance(campaign, Campaign) else load_campaign(campaign)
+    health = check(loaded)
+    number = version("hdfast")
+    if not health.usable:
+        return Diagnosis(loaded, rejected(health, seed, number), None)
     sources = [
-        Source(one.name, one, one.role, one.group, np.ones(len(one["t"]), dtype=bool)) for one in loaded.recordings
+        Source(item.name, item.recording, item.source.role, item.source.group, item.mask[item.timed])
+        for item in health
+        if item.usable and item.recording is not None
     ]
     with stages(progress) as told:
         session = run(loaded, sources, seed, threads, told)
         told.expect(1)
         verdict = conclude(session, seed)
         told.done("weighed the verdict")
-    return Diagnosis(loaded, as_dict(verdict, seed, version("hdfast")), verdict)
+    return Diagnosis(loaded, as_dict(verdict, health, seed, number), verdict)

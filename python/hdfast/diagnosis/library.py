@@ -257,7 +257,9 @@ def _lines(s: Sizes) -> list[Candidate]:
         (s.ratio - 1.0) / s.ratio,
         2.0 * (s.ratio - 1.0) / s.ratio,
     ]
-    for order in _distinct([order for order in [*s.lines, *expected] if order > LOWEST_ORDER and _new(order, s.orders)], 14):
+    for order in _distinct(
+        [order for order in [*s.lines, *expected] if order > LOWEST_ORDER and _new(order, s.orders)], 14
+    ):
         label = str(Fraction(order).limit_denominator(2000))
         size = 0.05 * s.windup if s.elastic else 2e-5
         found.append(

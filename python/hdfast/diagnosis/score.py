@@ -98,11 +98,12 @@ def gain(bench: Bench, better: Fit, lesser: Fit, folds: Index) -> Gain:
     return Gain(layout.sums(densities[0] - densities[1]), (after, before))
 
 
-def nrmse(layout: Layout, mismatch: Floats) -> float:
-    """Root mean square over recordings and channels of rms(mismatch) / std(measured)."""
+def nrmse(layout: Layout, mismatch: Floats, channel: str | None = None) -> float:
+    """Root mean square over recordings and channels, or one channel, of rms(mismatch) / std(measured)."""
     shares = [
         float(np.sqrt(np.mean(mismatch[where] ** 2))) / max(float(layout.spread[where][0]), 1e-300)
-        for _, _, where in layout.pieces
+        for _, own, where in layout.pieces
+        if channel in (None, own)
     ]
     return float(np.sqrt(np.mean(np.square(shares)))) if shares else float("nan")
 

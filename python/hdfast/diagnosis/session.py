@@ -121,7 +121,8 @@ def run(campaign: Campaign, sources: Sequence[Source], seed: int, threads: int |
 def _run(setup: Setup, seed: int, stages: Stages) -> Session:
     bench, held = setup.bench, setup.held
     stages.expect(2)
-    stages.done(f"{len(bench.plant.units)} recordings at {bench.plant.band.rate:.0f} Hz, motion to {bench.plant.band.motion:.0f} Hz")
+    band = bench.plant.band
+    stages.done(f"{len(bench.plant.units)} recordings at {band.rate:.0f} Hz, motion to {band.motion:.0f} Hz")
     calibrated = fit(bench, nominal(setup))
     stages.done("calibrated the nominal model")
     floor = noise_floor(bench)

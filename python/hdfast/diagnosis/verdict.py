@@ -9,8 +9,10 @@ from typing import Any
 
 import numpy as np
 
+from hdfast.checks import Floats
 from hdfast.diagnosis.facts import FACTS
 from hdfast.diagnosis.features import features
+from hdfast.diagnosis.fit import Bench
 from hdfast.diagnosis.limits import Limit, limits, without_windup
 from hdfast.diagnosis.locate import Where, locate, merged
 from hdfast.diagnosis.masking import Masked, masked, pulled
@@ -19,9 +21,20 @@ from hdfast.diagnosis.score import nrmse
 from hdfast.diagnosis.select import ALARM
 from hdfast.diagnosis.session import Session
 from hdfast.diagnosis.unknown import Unknown, describe
+from hdfast.health import Health
 
 SURE = 0.75
 NAMED = ("no_evidence", "found", "undecided", "depends_on", "sensor", "not_reproducible", "data_rejected")
+NOWHERE: dict[str, Any] = {
+    "place": None,
+    "place_candidates": [],
+    "windows": [],
+    "phase": "all",
+    "orders": [],
+    "frequencies_hz": [],
+    "depends_on": [],
+    "memory": "none",
+}
 OF_THE_WINDUP = ("hysteresis", "viscoelastic", "backlash", "soft_windup", "mesh_stiffness_variation", "load_compliance")
 
 
@@ -118,7 +131,38 @@ def _sentence(name: str, standings: Sequence[Standing], unknown: Unknown | None,
     return "No evidence of left-out physics in these recordings."
 
 
-def as_dict(verdict: Verdict, seed: int, version: str) -> dict[str, Any]:
+def _findings(health: Health) -> list[dict[str, Any]]:
+    """What the health checks said, file by file."""
+    listed = [("", finding) for finding in health.findings]
+    listed += [(item.name, finding) for item in health for finding in item.findings]
+    return [{"file": name, **vars(finding)} for name, finding in listed]
+
+
+def rejected(health: Health, seed: int, version: str) -> dict[str, Any]:
+    """The content of verdict.json when the recordings cannot be used."""
+    reason = " ".join(f"{name}: {reason}" for name, reason in health.rejected.items())
+    content: dict[str, Any] = _finite(
+        {
+            "verdict": "data_rejected",
+            "sentence": f"The recordings cannot be used. {reason}",
+            "effects": [],
+            "where": NOWHERE,
+            "fit": {
+                "fit": {"baseline_nrmse": None, "extended_nrmse": None},
+                "heldout": {"baseline_nrmse": None, "extended_nrmse": None, "noise_floor_nrmse": None},
+            },
+            "masking": [],
+            "not_showable": [],
+            "next_experiment": None,
+            "health": _findings(health),
+            "seed": seed,
+            "version": version,
+        }
+    )
+    return content
+
+
+def as_dict(verdict: Verdict, health: Health, seed: int, version: str) -> dict[str, Any]:
     """The content of verdict.json."""
     session = verdict.session
     final, layout = session.search.final, session.bench.layout
@@ -153,6 +197,7 @@ def as_dict(verdict: Verdict, seed: int, version: str) -> dict[str, Any]:
             ],
             "next_experiment": None,
             "notes": [session.weaker] if session.weaker else [],
+            "health": _findings(health),
             "seed": seed,
             "version": version,
         }
@@ -216,10 +261,7 @@ def _unknown_effect(unknown: Unknown) -> dict[str, Any]:
 def _where(verdict: Verdict) -> dict[str, Any]:
     places = list(dict.fromkeys(one.trial.candidate.place for one in verdict.standings))
     if verdict.name == "no_evidence":
-        return {
-            "place": None, "place_candidates": [], "windows": [], "phase": "all", "orders": [], "frequencies_hz": [],
-            "depends_on": [], "memory": "none",
-        }  # fmt: skip
+        return NOWHERE
     depends: list[str] = []
     memory = "none"
     orders = list(verdict.where.orders)
@@ -251,12 +293,25 @@ def _fit(session: Session) -> dict[str, Any]:
             "baseline_nrmse": nrmse(layout, session.baseline.mismatch),
             "extended_nrmse": nrmse(layout, session.search.final.mismatch),
             "noise_floor_nrmse": session.floor,
+            "channels": _channels(session.bench, session.baseline.mismatch, session.search.final.mismatch),
         },
         "heldout": {
             "baseline_nrmse": proof.baseline if proof else None,
             "extended_nrmse": proof.extended if proof else None,
             "noise_floor_nrmse": proof.floor if proof else None,
+            "channels": _channels(session.held, *proof.mismatch) if proof and session.held else {},
         },
+    }
+
+
+def _channels(bench: Bench, before: Floats, after: Floats) -> dict[str, dict[str, float]]:
+    """Errors by channel."""
+    return {
+        channel: {
+            "baseline_nrmse": nrmse(bench.layout, before, channel),
+            "extended_nrmse": nrmse(bench.layout, after, channel),
+        }
+        for channel in bench.layout.channels
     }
 
 

@@ -249,6 +249,21 @@ def test_exact_units_are_suggested_and_nothing_is_rescaled(run, name, factor, te
 
 
 @pytest.mark.parametrize(
+    ("unit", "text"),
+    [
+        ("deg", "scale = 0.0174532925 in [columns] load_angle"),
+        ("inc", "a scale from inc to rad"),
+        ("rad", ""),
+        ("ÅU", ""),
+    ],
+)
+def test_exact_units_that_the_file_states(run, unit, text):
+    found = sentences(examine(run, units={"load_angle": unit}), "units", "warning")
+    assert bool(found) is bool(text)
+    assert all(text in sentence for sentence in found)
+
+
+@pytest.mark.parametrize(
     ("factor", "text"), [(9.549297, "r/min"), (57.29578, "deg/s"), (1.0 / RATIO, "speed of the output")]
 )
 def test_exact_units_of_the_reference(run, factor, text):

@@ -1,12 +1,16 @@
-"""Recordings: columns by name, scales, missing samples, three kinds of file, campaign files."""
+"""Recordings: columns by name, scales, missing samples, every kind of file, campaign files."""
 
 from __future__ import annotations
 
+import math
+import re
+
 import numpy as np
 import pytest
+import recorded_files
 from hdfast import Scenario
-from hdfast.errors import ConfigError, InputError
-from hdfast.recordings import Recording, gather, load, load_campaign, save
+from hdfast.errors import ConfigError, InputError, MissingPackageError
+from hdfast.recordings import Recording, gather, load, load_campaign, load_table, save
 
 T = np.linspace(0.0, 1.0, 101)
 
@@ -79,3 +83,174 @@ def test_exact_campaign_reads_recordings_columns_and_sensors(tmp_path):
     (tmp_path / "c.toml").write_text(text + "rolle = 1\n")
     with pytest.raises(ConfigError, match=r"line 6.*did you mean 'role'"):
         load_campaign(tmp_path / "c.toml")
+
+
+def columns(size=500):
+    rng = np.random.default_rng(4)
+    return {
+        "t": np.arange(size) / 1000.0 + 1e-5 * rng.random(size),
+        "motor_angle": rng.standard_normal(size).cumsum(),
+        "motor_torque": rng.standard_normal(size) * 1e-3,
+        "load_angle": rng.standard_normal(size) * 1e5,
+    }
+
+
+@pytest.mark.parametrize("name", recorded_files.KINDS)
+def test_exact_every_kind_of_file_gives_identical_arrays(name, tmp_path):
+    found = load(recorded_files.write(tmp_path / name, columns()))
+    assert set(found) == set(columns())
+    for column, values in columns().items():
+        assert found[column].dtype == np.float64
+        np.testing.assert_array_equal(found[column], values)
+
+
+@pytest.mark.parametrize("name", [*recorded_files.KINDS[:-2], "run.tdms"])
+def test_exact_a_campaign_is_the_same_from_every_kind_of_file(name, tmp_path):
+    recorded_files.write(tmp_path / name, columns())
+    (tmp_path / "c.toml").write_text(f'[columns]\nmotor_angle = {{ scale = 0.1 }}\n[[recording]]\nfile = "{name}"\n')
+    [found] = load_campaign(tmp_path / "c.toml").recordings
+    np.testing.assert_array_equal(found["motor_angle"], columns()["motor_angle"] * 0.1)
+    assert found.samples == 500
+
+
+TEXTS = {
+    "semicolon": "t;motor_angle\n0.0;1.5\n0.1;-2e-3\n",
+    "tab": "t\tmotor_angle\n0.0\t1.5\n0.1\t-2e-3\n",
+    "decimal comma": "t;motor_angle\n0,0;1,5\n0,1;-2e-3\n",
+    "byte order mark": "\ufefft,motor_angle\n0.0,1.5\n0.1,-2e-3\n",
+    "blanks": " t , motor_angle \n 0.0 , 1.5 \n 0.1 , -2e-3 \n",
+    "comments": "# rig 7\n\nt,motor_angle\n# begin\n0.0,1.5\n\n0.1,-2e-3",
+    "units": "t,motor_angle\n[s],[rad]\n0.0,1.5\n0.1,-2e-3\n",
+    "trailing separator": "t;motor_angle;\n0,0;1,5;\n0,1;-2e-3;\n",
+    "quotes": '"t","motor_angle"\n"0.0","1.5"\n"0.1","-2e-3"\n',
+    "carriage returns": "t,motor_angle\r0.0,1.5\r0.1,-2e-3\r",
+    "further columns": "t,note,motor_angle\n0.0,start,1.5\n0.1,,-2e-3\n",
+}
+
+
+@pytest.mark.parametrize("kind", TEXTS)
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-16"])
+def test_exact_text_tables(kind, encoding, tmp_path):
+    (tmp_path / "run.csv").write_bytes(TEXTS[kind].encode(encoding))
+    found = load_table(tmp_path / "run.csv")
+    np.testing.assert_array_equal(found["t"], [0.0, 0.1])
+    np.testing.assert_array_equal(found["motor_angle"], [1.5, -2e-3])
+
+
+def test_exact_a_text_of_windows_is_read(tmp_path):
+    (tmp_path / "run.csv").write_bytes("t;Öl;motor_angle\n0;1;1,5\n1;1;2,5\n".encode("cp1252"))
+    found = load_table(tmp_path / "run.csv")
+    np.testing.assert_array_equal(found["motor_angle"], [1.5, 2.5])
+    assert found.notes == ("read as Windows-1252 text", "columns left out: Öl")
+
+
+WRONG_TEXTS = [
+    ("t,motor_angle\n0,1\n1,x\n", "line 3, column 'motor_angle': 'x' is not a number"),
+    ("# c\nt,motor_angle\n0,1\n1,2,3\n", "line 4: 3 values, the header line has 2 names"),
+    ("t,t\n0,1\n", "line 1: two columns are named 't'"),
+    ("0,1\n1,2\n", "line 1: the header line holds the number '0'"),
+    ("t;motor_angle\n0,5;1.5\n", "line 2, column 'motor_angle': '1.5' mixes decimal comma and decimal point"),
+    ("t;motor_angle\n0.5;1.5\n0.6;1.234,5\n", "line 3, column 'motor_angle': '1.234,5' is not a number"),
+    ("t,motor_angle\n", "no samples after the header line"),
+    ("\n\n", "the file is empty"),
+    ("# nothing\n", "no header line"),
+    ("t,motor_angle\n0,1\0\n", "line 2: not a text file"),
+    ("t,motor_angle\n0,1\nt,motor_angle\n1,2\n", "line 3, column 't': 't' is not a number"),
+]
+
+
+@pytest.mark.parametrize(("text", "message"), WRONG_TEXTS)
+def test_exact_wrong_texts_name_file_line_and_column(text, message, tmp_path):
+    (tmp_path / "run.csv").write_text(text)
+    with pytest.raises(InputError, match=r"run\.csv.*" + re.escape(message)):
+        load(tmp_path / "run.csv")
+
+
+def test_exact_fields_of_structs_and_groups_have_paths(tmp_path):
+    import h5py
+    from scipy.io import savemat
+
+    savemat(tmp_path / "run.mat", {"log": {"time": T, "enc": {"motor": 2.0 * T}}, "name": "rig"})
+    with h5py.File(tmp_path / "run.h5", "w") as file:
+        file["log/time"], file["log/enc/motor"] = T, 2.0 * T
+        file["log/enc/motor"].attrs["unit"] = "deg"
+    for name, dot in (("run.mat", "."), ("run.h5", "/")):
+        found = load(tmp_path / name, {"t": f"log{dot}time", "motor_angle": f"log{dot}enc{dot}motor"})
+        np.testing.assert_array_equal(found["motor_angle"], 2.0 * T)
+    assert found.units == {"motor_angle": "deg"}
+
+
+@pytest.mark.parametrize("compressed", [False, True])
+def test_against_scipy_mat_files(compressed, tmp_path):
+    from scipy.io import loadmat, savemat
+
+    rng = np.random.default_rng(2)
+    made = {
+        "t": T,
+        "motor_angle": rng.integers(-100, 100, (1, 101)).astype(np.int16),
+        "motor_torque": rng.random((101, 1)).astype(np.float32),
+        "load_angle": rng.integers(0, 2**40, 101),
+        "log": {"speed": 2.0 * T, "deep": {"x": -T}, "text": "rig"},
+        "cells": np.array([1, "a"], dtype=object),
+        "picture": np.ones((3, 4)),
+        "sign": T > 0.5,
+    }
+    savemat(tmp_path / "run.mat", made, do_compression=compressed)
+    names = {"speed_reference": "log.speed", "temperature": "log.deep.x", "load_torque": "sign"}
+    found = load_table(tmp_path / "run.mat", names)
+    expected = loadmat(tmp_path / "run.mat", simplify_cells=True)
+    for name in ("t", "motor_angle", "motor_torque", "load_angle"):
+        np.testing.assert_array_equal(found[name], expected[name])
+    np.testing.assert_array_equal(found["speed_reference"], expected["log"]["speed"])
+    np.testing.assert_array_equal(found["temperature"], expected["log"]["deep"]["x"])
+    np.testing.assert_array_equal(found["load_torque"], expected["sign"])
+    assert "columns left out:" in found.notes[0]
+    for wrong in ("log.text", "picture", "cells"):
+        with pytest.raises(InputError, match=f"column '{wrong}'"):
+            load_table(tmp_path / "run.mat", {"temperature": wrong})
+
+
+def test_exact_rasters_of_an_mdf_are_joined_on_the_motor_angle(tmp_path):
+    from asammdf import MDF, Signal
+
+    with MDF() as file:
+        file.append([Signal(3.0 * T, T, name="motor_angle", unit="rad")])
+        file.append([Signal(2.0 * T[::5], T[::5], name="motor_torque", unit="A")])
+        file.save(tmp_path / "run.mf4")
+    found = load(tmp_path / "run.mf4")
+    np.testing.assert_allclose(found["motor_torque"], 2.0 * T, atol=1e-12)
+    assert "motor_torque interpolated on the times of the other columns" in found.notes
+    assert found.units == {"motor_angle": "rad", "motor_torque": "A"}
+
+
+def test_exact_a_tdms_waveform_has_the_time_of_its_increment(tmp_path):
+    from nptdms import ChannelObject, TdmsWriter
+
+    facts = {"wf_increment": 0.01, "wf_start_offset": 0.0, "unit_string": "rad"}
+    with TdmsWriter(tmp_path / "run.tdms") as writer:
+        writer.write_segment([ChannelObject("rig", "motor_angle", 3.0 * T, facts)])
+    found = load(tmp_path / "run.tdms")
+    np.testing.assert_allclose(found["t"], T, atol=1e-12)
+    np.testing.assert_array_equal(found["motor_angle"], 3.0 * T)
+
+
+CONVERSIONS = [
+    (math.pi / 180.0, np.degrees),
+    (2.0 * math.pi / 2**17, lambda rad: rad / (2.0 * math.pi) * 2**17),
+    (0.083, lambda torque: torque / 0.083),
+]
+
+
+@pytest.mark.parametrize(("scale", "convert"), CONVERSIONS)
+def test_exact_degrees_counts_and_amperes_become_si(scale, convert, tmp_path):
+    values = np.random.default_rng(1).uniform(-1e4, 1e4, 101)
+    save(Recording("run", {"t": T, "load_angle": convert(values)}), tmp_path / "run.csv")
+    found = load(tmp_path / "run.csv", {"load_angle": {"scale": scale}})
+    np.testing.assert_allclose(found["load_angle"], values, rtol=1e-12)
+
+
+def test_exact_an_optional_package_is_named(tmp_path, monkeypatch):
+    monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
+    (tmp_path / "run.tdms").write_bytes(b"TDSm")
+    with pytest.raises(MissingPackageError, match=r"pip install 'hdfast\[tdms\]'"):
+        load(tmp_path / "run.tdms")

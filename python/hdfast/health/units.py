@@ -8,6 +8,8 @@ import numpy as np
 
 from hdfast.health.finding import WARNING
 from hdfast.health.subject import Subject
+from hdfast.recordings import COLUMNS
+from hdfast.recordings.units import WITHOUT_FACTOR, factor, plain
 
 NAME = "units"
 DEGREES, RPM = 180.0 / math.pi, 30.0 / math.pi
@@ -37,6 +39,7 @@ def _nearest(value: float, reasons: dict[float, str], close: float) -> str:
 
 def check(subject: Subject) -> None:
     """Compare speeds, rates and the inertia felt by the torque with what they should be; only suggest."""
+    _stated(subject)
     _rate(subject)
     speed = subject.motion.speed[subject.motion.valid]
     fastest = float(np.max(np.abs(speed), initial=0.0))
@@ -47,6 +50,18 @@ def check(subject: Subject) -> None:
         subject.find(NAME, WARNING, sentence, value=fastest, limit=FASTEST)
     _reference(subject)
     _inertia(subject)
+
+
+def _stated(subject: Subject) -> None:
+    """Units that the file itself names, for columns without a scale."""
+    for name, unit in subject.recording.units.items():
+        target = COLUMNS[name][0]
+        scale = factor(unit, target)
+        if scale == 1.0 or (scale is None and plain(unit) not in WITHOUT_FACTOR):
+            continue
+        hint = f"scale = {scale:.9g}" if scale is not None else f"a scale from {unit} to {target}"
+        sentence = f"the file gives {name} in {unit}, not in {target}: state {hint} in [columns] {name}"
+        subject.find(NAME, WARNING, sentence, value=scale)
 
 
 def _rate(subject: Subject) -> None:

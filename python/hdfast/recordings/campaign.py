@@ -13,7 +13,8 @@ from hdfast.drive_file import DriveFile, read_drive
 from hdfast.errors import InputError, choose, shorten
 from hdfast.model import Model, parse_order
 from hdfast.recordings.columns import COLUMNS, ColumnMap, read_column_map
-from hdfast.recordings.load import read, to_table
+from hdfast.recordings.formats import Source, read
+from hdfast.recordings.load import to_table, wanted
 from hdfast.recordings.priors import TORQUE_SCALE, Prior, priors
 from hdfast.recordings.replay import INPUTS
 from hdfast.recordings.rig import Controller, read_controller
@@ -149,9 +150,9 @@ class _Recordings:
     def read(self) -> list[CampaignRecording]:
         entries = self.file.listed("recording")
         checked = [self.entry(("recording", number), entry) for number, entry in enumerate(entries)]
-        tables = [(facts, read(facts["file"])) for facts in checked]
+        tables = [(facts, read(facts["file"], wanted(self.columns))) for facts in checked]
         for standard, entry in self.columns.items():
-            if tables and not any(entry.name in found for _, found in tables):
+            if tables and not any(entry.name in found.columns for _, found in tables):
                 raise self.file.error(("columns", standard), f"no recording has a column {entry.name!r} for {standard}")
         return [self.recording(facts, found) for facts, found in tables]
 
@@ -171,13 +172,14 @@ class _Recordings:
             )
         return facts
 
-    def recording(self, facts: dict[str, Any], found: Mapping[str, Any]) -> CampaignRecording:
-        present = {standard: entry for standard, entry in self.columns.items() if entry.name in found}
+    def recording(self, facts: dict[str, Any], found: Source) -> CampaignRecording:
+        present = {standard: entry for standard, entry in self.columns.items() if entry.name in found.columns}
         absent = {standard: entry for standard, entry in self.columns.items() if standard not in present}
         table = to_table(facts["file"].name, found, present)
         kept = {standard: values for standard, values in table.columns.items() if standard not in absent}
         missing = [f"no column {entry.name!r} for {standard}" for standard, entry in absent.items()]
-        return CampaignRecording(table.name, kept, self.steps, (*table.notes, *missing), **facts)
+        notes = (*table.notes, *missing)
+        return CampaignRecording(table.name, kept, self.steps, notes, table.units, **facts)
 
 
 def _text(argument: str, value: Any) -> str:

@@ -1,8 +1,7 @@
-"""Recordings from and to CSV, Parquet and NPZ files."""
+"""Recordings from and to files."""
 
 from __future__ import annotations
 
-import io
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
@@ -13,22 +12,25 @@ from hdfast import checks
 from hdfast.errors import InputError
 from hdfast.files import write_atomically
 from hdfast.recordings.columns import COLUMNS, ColumnMap, read_column_map
+from hdfast.recordings.formats import Source, Wanted, read
 from hdfast.recordings.recording import Recording, checked
 from hdfast.recordings.table import Table
 from hdfast.rows import table_columns
 
-SUFFIXES = (".csv", ".parquet", ".npz")
+SAVED = (".csv", ".parquet", ".npz")
 
 
 def load(path: str | Path, columns: Mapping[str, Any] | None = None) -> Recording:
     """Load a recording.
 
     Args:
-        path: CSV with a header line (lines starting with # are skipped), Parquet, or NPZ.
+        path: a text table with a header line (.csv, .txt, .tsv; comma, semicolon or tab; lines starting with # are
+            skipped), .parquet, .npz, .mat, .h5, .hdf5, or, with an extra, .mf4, .mdf and .tdms.
         columns: standard column -> name in the file, or {"name": ..., "scale": factor to SI units}.
 
     Raises:
         InputError: the file cannot be read, a mapped column is not in it, or its time does not run forward.
+        MissingPackageError: the kind of file needs an optional package.
     """
     return checked(load_table(path, columns))
 
@@ -36,43 +38,40 @@ def load(path: str | Path, columns: Mapping[str, Any] | None = None) -> Recordin
 def load_table(path: str | Path, columns: Mapping[str, Any] | None = None) -> Table:
     """As `load`, without judging what the columns hold."""
     path = Path(path)
-    return to_table(path.name, read(path), columns)
+    return to_table(path.name, read(path, wanted(columns)), columns)
 
 
-def read(path: Path) -> dict[str, Any]:
-    """Every column of a file under its own name.
-
-    Raises:
-        InputError: the file cannot be read.
-    """
-    readers = {".csv": _read_csv, ".parquet": _read_parquet, ".npz": _read_npz}
-    reader = readers.get(path.suffix.lower())
-    if reader is None:
-        raise InputError(f"{path}: unknown kind of file (allowed: {', '.join(SUFFIXES)})")
-    try:
-        return reader(path)
-    except FileNotFoundError:
-        raise InputError(f"{path}: no such file") from None
-    except (OSError, ValueError) as error:
-        raise InputError(f"{path}: cannot be read: {error}") from None
+def wanted(columns: Mapping[str, Any] | None) -> Wanted:
+    """Names that are looked for in a file: the standard ones and those of a column map."""
+    return frozenset([*COLUMNS, *(entry.name for entry in read_column_map(columns).values())])
 
 
-def to_table(name: str, found: Mapping[str, Any], columns: Mapping[str, Any] | None = None) -> Table:
+def to_table(name: str, source: Source, columns: Mapping[str, Any] | None = None) -> Table:
     """The standard columns among those found; what is neither standard nor mapped is left out and noted."""
     mapped = read_column_map(columns)
+    found = source.columns
     for standard, entry in mapped.items():
         if entry.name not in found:
-            raise InputError(f"{name}: no column {entry.name!r} for {standard} (found: {', '.join(map(str, found))})")
+            listed = ", ".join(map(str, source.names))
+            raise InputError(f"{name}: no column {entry.name!r} for {standard} (found: {listed[:400]})")
     taken = {entry.name for entry in mapped.values()}
     for standard in COLUMNS:
         if standard not in mapped and standard in found and standard not in taken:
             mapped[standard] = ColumnMap(standard)
-    arrays = {
-        standard: checks.as_floats(f"{name}: {entry.name}", found[entry.name]) * entry.scale
+    with np.errstate(over="ignore", invalid="ignore"):
+        arrays = {
+            standard: checks.as_floats(f"{name}: {entry.name}", found[entry.name]) * entry.scale
+            for standard, entry in mapped.items()
+        }
+    used = {entry.name for entry in mapped.values()}
+    left = [str(key) for key in source.names if key not in used]
+    notes = (*source.notes, f"columns left out: {', '.join(left)}") if left else source.notes
+    units = {
+        standard: source.units[entry.name]
         for standard, entry in mapped.items()
+        if entry.name in source.units and entry.scale == 1.0
     }
-    left = [str(key) for key in found if key not in {entry.name for entry in mapped.values()}]
-    return Table(name, arrays, notes=(f"columns left out: {', '.join(left)}",) if left else ())
+    return Table(name, arrays, notes=notes, units=units)
 
 
 def gather(recordings: Any, columns: Mapping[str, Any] | None = None) -> list[Recording]:
@@ -94,7 +93,8 @@ def _one(item: Any, index: int, columns: Mapping[str, Any] | None) -> Recording:
         return item if isinstance(item, Recording) else checked(item)
     if isinstance(item, (str, Path)):
         return load(item, columns)
-    return checked(to_table(f"recording {index}", table_columns("recording", item), columns))
+    found = table_columns("recording", item)
+    return checked(to_table(f"recording {index}", Source(list(found), found), columns))
 
 
 def save(recording: Recording, path: str | Path) -> None:
@@ -105,8 +105,8 @@ def save(recording: Recording, path: str | Path) -> None:
     """
     path = Path(path)
     suffix = path.suffix.lower()
-    if suffix not in SUFFIXES:
-        raise InputError(f"{path}: unknown kind of file (allowed: {', '.join(SUFFIXES)})")
+    if suffix not in SAVED:
+        raise InputError(f"{path}: unknown kind of file (allowed: {', '.join(SAVED)})")
     if suffix == ".npz":
         arrays: dict[str, Any] = dict(recording.columns)
         write_atomically(path, lambda stream: np.savez_compressed(stream, **arrays))
@@ -123,23 +123,3 @@ def save(recording: Recording, path: str | Path) -> None:
     from pyarrow import csv
 
     write_atomically(path, lambda stream: csv.write_csv(table, stream))
-
-
-def _read_csv(path: Path) -> dict[str, Any]:
-    from pyarrow import csv
-
-    lines = path.read_bytes().splitlines(keepends=True)
-    body = b"".join(line for line in lines if not line.lstrip().startswith(b"#"))
-    convert = csv.ConvertOptions(null_values=["", "nan", "NaN", "NA", "null"], strings_can_be_null=True)
-    return table_columns(path.name, csv.read_csv(io.BytesIO(body), convert_options=convert))
-
-
-def _read_parquet(path: Path) -> dict[str, Any]:
-    import pyarrow.parquet as pq
-
-    return table_columns(path.name, pq.read_table(path))
-
-
-def _read_npz(path: Path) -> dict[str, Any]:
-    with np.load(path, allow_pickle=False) as archive:
-        return {name: archive[name] for name in archive.files if archive[name].ndim == 1}

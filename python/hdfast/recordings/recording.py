@@ -56,4 +56,4 @@ def checked(table: Table) -> Recording:
     if not timed.all():
         columns = {name: values[timed] for name, values in columns.items()}
         notes = (*notes, f"{int((~timed).sum())} samples without time left out")
-    return Recording(table.name, columns, table.resolution, notes)
+    return Recording(table.name, columns, table.resolution, notes, table.units)

@@ -21,12 +21,14 @@ class Table(Mapping[str, Floats]):
         columns: arrays (n,) by name of `COLUMNS`; NaN where a sample is missing.
         resolution: smallest step of a sensor by column, where it is stated.
         notes: what was left out or changed while loading.
+        units: what the file states as the unit of a column that no scale was given for.
     """
 
     name: str
     columns: Mapping[str, Floats] = field(repr=False)
     resolution: Mapping[str, float] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
+    units: Mapping[str, str] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         first = next(iter(self.columns), None)

@@ -1,0 +1,75 @@
+"""What a reader finds in a file, before anything has a meaning."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from hdfast import checks
+from hdfast.errors import InputError
+
+Wanted = frozenset[str]
+
+
+@dataclass
+class Source:
+    """Columns of a file by their names there.
+
+    Attributes:
+        names: every column of the file.
+        columns: arrays of those that were wanted.
+        units: unit of a column, where the file states one.
+        notes: what the reader had to decide.
+    """
+
+    names: list[str]
+    columns: dict[str, Any]
+    units: dict[str, str] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
+
+
+Reader = Callable[[Path, Wanted], Source]
+
+
+def check_size(path: Path, samples: int, columns: int = 1) -> None:
+    """Refuse what would not fit into a quarter of the memory, whatever the size of the file.
+
+    Raises:
+        InputError: naming the file and the size it declares.
+    """
+    needed, limit = 8.0 * samples * columns, checks.memory_limit() / 4.0
+    if needed > limit:
+        raise InputError(
+            f"{path}: {samples} samples in {columns} columns need {needed / 1e9:.3g} GB (allowed: {limit / 1e9:.3g} GB)"
+        )
+
+
+def one_dimensional(path: Path, name: str, shape: Iterable[int]) -> None:
+    """Refuse arrays that are no column; one row or one column of a matrix is a column.
+
+    Raises:
+        InputError: naming file, column and shape.
+    """
+    sizes = tuple(shape)
+    if math.prod(sizes) != max(sizes, default=0) or not sizes:
+        raise InputError(f"{path}: column {name!r} has shape {sizes} (allowed: (n,))")
+
+
+def numbers(path: Path, name: str, values: Any) -> Any:
+    """A column as an array (n,) of numbers.
+
+    Raises:
+        InputError: naming file and column, and the first row that is no number.
+    """
+    array = np.asarray(values)
+    one_dimensional(path, name, array.shape)
+    array = array.reshape(-1)
+    if array.dtype.kind in "iuf":
+        return array
+    sample = f"; row 1 holds {array[0]!r}" if array.size else ""
+    raise InputError(f"{path}: column {name!r} has dtype {array.dtype}, not real numbers{sample[:80]}")

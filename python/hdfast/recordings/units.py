@@ -1,0 +1,35 @@
+"""Units as files write them, and their factors to the unit of a standard column."""
+
+from __future__ import annotations
+
+import math
+
+DEGREE, RPM = math.pi / 180.0, math.pi / 30.0
+SI = ("s", "rad", "Nm", "rad/s", "degC", "°C", "Cel", "-")
+FACTORS = {
+    "ms": ("s", 1e-3), "us": ("s", 1e-6), "µs": ("s", 1e-6), "ns": ("s", 1e-9), "min": ("s", 60.0),
+    "deg": ("rad", DEGREE), "°": ("rad", DEGREE), "mrad": ("rad", 1e-3), "urad": ("rad", 1e-6),
+    "rev": ("rad", 2 * math.pi),
+    "mNm": ("N m", 1e-3), "kNm": ("N m", 1e3), "Ncm": ("N m", 1e-2),
+    "deg/s": ("rad/s", DEGREE), "°/s": ("rad/s", DEGREE), "rpm": ("rad/s", RPM), "r/min": ("rad/s", RPM),
+    "1/min": ("rad/s", RPM), "U/min": ("rad/s", RPM), "rps": ("rad/s", 2 * math.pi),
+}  # fmt: skip
+WITHOUT_FACTOR = ("A", "mA", "V", "mV", "counts", "count", "inc", "ticks", "K", "%")
+
+
+def plain(unit: str) -> str:
+    """A unit without blanks, dots and products: "N m", "N·m" and "N*m" are "Nm"."""
+    return unit.translate(str.maketrans("", "", " ·*⋅.")).replace("μ", "µ")
+
+
+def known_unit(unit: str) -> bool:
+    """True for a unit of this module."""
+    return plain(unit) in (*SI, *FACTORS, *WITHOUT_FACTOR)
+
+
+def factor(unit: str, target: str) -> float | None:
+    """Factor from a unit to the target unit, None when there is none."""
+    if plain(unit) == plain(target):
+        return 1.0
+    found = FACTORS.get(plain(unit))
+    return found[1] if found is not None and found[0] == target else None

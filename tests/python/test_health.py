@@ -251,7 +251,7 @@ def test_exact_units_are_suggested_and_nothing_is_rescaled(run, name, factor, te
 @pytest.mark.parametrize(
     ("unit", "text"),
     [
-        ("deg", "scale = 0.0174532925 in [columns] load_angle"),
+        ("deg", "scale = 0.0174532925 in [columns]"),
         ("inc", "a scale from inc to rad"),
         ("rad", ""),
         ("ÅU", ""),

@@ -57,16 +57,19 @@ class Diagnosis:
         return extended_model(self.campaign, final.structure, values, final.sigma_of(session.bench.layout))
 
     def report(self, folder: str | Path) -> Path:
-        """Write verdict.json, extended_model.toml and a copy of the campaign; returns the verdict's path.
+        """Write report.html, verdict.json, extended_model.toml and a copy of the campaign; returns the page's path.
 
         Raises:
             InputError: the folder cannot be written.
         """
+        from hdfast.report.diagnosis_page import PAGE, page
+
         path = files.prepare(folder)
         files.write_text(path / "campaign.toml", self.campaign.text)
         files.write_text(path / "extended_model.toml", self.model)
+        files.write_text(path / PAGE, page(self))
         files.write_json(path / "verdict.json", self.to_dict())
-        return path / "verdict.json"
+        return path / PAGE
 
     def __repr__(self) -> str:
         return f"Diagnosis({self.verdict}: {self.content['sentence']})"

@@ -116,7 +116,7 @@ def _decide(session: Session, standings: Sequence[Standing], unknown: Unknown | 
 def _sentence(name: str, standings: Sequence[Standing], unknown: Unknown | None, session: Session, reason: str) -> str:
     effects = ", ".join(dict.fromkeys(one.trial.candidate.effect for one in standings))
     better = ""
-    if session.proof is not None and standings:
+    if session.proof is not None and standings and math.isfinite(session.proof.extended):
         better = (
             f"; error on held-out recordings {100 * session.proof.baseline:.1f} % -> "
             f"{100 * session.proof.extended:.1f} %"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from importlib import resources
+from typing import Any
 
 import jinja2
 from matplotlib.figure import Figure
@@ -15,6 +16,8 @@ from hdfast.report import plots, tables
 from hdfast.result import SweepResult
 from hdfast.simulate import Trajectory
 from hdfast.tolerance.limits import Verdict
+
+PAGE = "page.html.j2"
 
 
 @dataclass(frozen=True)
@@ -47,10 +50,8 @@ def render(
     """Fill the page; `headline` words the verdict."""
     if not headline:
         headline = "Every specification is met." if verdict else "At least one specification is not met."
-    template = resources.files("hdfast.report").joinpath("page.html.j2").read_text(encoding="utf-8")
-    environment = jinja2.Environment(autoescape=True, trim_blocks=False, undefined=jinja2.StrictUndefined)
-    info = catalogue.build_info()
-    return environment.from_string(template).render(
+    return fill(
+        PAGE,
         title=title,
         lead=lead,
         facts=facts,
@@ -58,8 +59,17 @@ def render(
         source=source,
         verdict=verdict,
         headline=headline,
-        version=info["version"],
-        build=f"{info['profile']} build",
+    )
+
+
+def fill(template: str, **content: Any) -> str:
+    """Fill a template of this room; version and build are added."""
+    room = resources.files("hdfast.report")
+    loader = jinja2.FunctionLoader(lambda name: room.joinpath(name).read_text(encoding="utf-8"))
+    environment = jinja2.Environment(loader=loader, autoescape=True, undefined=jinja2.StrictUndefined)
+    info = catalogue.build_info()
+    return environment.get_template(template).render(
+        **content, version=info["version"], build=f"{info['profile']} build"
     )
 
 

@@ -1,0 +1,79 @@
+"""Views of a mismatch on given axes: against a state of the drive, over orders and over frequency."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from hdfast.checks import Floats
+from hdfast.report.diagnosis_views import Trace, middle, spectrum, states
+from hdfast.report.look import label
+from hdfast.report.plots import BLUE, INK, ORANGE, RED, scaled
+
+MEASURED = "#a9b1b8"
+CHANNELS = {"motor_torque": "motor torque", "te": "transmission error", "output_torque": "output torque"}
+UNITS = {"motor_torque": "N m", "te": "rad", "output_torque": "N m"}
+MOST_POINTS, BINS = 500, 24
+LOWEST_END, HIGHEST_END = 4.5, 16.0
+
+
+def draw_dependence(axes: Any, own: Sequence[Trace], variable: str, ratio: float, inertia: float) -> None:
+    """Points of the calibrated nominal model and medians of both models over one state variable."""
+    x = np.concatenate([states(trace.unit, ratio, inertia)[variable][1] for trace in own])
+    text = states(own[0].unit, ratio, inertia)[variable][0]
+    forward = np.concatenate([trace.unit.speed > 0.0 for trace in own])
+    missing, left = (np.concatenate([getattr(trace, name) for trace in own]) for name in ("missing", "left"))
+    known = np.flatnonzero(np.isfinite(missing))
+    factor, unit = scaled(missing, UNITS[own[0].channel])
+    shown = known[:: max(1, len(known) // MOST_POINTS)]
+    axes.axhline(0.0, color=INK, linewidth=0.6)
+    axes.plot(x[shown], missing[shown] * factor, ".", color=MEASURED, ms=2.2, zorder=1)
+    models = [("nominal", missing, ORANGE)] + ([("extended", left, BLUE)] if _changed(own) else [])
+    for name, values, color in models:
+        for direction, chosen, style in (("forward", forward, "-"), ("backward", ~forward, "--")):
+            place, median = middle(x[chosen], values[chosen] * factor, BINS)
+            if place.size:
+                axes.plot(
+                    place, median, style, color=color, linewidth=1.6, marker="o", ms=2.6, label=f"{name}, {direction}"
+                )
+    label(axes, text, f"missing {CHANNELS[own[0].channel]} [{unit}]")
+    if known.size:
+        low, high = np.quantile(missing[known] * factor, (0.002, 0.998))
+        reach = 0.12 * float(high - low) or 1.0
+        axes.set_ylim(low - reach, high + reach)
+
+
+def draw_orders(axes: Any, own: Sequence[Trace], named: Sequence[float], corner: float) -> None:
+    """Spectrum over orders, as far as the slowest recording reaches within the band of `corner` [Hz]."""
+    slowest = min(float(np.quantile(np.abs(trace.unit.speed), 0.9)) for trace in own) / (2.0 * math.pi)
+    end = float(np.clip(corner / max(slowest, 1e-6), LOWEST_END, HIGHEST_END))
+    draw_spectrum(axes, own, [trace.unit.angle / (2.0 * math.pi) for trace in own], named, end)
+    axes.set_xlabel("order [per motor revolution]")
+
+
+def draw_spectrum(axes: Any, own: Sequence[Trace], x: Sequence[Floats], named: Sequence[float], end: float) -> None:
+    """Spectrum of the mismatch over the cycles of x, before and after, with named lines."""
+    missing = [trace.missing for trace in own]
+    factor, unit = scaled(np.concatenate(missing), UNITS[own[0].channel])
+    place, before = spectrum(x, missing, end)
+    axes.plot(place, before * factor, color=ORANGE, linewidth=0.9, label="calibrated nominal model")
+    if _changed(own):
+        after = spectrum(x, [trace.left for trace in own], end)[1]
+        axes.plot(place, after * factor, color=BLUE, linewidth=0.9, label="extended model")
+    for line in named:
+        if line <= end:
+            axes.axvline(line, color=RED, linewidth=0.9, linestyle=":", zorder=0)
+            axes.annotate(
+                f"{line:.3g}", (line, 1.0), xycoords=("data", "axes fraction"), fontsize=7.5, color=RED, ha="center"
+            )
+    if np.isfinite(before).any():
+        axes.set_yscale("log")
+    axes.set_xlim(0.0, end)
+    axes.set_ylabel(f"amplitude [{unit}]")
+
+
+def _changed(own: Sequence[Trace]) -> bool:
+    return any(not np.array_equal(trace.missing, trace.left, equal_nan=True) for trace in own)

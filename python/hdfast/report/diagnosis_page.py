@@ -1,0 +1,244 @@
+"""The page of a diagnosis: the answer on the first screen, what it rests on below."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from hdfast.diagnosis.plant import NUISANCE
+from hdfast.diagnosis.verdict import Verdict
+from hdfast.health.finding import NOTE, REJECT, WARNING
+from hdfast.printing import html_table
+from hdfast.report import diagnosis_details as details
+from hdfast.report.diagnosis_axes import CHANNELS
+from hdfast.report.diagnosis_screen import TAGS, Card, cards, headline
+from hdfast.report.diagnosis_tables import (
+    correlations,
+    parameter_table,
+    plus_minus,
+    pull,
+    screened,
+    sections_of,
+    spoken,
+    trial_table,
+    words,
+)
+from hdfast.report.diagnosis_views import Trace, traces
+from hdfast.report.html import Section, fill, picture
+
+if TYPE_CHECKING:
+    from hdfast.diagnosis.diagnose import Diagnosis
+
+PAGE = "report.html"
+CORRELATED = 0.95
+SEVERITIES = (REJECT, WARNING, NOTE)
+ERROR_HEADER = ["recording", "", "channel", "sensor noise", "nominal model"]
+
+
+def page(diagnosis: Diagnosis) -> str:
+    """The page as HTML; the same diagnosis gives the same bytes."""
+    content, verdict = diagnosis.content, diagnosis.evidence
+    tag, color = TAGS[content["verdict"]]
+    campaign = diagnosis.campaign
+    parts = [campaign.title] if campaign.title else []
+    screen: list[Card] = []
+    if verdict is None:
+        sections = [_health(content), _rejected(diagnosis)]
+    else:
+        found = traces(verdict.session)
+        screen = cards(content, verdict, found)
+        units = verdict.session.bench.plant.units
+        held = verdict.session.held
+        parts.append(f"{len(units)} recordings fitted, {len(held.plant.units) if held else 0} kept for the proof")
+        band = verdict.session.bench.plant.band
+        parts.append(f"compared at {band.rate:.0f} Hz below {band.corner:.0f} Hz")
+        sections = [*_sections(content, verdict, found), _health(content)]
+    sections.append(_notes(content))
+    parts.append(f"seed {content['seed']}")
+    return fill(
+        "diagnosis.html.j2",
+        title=campaign.title or "Diagnosis",
+        lead="; ".join(parts) + ".",
+        tag=tag,
+        color=color,
+        headline=headline(content),
+        cards=screen,
+        sections=[section for section in sections if section.texts or section.figures or section.tables],
+        source=campaign.text,
+    )
+
+
+def _sections(content: Mapping[str, Any], verdict: Verdict, found: list[Trace]) -> list[Section]:
+    first, last = ([_experiment(content)], []) if content["verdict"] == "undecided" else ([], [_experiment(content)])
+    return [
+        *first,
+        _time(content, verdict, found),
+        _state(verdict, found),
+        _lines(content, verdict, found),
+        _parameters(content, verdict),
+        *_rounds(verdict),
+        _limits(content),
+        *last,
+        _recordings(verdict, found),
+    ]
+
+
+def _channels(found: list[Trace]) -> list[str]:
+    return [channel for channel in CHANNELS if any(trace.channel == channel for trace in found)]
+
+
+def _time(content: Mapping[str, Any], verdict: Verdict, found: list[Trace]) -> Section:
+    extended = bool(verdict.session.search.accepted)
+    figure = details.time_strips(found, content["where"]["windows"], extended)
+    caption = (
+        "Size of the mismatch along every recording, in standard deviations of the sensor noise. White: not judged."
+    )
+    if content["where"]["windows"]:
+        caption += " Black bars on top: the windows of the verdict."
+    shares = content["where"].get("phase_shares", {})
+    shown = ", ".join(f"{phase} {100 * share:.0f} %" for phase, share in shares.items() if share)
+    texts = [f"Share of the mismatch by phase of motion: {shown}."] if shown else []
+    return Section("When", texts, [picture(figure, caption)])
+
+
+def _state(verdict: Verdict, found: list[Trace]) -> Section:
+    final = verdict.session.search.final
+    figures = [
+        picture(
+            details.state_views(found, channel, final.value("ratio"), final.value("J_l")),
+            f"Missing {CHANNELS[channel]} in all recordings against speed, torque through the gear, load and motor "
+            "angle. Solid lines: forward motion; dashed: backward. What flips with the direction is friction.",
+        )
+        for channel in _channels(found)
+    ]
+    return Section("In which state of the drive", figures=figures)
+
+
+def _lines(content: Mapping[str, Any], verdict: Verdict, found: list[Trace]) -> Section:
+    where = content["where"]
+    corner = verdict.session.bench.plant.band.corner
+    figures = [
+        picture(
+            details.spectra(found, channel, where["orders"], where["frequencies_hz"], corner),
+            f"Mismatch of the {CHANNELS[channel]} over orders and over frequency; dotted: the lines of the verdict.",
+        )
+        for channel in _channels(found)
+    ]
+    return Section("At which orders and frequencies", figures=figures)
+
+
+def _parameters(content: Mapping[str, Any], verdict: Verdict) -> Section:
+    session = verdict.session
+    masked = [row["parameter"] for row in content["masking"]]
+    before, after = session.baseline, session.search.final
+    names = [name for name in before.structure.names if name not in NUISANCE]
+    pulls = np.array([pull(before, name) for name in names])
+    moved = None
+    extended = bool(session.search.accepted)
+    if extended:
+        moved = np.array([pull(after, name) if name in after.structure.names else 0.0 for name in names])
+    texts = []
+    if masked:
+        texts.append(f"Had swallowed part of the effect, and moved when it was added: {', '.join(masked)}.")
+    if content.get("displaced"):
+        texts.append(f"The nominal model fits only with {', '.join(content['displaced'])} beyond 3 σ of their priors.")
+    pairs = correlations(session, CORRELATED)
+    tables = [parameter_table(session, masked)]
+    if pairs:
+        tables.append(html_table(["these two", "are hardly told apart", "correlation"], pairs, right=(2,)))
+    figure = details.pulls(names, pulls, moved, masked)
+    caption = "Where calibration moved every parameter"
+    caption += ", and where the extended model puts it. Red: had swallowed an effect." if extended else "."
+    return Section("What the parameters had swallowed", texts, [picture(figure, caption)], tables)
+
+
+def _rounds(verdict: Verdict) -> list[Section]:
+    found = []
+    for number, one in enumerate(verdict.session.search.rounds, start=1):
+        outcome = f"{spoken(one.accepted.candidate.label)} accepted" if one.accepted else "nothing accepted"
+        text = (
+            f"{len(one.signatures)} candidates screened, family-wise p = {one.screen.smallest_p:.3f}; "
+            f"{len(one.trials)} refitted together with every parameter. {screened(one)}"
+        )
+        tables = [trial_table(one)] if one.trials else []
+        found.append(Section(f"How candidates were judged, round {number}: {outcome}", [text], tables=tables))
+    return found
+
+
+def _limits(content: Mapping[str, Any]) -> Section:
+    hidden = [
+        [words(row["effect"]), f"{100 * row['visibility']:.0f} %", _least(row), row["reason"]]
+        for row in content["not_showable"]
+    ]
+    seen = [[words(row["effect"]), _least(row)] for row in content["detectable"]]
+    tables = []
+    if hidden:
+        header = ["not showable", "left after a refit", "smallest amplitude seen", "why"]
+        tables.append(html_table(header, hidden, right=(1, 2)))
+    if seen:
+        tables.append(html_table(["would have been seen", "from an amplitude of"], seen, right=(1,)))
+    texts = ["An effect is not showable when refitting the drive's parameters swallows it, or when only an implausible "
+             "size of it would stand out."] if hidden else []  # fmt: skip
+    return Section("What these recordings can show", texts, tables=tables)
+
+
+def _least(row: Mapping[str, Any]) -> str:
+    return plus_minus(row["minimum_detectable"], None, row["unit"])
+
+
+def _experiment(content: Mapping[str, Any]) -> Section:
+    proposal = content["next_experiment"]
+    if proposal is None:
+        return Section("What to record next")
+    rows = [[label, text] for label, text in sections_of(proposal)]
+    return Section("What to record next", tables=[html_table(["", ""], rows)])
+
+
+def _recordings(verdict: Verdict, found: list[Trace]) -> Section:
+    extended = bool(verdict.session.search.accepted)
+    figures = [
+        picture(
+            details.recordings(found, channel, extended),
+            f"{CHANNELS[channel].capitalize()} of every recording with the predictions, where it is judged.",
+        )
+        for channel in _channels(found)
+    ]
+    rows = [
+        [
+            trace.unit.name,
+            "kept for the proof" if trace.unit.role == "heldout" else "fitted",
+            CHANNELS[trace.channel],
+            f"{100 * trace.error(np.full(1, trace.floor)):.2f} %",
+            f"{100 * trace.error(trace.missing):.2f} %",
+            *([f"{100 * trace.error(trace.left):.2f} %"] if extended else []),
+        ]
+        for trace in found
+    ]
+    header = ERROR_HEADER + (["extended model"] if extended else [])
+    texts = ["Error: root mean square of measured minus predicted, as a share of the signal's standard deviation."]
+    return Section("Every recording", texts, figures, [html_table(header, rows, right=(3, 4, 5))])
+
+
+def _health(content: Mapping[str, Any]) -> Section:
+    header = ["recording", "check", "severity", "what was found", "from [s]", "to [s]"]
+    keys = ("file", "check", "severity", "sentence", "t0", "t1")
+    listed = sorted(content.get("health", ()), key=lambda row: SEVERITIES.index(row["severity"]))
+    rows = [["" if row[key] is None else spoken(_cell(row[key])) for key in keys] for row in listed]
+    return Section("Health of the recordings", tables=[html_table(header, rows)] if rows else [])
+
+
+def _cell(value: Any) -> str:
+    return f"{value:.4g}" if isinstance(value, float) else str(value)
+
+
+def _notes(content: Mapping[str, Any]) -> Section:
+    return Section("Notes", texts=[spoken(note) for note in content.get("notes", ())])
+
+
+def _rejected(diagnosis: Diagnosis) -> Section:
+    columns = [(one.name, dict(one)) for one in diagnosis.campaign.recordings[:8]]
+    if not columns:
+        return Section("Recordings")
+    return Section("The recordings as they were read", figures=[picture(details.raw(columns), "")])

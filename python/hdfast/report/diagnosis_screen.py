@@ -1,0 +1,267 @@
+"""The first screen of a diagnosis: one sentence and five cards."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from hdfast.diagnosis.locate import phases
+from hdfast.diagnosis.verdict import SURE, Verdict
+from hdfast.report import diagnosis_plots as plots
+from hdfast.report.diagnosis_tables import amplitude, plus_minus, spoken, words
+from hdfast.report.diagnosis_views import Trace, telling
+from hdfast.report.html import Picture, picture
+from hdfast.report.look import GREEN, VIOLET
+from hdfast.report.plots import BLUE, GREY, ORANGE, RED
+from hdfast.terms import terms
+
+TAGS = {
+    "found": ("Found", BLUE),
+    "sensor": ("Sensor, not physics", BLUE),
+    "depends_on": ("Located, not named", VIOLET),
+    "undecided": ("Undecided", "#b86a14"),
+    "no_evidence": ("No evidence", GREEN),
+    "not_reproducible": ("Not reproducible", "#b86a14"),
+    "data_rejected": ("Recordings rejected", RED),
+}
+MOST_LIMITS = 12
+AT = {"mesh": "in the gear mesh", "sensor": "in the sensors", "structure": "in the structure"}
+
+
+@dataclass(frozen=True)
+class Named:
+    """An effect as the card shows it."""
+
+    name: str
+    size: str
+    more: str
+
+
+@dataclass(frozen=True)
+class Card:
+    """One question of the first screen."""
+
+    title: str
+    width: str
+    hint: str = ""
+    effects: list[Named] = field(default_factory=list)
+    texts: list[str] = field(default_factory=list)
+    figures: list[Picture] = field(default_factory=list)
+
+
+def headline(content: Mapping[str, Any]) -> str:
+    """The verdict in one or two sentences, with sizes and errors."""
+    name, effects = content["verdict"], content["effects"]
+    held = content.get("fit", {}).get("heldout", {})
+    before, after, floor = (held.get(f"{key}_nrmse") for key in ("baseline", "extended", "noise_floor"))
+    if name in ("found", "sensor") and effects:
+        listed = ", ".join(f"{words(one['effect'])}{_size(one)}" for one in effects)
+        place = content["where"]["place"]
+        where = f" {AT.get(place, f'at the {place}')}" if place else ""
+        text = f"The model leaves out {listed}{where}."
+        if before is not None and after is not None:
+            text += (
+                f" Error on recordings kept for the proof: {100 * before:.3g} % → {100 * after:.3g} %; "
+                f"sensor noise alone makes {100 * (floor or 0.0):.2g} %."
+            )
+        return text
+    if name == "no_evidence" and before is not None:
+        return (
+            f"No evidence of left-out physics: the calibrated nominal model predicts the recordings kept for the "
+            f"proof to {100 * before:.3g} %; sensor noise alone makes {100 * (floor or 0.0):.2g} %."
+        )
+    return spoken(content["sentence"])
+
+
+def _size(effect: Mapping[str, Any]) -> str:
+    found = amplitude(effect)
+    return "" if found is None else f" ({plus_minus(found[1]['value'], found[1]['sigma'], found[1]['unit'])})"
+
+
+def cards(content: Mapping[str, Any], verdict: Verdict, found: list[Trace]) -> list[Card]:
+    """Where, what and how sure, how much better; the signals; what it depends on."""
+    telling_trace, window = telling(found)
+    session = verdict.session
+    extended = _extended(content, verdict)
+    variable = next(iter(content["where"]["depends_on"]), "motor_speed")
+    variable = plots.VIEW.get(variable, variable)
+    ratio = session.search.final.value("ratio")
+    channel = telling_trace.channel
+    role = "a recording kept for the proof" if telling_trace.unit.role == "heldout" else "a fitted recording"
+    return [
+        _where(content, verdict, found),
+        _what(content, verdict),
+        _better(content, verdict),
+        Card(
+            "The most telling moment",
+            "six",
+            f"of {role}",
+            figures=[picture(plots.overlay(telling_trace, window, extended), "Grey band: ±2 σ of the sensor noise.")],
+        ),
+        Card(
+            "Over the state" if content["where"]["depends_on"] else "What is left, over the state",
+            "three",
+            _dependence_hint(content),
+            figures=[
+                picture(
+                    plots.dependence(found, variable, channel, ratio, session.search.final.value("J_l")),
+                    "Points: measured minus nominal. Lines: medians.",
+                )
+            ],
+        ),
+        Card(
+            "Over orders",
+            "three",
+            _lines(content),
+            figures=[
+                picture(
+                    plots.orders(found, channel, content["where"]["orders"], session.bench.plant.band.corner),
+                    "",
+                )
+            ],
+        ),
+    ]
+
+
+def _lines(content: Mapping[str, Any]) -> str:
+    """The strongest lines of the mismatch in words."""
+    where = content["where"]
+    lines = [f"order {order:.4g}" for order in where["orders"][:3]]
+    lines += [f"{tone:.4g} Hz" for tone in where["frequencies_hz"][:2]]
+    return f"lines at {', '.join(lines)}" if lines else "no line stands out"
+
+
+def _extended(content: Mapping[str, Any], verdict: Verdict) -> str:
+    """Name of the second model of the overlay; empty where there is none."""
+    if not verdict.session.search.accepted:
+        return ""
+    effects = [words(one["effect"]) for one in content["effects"]]
+    return f"with {', '.join(dict.fromkeys(effects))}" if effects else "extended model"
+
+
+def _dependence_hint(content: Mapping[str, Any]) -> str:
+    where = content["where"]
+    if not where["depends_on"]:
+        return ""
+    memory = {"none": "no memory", "rate_independent": "memory of the path", "fading": "fading memory"}
+    return f"{', '.join(name.replace('_', ' ') for name in where['depends_on'])}; {memory[where['memory']]}"
+
+
+def _where(content: Mapping[str, Any], verdict: Verdict, found: list[Trace]) -> Card:
+    where = content["where"]
+    color = TAGS[content["verdict"]][1]
+    marked = dict.fromkeys(where["place_candidates"], GREY)
+    if where["place"]:
+        marked[where["place"]] = color
+    index = {id(trace.unit): phases(trace.unit) for trace in found}
+    explained = bool(verdict.session.search.accepted)
+    texts = []
+    if where["phase"] != "all":
+        texts.append(f"{100 * where['phase_shares'][where['phase']]:.0f} % of it while in phase '{where['phase']}'.")
+    caption = "Size of the mismatch" + (" that the extended model explains" if explained else "")
+    caption += ", in standard deviations of the sensor noise."
+    return Card(
+        "Where",
+        "four",
+        "" if where["place"] or not marked else "place not separable",
+        texts=texts,
+        figures=[
+            picture(plots.sketch(marked), ""),
+            picture(plots.phase_map(found, index, explained), caption),
+        ],
+    )
+
+
+def _what(content: Mapping[str, Any], verdict: Verdict) -> Card:
+    if content["verdict"] == "no_evidence":
+        return _visible(verdict)
+    if content["verdict"] == "depends_on" and verdict.unknown is not None:
+        return _ranking(verdict)
+    rows: list[tuple[str, float, bool]] = []
+    for standing in verdict.standings:
+        rows.append((words(standing.trial.candidate.effect), standing.probability, content["verdict"] != "undecided"))
+        left = 1.0 - standing.probability
+        odds = {rival.effect: rival.weight / max(1.0 - rival.weight, 1e-6) for rival in standing.rivals}
+        rivals = [(f"  or {words(effect)}", own * standing.probability, False) for effect, own in odds.items()]
+        rows += rivals[:3]
+        rows.append(("  or none of these", max(0.0, left - sum(own for _, own, _ in rivals)), False))
+    if not rows:
+        return Card("What", "four", texts=["Nothing that was tried passes every rule of acceptance."])
+    return Card(
+        "What, and how sure",
+        "four",
+        effects=[_named(effect) for effect in content["effects"][:4]],
+        figures=[picture(plots.probabilities(rows[:10], SURE), "")],
+    )
+
+
+def _named(effect: Mapping[str, Any]) -> Named:
+    found = amplitude(effect)
+    rest = [
+        f"{name} = {plus_minus(entry['value'], entry['sigma'], entry['unit'])}"
+        for name, entry in effect["parameters"].items()
+        if (found is None or name != found[0]) and (entry["sigma"] or name == "order")
+    ]
+    described = terms()[effect["effect"]].description if effect["effect"] in terms().ids else ""
+    size = "" if found is None else plus_minus(found[1]["value"], found[1]["sigma"], found[1]["unit"])
+    return Named(words(effect["effect"]), size, " ".join([described, "; ".join(rest)]).strip())
+
+
+def _visible(verdict: Verdict) -> Card:
+    """What would have been seen, for a campaign without evidence."""
+    rows = []
+    for limit in verdict.limits:
+        if limit.reason is not None or limit.minimum_detectable is None or limit.effect not in terms().ids:
+            continue
+        term = terms()[limit.effect]
+        typical = next(parameter for parameter in term.parameters if parameter.name == term.amplitude)
+        if typical.unit == limit.unit != "N m/rad" and typical.default > 0.0:
+            rows.append((words(limit.effect), limit.minimum_detectable, typical.default, limit.unit))
+    rows.sort(key=lambda row: row[1] / row[2])
+    if not rows:
+        return Card("What would have been seen", "four", texts=["These recordings could have shown no effect."])
+    return Card(
+        "What would have been seen",
+        "four",
+        "had it been there",
+        figures=[
+            picture(plots.detectable(rows[:MOST_LIMITS]), "Dotted: a typical amplitude. Short bars: well visible.")
+        ],
+    )
+
+
+def _ranking(verdict: Verdict) -> Card:
+    """State variables by how well they predict, for a mismatch without a name."""
+    assert verdict.unknown is not None
+    rows = [
+        (f"{name.replace('_', ' ')}, {memory.replace('_', ' ')}", gain)
+        for name, memory, gain in verdict.unknown.ranking
+    ]
+    return Card(
+        "What it depends on best",
+        "four",
+        "no effect of the library explains it",
+        figures=[picture(plots.ranking(rows[:9]), "Gain on left-out recordings, in standard errors.")],
+    )
+
+
+def _better(content: Mapping[str, Any], verdict: Verdict) -> Card:
+    extended = bool(verdict.session.search.accepted)
+    groups, texts = [], []
+    for part, title in (("heldout", "kept for the proof"), ("fit", "fitted")):
+        before, after, floor = (content["fit"][part][f"{key}_nrmse"] for key in ("baseline", "extended", "noise_floor"))
+        if before is None:
+            continue
+        rows = [("nominal", before, ORANGE)]
+        if extended and after is None:
+            texts.append("The extended model could not be simulated on a recording kept for the proof.")
+        elif extended:
+            rows.append(("extended", after, BLUE))
+        groups.append((title, rows, floor or 0.0))
+    proof = verdict.session.proof
+    if extended and proof is not None and len(groups[0][1]) == 2:
+        texts.append(f"Gain on what was kept for the proof: {proof.gain.ratio:.1f} standard errors.")
+    texts += [verdict.session.weaker] if verdict.session.weaker else []
+    title = "How much better" if extended else "How well it predicts"
+    return Card(title, "four", texts=texts, figures=[picture(plots.errors(groups), "")])

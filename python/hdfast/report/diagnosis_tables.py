@@ -1,0 +1,192 @@
+"""Tables and wordings of the page of a diagnosis."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from hdfast.diagnosis.fit import Fit
+from hdfast.diagnosis.plant import Free
+from hdfast.diagnosis.select import Round
+from hdfast.diagnosis.session import Session
+from hdfast.printing import html_table
+from hdfast.report.plots import scaled
+from hdfast.report.tables import number
+from hdfast.terms import terms
+
+PARAMETER_HEADER = ["parameter", "unit", "prior", "nominal model, calibrated", "pull [σ]"]
+EXTENDED_HEADER = ["extended model", "pull [σ]", ""]
+TRIAL_HEADER = [
+    "candidate", "place", "screen p", "visible", "gain (log density)", "in errors", "left-out error", "outcome",
+]  # fmt: skip
+WORDS = {
+    "te_harmonic": "kinematic error line",
+    "te_load_dependence": "load-dependent kinematic error",
+    "unknown": "unnamed torque",
+}
+FAILURES = {
+    "A1": "gain within chance",
+    "A2": "error hardly falls",
+    "A3": "amplitude within 3 σ of 0",
+    "A4": "drags a parameter off",
+}
+
+
+def words(effect: str) -> str:
+    """An effect's id as words."""
+    return WORDS.get(effect, effect.replace("_", " "))
+
+
+def spoken(sentence: str) -> str:
+    """A sentence with the ids of effects as words."""
+    for effect in sorted([*terms().ids, *WORDS], key=len, reverse=True):
+        sentence = sentence.replace(effect, words(effect)) if "_" in effect else sentence
+    return sentence.replace(" -> ", " → ")
+
+
+def plus_minus(value: float | None, sigma: float | None, unit: str) -> str:
+    """Value ± standard deviation, two digits of the deviation, with a prefix of the unit."""
+    if value is None or not math.isfinite(value):
+        return "-"
+    factor, short = scaled(np.array([value]), unit)
+    tail = "" if short in ("1", "") else f" {short}"
+    value *= factor
+    if not sigma or not math.isfinite(sigma):
+        return f"{value:.4g}{tail}"
+    sigma *= factor
+    digits = max(0, 1 - math.floor(math.log10(sigma)))
+    if digits > 7 or abs(value) >= 1e5:
+        return f"{value:.4g} ± {sigma:.2g}{tail}"
+    return f"{value:.{digits}f} ± {sigma:.{digits}f}{tail}"
+
+
+def amplitude(effect: Mapping[str, Any]) -> tuple[str, dict[str, Any]] | None:
+    """The parameter of an effect that says how large it is, with its entry."""
+    parameters = effect["parameters"]
+    known = effect["effect"] in terms().ids
+    name = terms()[effect["effect"]].amplitude if known else next(iter(parameters), "")
+    name = name if name in parameters else next((own for own in parameters if parameters[own]["sigma"]), "")
+    return (name, parameters[name]) if name else None
+
+
+def parameter_table(session: Session, masked: Sequence[str]) -> str:
+    """Every fitted parameter: prior, calibrated, in the extended model, and its pulls in sigma of the prior."""
+    layout = session.bench.layout
+    before, after = session.baseline, session.search.final
+    sigmas = before.sigma_of(layout), after.sigma_of(layout)
+    extended = bool(session.search.accepted)
+    rows = []
+    for name in dict.fromkeys([*before.structure.names, *after.structure.names]):
+        known = name in before.structure.names
+        free = _free(before if known else after, name)
+        factor, unit = scaled(np.array([abs(free.value), prior_sigma(free)]), free.unit)
+
+        def stated(fit: Fit, sigma: Mapping[str, float], name: str = name, factor: float = factor) -> list[str]:
+            if name not in sigma:
+                return ["", ""]
+            return [plus_minus(fit.value(name) * factor, sigma[name] * factor, ""), f"{pull(fit, name):+.1f}"]
+
+        row = [name, unit, plus_minus(free.value * factor, prior_sigma(free) * factor, ""), *stated(before, sigmas[0])]
+        if extended:
+            row += [*stated(after, sigmas[1]), _role(name, known, masked)]
+        rows.append(row)
+    header = PARAMETER_HEADER + (EXTENDED_HEADER if extended else [])
+    return html_table(header, rows, right=range(2, 7))
+
+
+def _role(name: str, known: bool, masked: Sequence[str]) -> str:
+    if name in masked:
+        return "had swallowed an effect"
+    return "" if known else "added"
+
+
+def _free(fit: Fit, name: str) -> Free:
+    return next(free for free in fit.structure.free if free.name == name)
+
+
+def prior_sigma(free: Free) -> float:
+    """Prior standard deviation in the parameter's own unit."""
+    return float(free.sigma * (abs(free.value) if free.positive else 1.0))
+
+
+def pull(fit: Fit, name: str) -> float:
+    """Distance of an estimate from the centre of its prior in the prior's standard deviations."""
+    j = fit.structure.names.index(name)
+    return float((fit.coordinates[j] - fit.structure.start[j]) / fit.structure.sigma[j])
+
+
+def correlations(session: Session, least: float) -> list[list[str]]:
+    """Pairs of parameters of the final model that these recordings hardly tell apart."""
+    final = session.search.final
+    covariance = final.covariance(session.bench.layout)
+    size = np.sqrt(np.diag(covariance))
+    shares = covariance / np.outer(size, size)
+    names = final.structure.names
+    pairs = [(abs(shares[i, j]), i, j) for i in range(len(names)) for j in range(i) if abs(shares[i, j]) > least]
+    return [[names[j], names[i], f"{shares[i, j]:+.3f}"] for _, i, j in sorted(pairs, reverse=True)]
+
+
+def trial_table(one: Round) -> str:
+    """Candidates of a round: what the screen saw of each and what the joint refit gave."""
+    visible = {signature.candidate.label: signature.visibility for signature in one.signatures}
+    rows = []
+    for trial in sorted(one.trials, key=lambda trial: -trial.gain.total):
+        candidate = trial.candidate
+        outcome = (
+            "accepted" if one.accepted is trial else ("passes, but another gains more" if not trial.failed else "")
+        )
+        rows.append(
+            [
+                spoken(candidate.label),
+                candidate.place,
+                _p(one.screen.p.get(candidate.label)),
+                f"{100 * visible.get(candidate.label, math.nan):.0f} %",
+                f"{trial.gain.total:.1f} ± {trial.gain.error:.1f}",
+                f"{trial.gain.ratio:.1f}",
+                f"{100 * trial.gain.nrmse[1]:.2f} → {100 * trial.gain.nrmse[0]:.2f} %",
+                outcome or ", ".join(_failure(rule) for rule in trial.failed),
+            ]
+        )
+    return html_table(TRIAL_HEADER, rows, right=(2, 3, 4, 5, 6))
+
+
+def _failure(rule: str) -> str:
+    code, _, rest = rule.partition(" ")
+    if code == "A4":
+        return f"drags {rest} off its prior"
+    return FAILURES.get(code, rule)
+
+
+def _p(value: float | None) -> str:
+    return "-" if value is None else f"{value:.3f}"
+
+
+def screened(one: Round) -> str:
+    """Strongest candidates of the screen that were not refitted, in one sentence."""
+    tried = {trial.candidate.effect for trial in one.trials}
+    rest = sorted(
+        ((label, statistic) for label, statistic in one.screen.statistic.items() if label.split(" ")[0] not in tried),
+        key=lambda item: -item[1],
+    )
+    shown = ", ".join(f"{spoken(label)} {statistic:.1f} (p {one.screen.p[label]:.3f})" for label, statistic in rest[:5])
+    return f"Next in the screen, not refitted: {shown}." if shown else ""
+
+
+def sections_of(value: Any) -> list[tuple[str, str]]:
+    """A proposed experiment as (label, text) lines, whatever entries it has."""
+    if not isinstance(value, Mapping):
+        return [("", _flat(value))]
+    return [(key.replace("_", " "), _flat(entry)) for key, entry in value.items() if entry not in (None, [], {})]
+
+
+def _flat(value: Any) -> str:
+    if isinstance(value, Mapping):
+        return ", ".join(f"{key.replace('_', ' ')} {_flat(entry)}" for key, entry in value.items())
+    if isinstance(value, (list, tuple)):
+        return "; ".join(_flat(entry) for entry in value)
+    if isinstance(value, float):
+        return number(value)
+    return spoken(str(value))

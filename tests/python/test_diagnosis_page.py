@@ -1,0 +1,184 @@
+from __future__ import annotations
+
+import json
+import re
+from dataclasses import replace
+from html.parser import HTMLParser
+
+import numpy as np
+import pytest
+import small_campaign
+from hdfast.cli import main
+from hdfast.diagnosis import diagnose
+from hdfast.diagnosis.verdict import NAMED
+from hdfast.recordings import load_campaign
+from hdfast.report import diagnosis_page
+from hdfast.report.diagnosis_screen import TAGS, cards
+from hdfast.report.diagnosis_tables import plus_minus, spoken
+from hdfast.report.diagnosis_views import spectrum, telling, traces
+
+
+@pytest.fixture(scope="module")
+def found(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("found")
+    with pytest.MonkeyPatch.context() as patch:
+        small_campaign.shorten_library(patch)
+        return diagnose(small_campaign.write(folder, ["coulomb_friction"], {"T_c": 0.05}))
+
+
+@pytest.fixture(scope="module")
+def quiet(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("quiet")
+    with pytest.MonkeyPatch.context() as patch:
+        small_campaign.shorten_library(patch)
+        return diagnose(small_campaign.write(folder))
+
+
+@pytest.fixture(scope="module")
+def unnamed(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("unnamed")
+    with pytest.MonkeyPatch.context() as patch:
+        small_campaign.shorten_library(patch, ())
+        return diagnose(small_campaign.write(folder, ["coulomb_friction"], {"T_c": 0.05}))
+
+
+class Reader(HTMLParser):
+    def __init__(self, text):
+        super().__init__()
+        self.tags, self.references, self.words = [], [], []
+        self.feed(text)
+
+    def handle_starttag(self, tag, attrs):
+        self.tags.append(tag)
+        self.references += [value for name, value in attrs if name in ("src", "href", "xlink:href", "srcset")]
+
+    def handle_data(self, data):
+        self.words.append(data)
+
+
+def words_of(text):
+    return " ".join(Reader(text).words)
+
+
+@pytest.fixture(scope="module")
+def page(found):
+    return diagnosis_page.page(found)
+
+
+@pytest.fixture(scope="module")
+def quiet_page(quiet):
+    return diagnosis_page.page(quiet)
+
+
+def test_exact_page_needs_nothing_else(page):
+    reader = Reader(page)
+    assert all(reference.startswith(("#", "data:image/png;base64,")) for reference in reader.references)
+    assert {"script", "link", "img"}.isdisjoint(reader.tags)
+    assert reader.tags.count("h1") == 1
+    assert "A &lt;small&gt; campaign" in page
+
+
+def test_exact_first_screen_names_effect_place_size_and_errors(found, page):
+    assert found.verdict == "found"
+    effect = found.effects[0]
+    words = words_of(page)
+    size = effect["parameters"]["T_c"]
+    assert f"{spoken(effect['effect'])} ({plus_minus(size['value'], size['sigma'], 'N m')})" in words
+    assert f"at the {effect['place']}" in words
+    held = found.content["fit"]["heldout"]
+    assert f"{100 * held['baseline_nrmse']:.3g} % → {100 * held['extended_nrmse']:.3g} %" in words
+
+
+def test_exact_a_quiet_campaign_says_what_would_have_been_seen(quiet, quiet_page):
+    assert quiet.verdict == "no_evidence"
+    words = words_of(quiet_page)
+    assert "No evidence of left-out physics" in words
+    assert "What would have been seen" in words
+    assert "extended" not in words
+
+
+def test_exact_a_mismatch_without_a_name_shows_its_variables(unnamed):
+    assert unnamed.verdict == "depends_on"
+    shown = cards(unnamed.content, unnamed.evidence, traces(unnamed.evidence.session))
+    assert [card.title for card in shown][:2] == ["Where", "What it depends on best"]
+    assert unnamed.content["where"]["depends_on"][0].replace("_", " ") in shown[4].hint
+
+
+def test_exact_an_undecided_page_begins_with_what_to_record_next(found):
+    experiment = {"manoeuvre": "slow_ladder", "separates": ["coulomb_friction", "stribeck_friction"]}
+    finding = {"file": "r0.npz", "check": "torque_sign", "severity": "warning", "sentence": "s", "t0": 0.5, "t1": None}
+    changed = {"verdict": "undecided", "next_experiment": experiment, "health": [finding], "notes": ["a weaker proof"]}
+    text = diagnosis_page.page(replace(found, content={**found.content, **changed}))
+    titles = re.findall(r"<h2>([^<]*)</h2>", text)
+    assert titles.index("What to record next") < titles.index("When")
+    for part in ("slow_ladder", "coulomb friction; stribeck friction", "torque_sign", "a weaker proof"):
+        assert part in text
+
+
+def test_exact_every_verdict_has_a_tag():
+    assert set(TAGS) == set(NAMED)
+
+
+def test_exact_rejected_recordings_are_shown_with_the_reason(tmp_path):
+    path = small_campaign.write(tmp_path)
+    for name in ("r0", "r1", "r2"):
+        table = dict(np.load(tmp_path / f"{name}.npz"))
+        del table["motor_torque"]
+        np.savez(tmp_path / f"{name}.npz", **table)
+    rejected = diagnose(load_campaign(path))
+    assert rejected.verdict == "data_rejected"
+    words = words_of(diagnosis_page.page(rejected))
+    assert "Recordings rejected" in words
+    assert "motor_torque" in words
+    assert "The recordings as they were read" in words
+
+
+def test_exact_command_writes_the_same_page_from_another_run(tmp_path, monkeypatch, capsys, quiet_page):
+    small_campaign.shorten_library(monkeypatch)
+    out = tmp_path / "out"
+    assert main(["diagnose", str(small_campaign.write(tmp_path)), "--out", str(out)]) == 0
+    assert str(out / "report.html") in capsys.readouterr().out
+    names = {"report.html", "verdict.json", "extended_model.toml", "campaign.toml"}
+    assert {path.name for path in out.iterdir()} == names
+    assert json.loads((out / "verdict.json").read_text())["verdict"] == "no_evidence"
+    assert (out / "report.html").read_text() == quiet_page
+
+
+def test_exact_telling_window_is_of_a_recording_kept_for_the_proof(found):
+    trace, (begin, end) = telling(traces(found.evidence.session))
+    assert trace.unit.role == "heldout"
+    assert trace.channel == "motor_torque"
+    assert trace.t[0] <= begin < end <= trace.t[-1]
+
+
+def test_exact_prediction_is_measured_minus_mismatch(found):
+    session = found.evidence.session
+    trace = next(one for one in traces(session) if one.unit is session.bench.plant.units[0])
+    where = session.bench.layout.pieces[0][2]
+    known = np.isfinite(trace.missing)
+    np.testing.assert_allclose(trace.missing[known], session.baseline.mismatch[where], atol=1e-12)
+    np.testing.assert_allclose(trace.left[known], session.search.final.mismatch[where], atol=1e-12)
+
+
+def test_exact_spectrum_of_two_known_lines_at_a_speed_that_changes():
+    t = np.linspace(0.0, 6.0, 6001)
+    turns = 5.0 * t + 0.3 * np.sin(t)
+    signal = 2e-3 * np.cos(2.0 * np.pi * 2.0 * turns) + 5e-4 * np.sin(2.0 * np.pi * 5.0 * turns)
+    place, size = spectrum([turns], [signal], 10.0)
+    near = [np.nanmax(size[np.abs(place - line) < 0.05]) for line in (2.0, 5.0, 3.5)]
+    assert near[0] == pytest.approx(2e-3, rel=0.1)
+    assert near[1] == pytest.approx(5e-4, rel=0.1)
+    assert near[2] < 1e-4
+
+
+@pytest.mark.parametrize(
+    ("value", "sigma", "unit", "text"),
+    [
+        (0.0374, 0.00069, "N m", "37.40 ± 0.69 mN m"),
+        (121.0, None, "1", "121"),
+        (-3.1e15, 3e14, "kg m^2", "-3.1e+15 ± 3e+14 kg m^2"),
+        (None, None, "rad", "-"),
+    ],
+)
+def test_exact_sizes_are_written_with_two_digits_of_their_deviation(value, sigma, unit, text):
+    assert plus_minus(value, sigma, unit) == text

@@ -11,6 +11,7 @@ import pytest
 from hdfast import config, identify
 from hdfast.bench import FrictionLaw, coastdown, friction, startstop
 from hdfast.errors import InputError
+from hdfast.identify.friction import law_torque
 from scipy.integrate import solve_ivp
 
 LAW = FrictionLaw(asymmetry=0.1, load_share=0.12, beta=0.03)
@@ -101,3 +102,33 @@ def test_against_published_friction_of_a_strain_wave_joint():
     assert fit.estimates.named("T_c_forward").value == pytest.approx(1.39, rel=0.05)
     assert fit.estimates.named("B").value == pytest.approx(0.69, rel=0.1)
     assert any("one direction only" in note for note in fit.notes)
+
+
+def test_against_engine_the_written_terms_hold_the_identified_torques():
+    """The ladder of the model file, simulated with its terms, against the law that was fitted."""
+    recordings = friction(FrictionLaw(asymmetry=0.1, load_share=0.12), loads=(0.0, 20.0), dwell_revolutions=2.0, seed=4)
+    fit = identify.friction(recordings, ratio=121.0)
+    settings = config.parse(fit.model_text())
+    assert settings.model.terms == ("stribeck_friction", "asymmetric_friction", "load_dependent_friction")
+    for rpm, load in ((5.0, 0.0), (60.0, 20.0), (-60.0, 20.0), (-400.0, 0.0)):
+        t = np.linspace(0.0, 2.0, 21)
+        speed = rpm * np.pi / 30.0
+        run = hdfast.simulate(
+            settings.drive | {"te_scale": 0.0},
+            model=settings.model,
+            scenario=hdfast.Scenario.motion(t, speed * t, load=load),
+            t_eval=t[-3:],
+            signals=["tau_m"],
+        )
+        held, none = np.full(1, load), np.full(1, np.nan)
+        law = law_torque(fit.curves["law"], np.full(1, speed), held, none, 121.0)[0]
+        assert run["tau_m"][-1] - load / 121.0 == pytest.approx(law, rel=0.05)
+
+
+def test_exact_what_does_not_differ_from_zero_is_not_declared():
+    fit = identify.friction(friction(FrictionLaw(T_c=0.0, T_s=0.0), seed=2), ratio=121.0)
+    assert "terms" not in fit.model
+    declared = {"terms": [{"effect": "stribeck_friction"}, {"effect": "cogging", "parameters": {"T_cog": 0.01}}]}
+    fit = identify.coastdown(coastdown(FrictionLaw(), seed=1), inertia=J, ratio=121.0, base=declared)
+    assert [item["effect"] for item in fit.model["terms"]] == ["cogging", "coulomb_friction"]
+    assert config.parse(fit.model_text()).drive["T_c"] == pytest.approx(0.03, rel=1e-3)

@@ -67,7 +67,7 @@ EXPECTED = {
         "S7, S8 peak": PARTLY,
         "S8 initial peak": REPRODUCED,
         "S9 start": REPRODUCED,
-        "S9 stop": OPEN,
+        "S9 stop": REPRODUCED,
         "S10": OPEN,
     },
 }

@@ -12,9 +12,27 @@ from hdfast.cli import main
 ROOT = Path(__file__).parents[2]
 
 
-def test_regress_docs_are_current():
-    page = runpy.run_path(str(ROOT / "tools" / "terms.py"))["page"]()
-    assert (ROOT / "docs" / "terms.md").read_text() == page, "run python tools/terms.py"
+def test_regress_docs_are_current(monkeypatch):
+    monkeypatch.syspath_prepend(str(ROOT / "tools"))
+    written = runpy.run_path(str(ROOT / "tools" / "terms.py"))
+    docs, hint = ROOT / "docs", "run python tools/terms.py"
+    assert (docs / "terms.md").read_text() == written["index"](), hint
+    for term in hdfast.terms():
+        assert (docs / "terms" / f"{term.id}.md").read_text() == written["page"](term), hint
+        picture = (docs / "images" / "terms" / f"{term.id}.png").read_bytes()
+        assert picture.startswith(b"\x89PNG"), hint
+        assert len(picture) < 40_000, term.id
+    for folder in (docs / "terms", docs / "images" / "terms"):
+        assert {path.stem for path in folder.iterdir()} == set(hdfast.terms().ids), hint
+
+
+@pytest.mark.parametrize("term", ["load_dependent_friction", "te_harmonic", "sensor_delay"])
+def test_exact_a_signature_shows_the_term(term, monkeypatch):
+    monkeypatch.syspath_prepend(str(ROOT / "tools"))
+    from signatures import SIGNATURES
+
+    without, on = SIGNATURES[term].curves().values()
+    assert np.shape(without) != np.shape(on) or np.max(np.abs(without[1] - on[1])) > 1.0
 
 
 def test_exact_columns_of_a_term_are_prefixed_only_where_shared():

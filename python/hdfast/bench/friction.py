@@ -1,7 +1,7 @@
 """Bench fixtures with dry friction: a ladder of constant speeds and a coast-down.
 
-The engine has no friction beyond viscous damping. Both recordings come from a rigid drive written here: the torque
-that holds a speed is the friction law itself, and a coasting drive is one inertia that stops for good at speed zero.
+Both recordings come from a rigid drive written here, independent of the engine: the torque that holds a speed is the
+friction law itself, and a coasting drive is one inertia that stops for good at speed zero.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """A bench fixture: slip elements beside the spring, loaded quasi-statically.
 
-The engine has no hysteresis; this Maxwell-slip loop (a row of springs that slip at equal forces) exists so that a
-virtual stiffness test has the loop a real one shows.
+The engine's hysteresis is Bouc-Wen. This Maxwell-slip loop (a row of springs that slip at equal forces) is another law
+on purpose: the virtual stiffness test does not assume what is simulated.
 """
 
 from __future__ import annotations

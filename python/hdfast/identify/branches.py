@@ -1,4 +1,4 @@
-"""The two branches of a loop: where they run parallel, how wide they stand apart, what a cycle costs."""
+"""The two branches of a loop: where they run parallel and how wide they stand apart."""
 
 from __future__ import annotations
 
@@ -13,7 +13,6 @@ from hdfast.identify.least_squares import fit
 from hdfast.identify.loop import Crossings
 
 LOST_MOTION_SHARE = 0.04
-STEEPER = 2.0  # the branches part faster at a reversal than the chord to the first level says
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,29 +73,6 @@ def parallel(found: Crossings, cut: float) -> NDArray[np.bool_]:
     """Crossings farther than `cut` from the reversal they come from and averaged over half a level or more, (n,)."""
     since = np.where(found.direction > 0, found.windup - found.reach[0], found.reach[1] - found.windup)
     return np.asarray((since > cut) & (found.share >= 0.5))
-
-
-def energy(loop: Branches, found: Crossings) -> Estimate:
-    """Energy of a cycle [J]: distance of the branches times the spacing, summed over every level inside the loop.
-
-    The levels fall on the loop by chance, so that the sum has no bias; what their place does to it at the two ends,
-    where the branches close, is the slope there times the second Bernoulli polynomial (standard deviation 1/sqrt(180)).
-    """
-    width = loop.rising - loop.falling
-    noise = np.sqrt(2.0) * loop.noise
-    area, variance = float(width.sum()) * found.spacing, len(width) * (noise * found.spacing) ** 2
-    for inner, outer, tip in (
-        (loop.windup[0], width[0], found.reach[0]),
-        (loop.windup[-1], width[-1], found.reach[1]),
-    ):
-        gap = abs(tip - inner)
-        missing = np.arange(found.spacing, gap, found.spacing)
-        closing = outer * (1.0 - missing / gap)
-        area += float(closing.sum()) * found.spacing
-        slope = STEEPER * outer / max(gap, 0.5 * found.spacing)
-        variance += (0.5 * slope * found.spacing**2) ** 2 / 180.0 + (0.2 * float(closing.sum()) * found.spacing) ** 2
-    meaning = "energy lost in a cycle: area of the loop"
-    return estimate("loop_energy", area, "J", float(np.sqrt(variance)), meaning=meaning)
 
 
 def hysteresis_loss(found: Crossings) -> Estimate:

@@ -13,6 +13,7 @@ from hdfast.checks import Floats
 from hdfast.errors import InputError
 from hdfast.identify.estimate import Estimates, estimate
 from hdfast.identify.fit import Fit
+from hdfast.identify.left_out import coulomb
 from hdfast.identify.nonlinear import fit
 from hdfast.recordings import Recording, gather
 
@@ -69,7 +70,7 @@ def coastdown(
     names = [("T_c_over_J", "rad/s^2"), ("B_over_J", "1/s"), ("b3_over_J", "s/rad^2")][:count]
     estimates = [estimate(n, found.values[j], u, found.sigma[j], found.freedom) for j, (n, u) in enumerate(names)]
     notes = [f"{item.name}: {note}" for item in listed for note in item.notes]
-    sections: dict[str, dict[str, Any]] = {}
+    sections: dict[str, Any] = {}
     if inertia is None:
         notes.append("inertia is not given: friction is known over inertia only, and the model file holds nothing new")
     else:
@@ -77,6 +78,7 @@ def coastdown(
         for j, (name, unit) in enumerate((("T_c", "N m"), ("B", "N m s/rad"))):
             estimates.append(estimate(name, found.values[j] * j_total, unit, found.sigma[j] * j_total, found.freedom))
         sections["drive"] = _share(float(found.values[1]) * j_total, base, ratio, notes)
+        sections["terms"] = coulomb(estimates[-2], notes)
     notes.append(f"angle residual {np.std(found.residuals):.3g} rad rms over {len(runs)} coasts")
     return Fit(
         "coastdown",

@@ -9,6 +9,7 @@ from typing import Any
 
 from hdfast.checks import Floats
 from hdfast.identify.estimate import Estimates
+from hdfast.identify.left_out import replaced
 from hdfast.sections import OF_A_CAMPAIGN
 from hdfast.spring import COEFFICIENTS
 from hdfast.terms import terms
@@ -23,7 +24,7 @@ class Fit:
         kind: "stiffness", "kinematic_error", "friction" or "coastdown".
         title: one line for the page.
         estimates: every number with its 90 % interval.
-        sections: what the model file gets, by section: drive, kinematic_error.
+        sections: what the model file gets, by section: drive, kinematic_error, terms.
         notes: what was assumed, what is missing, what the fit cannot hold.
         numbers: further results by name, ready for JSON.
         tables: name -> (header, rows of text).
@@ -34,7 +35,7 @@ class Fit:
     kind: str
     title: str
     estimates: Estimates
-    sections: dict[str, dict[str, Any]]
+    sections: dict[str, Any]
     notes: list[str]
     numbers: dict[str, Any] = field(default_factory=dict)
     tables: dict[str, tuple[list[str], list[list[str]]]] = field(default_factory=dict)
@@ -70,7 +71,7 @@ class Fit:
         return f"{self.title}\n{self.estimates!r}\n" + "\n".join(self.notes)
 
 
-def merge(base: Mapping[str, Any], found: Mapping[str, Mapping[str, Any]]) -> dict[str, Any]:
+def merge(base: Mapping[str, Any], found: Mapping[str, Any]) -> dict[str, Any]:
     """A model file with identified values.
 
     What only a campaign has is dropped, as are effects of sensors and terms this version does not know; keys and
@@ -84,6 +85,9 @@ def merge(base: Mapping[str, Any], found: Mapping[str, Mapping[str, Any]]) -> di
     if "terms" in merged:
         merged["terms"] = [term for term in merged["terms"] if term.get("effect") in known and "channel" not in term]
     for section, values in found.items():
+        if section == "terms":
+            merged[section] = replaced(merged.get(section, []), values)
+            continue
         if section == "kinematic_error":
             merged[section] = dict(values)
             continue

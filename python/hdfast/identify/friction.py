@@ -11,6 +11,7 @@ from hdfast import checks
 from hdfast.checks import Floats
 from hdfast.identify.estimate import Estimate, Estimates, estimate
 from hdfast.identify.fit import Fit
+from hdfast.identify.left_out import dry_friction
 from hdfast.identify.nonlinear import NonlinearFit, fit
 from hdfast.identify.plateaus import Plateaus, plateaus
 from hdfast.params import params
@@ -67,11 +68,12 @@ def friction(
         notes.append(f"{few} speeds cover less than a revolution: their torque holds a part of the ripple")
     estimates = _estimates(found, names)
     drive, extra = _model(estimates, base, i, notes)
+    terms = dry_friction(estimates, notes)
     return Fit(
         "friction",
         "Friction from a ladder of constant speeds",
         Estimates(estimates),
-        {"drive": drive},
+        {"drive": drive, "terms": terms},
         notes,
         {"speeds": len(means.speed), "residual_rms": float(np.sqrt(np.mean(found.residuals**2))), **extra},
         {},
@@ -145,10 +147,6 @@ def _model(
 ) -> tuple[dict[str, Any], dict[str, Any]]:
     by_name = {item.name: item.value for item in estimates}
     drive = viscous_share(by_name["B"], base, ratio, notes)
-    notes.append(
-        "the model file holds B only: for the dry friction add a section [[terms]] with the effect coulomb_friction, "
-        "stribeck_friction or asymmetric_friction and the values of this table"
-    )
     backward = by_name.get("T_c_backward", by_name["T_c_forward"])
     mean = 0.5 * (by_name["T_c_forward"] + backward)
     return drive, {"T_c": mean, "asymmetry": (by_name["T_c_forward"] - backward) / (2.0 * mean) if mean else 0.0}

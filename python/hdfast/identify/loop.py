@@ -18,6 +18,7 @@ from hdfast.errors import InputError
 from hdfast.recordings import Recording
 
 MOST_LEVELS = 600
+TURN_SHARE = 0.005  # of the range of torque, on either side of a turning point
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,6 +34,7 @@ class Crossings:
         spacing: distance of the levels [rad].
         reach: (lowest, highest) windup of the loop [rad].
         top: (lowest, highest) torque of the loop [N m].
+        turns: torque at the lower and the upper turning points with its standard deviation [N m].
     """
 
     windup: Floats
@@ -43,6 +45,7 @@ class Crossings:
     spacing: float
     reach: tuple[float, float]
     top: tuple[float, float]
+    turns: tuple[tuple[float, float], tuple[float, float]]
 
 
 def windup_and_torque(recording: Recording, ratio: float | None) -> tuple[Floats, Floats, str]:
@@ -103,6 +106,7 @@ def crossings(windup: Floats, torque: Floats, resolution: float | None) -> Cross
         float(spacing),
         (float(np.min(inside)), float(np.max(inside))),
         (float(np.min(torque)), float(np.max(torque))),
+        _turns(torque, sorted({mark for pair in whole for mark in pair} - {len(torque)})),
     )
 
 
@@ -119,6 +123,35 @@ def turning_points(torque: Floats, share: float = 0.1) -> list[int]:
             marks.append(best)
             best, rising = i, not rising
     return [*marks, len(torque)]
+
+
+def _turns(torque: Floats, marks: list[int]) -> tuple[tuple[float, float], tuple[float, float]]:
+    """Torque at the lower and the upper turning points: where straight lines on both sides of each meet."""
+    middle = 0.5 * float(np.min(torque) + np.max(torque))
+    noise = float(np.median(np.abs(np.diff(torque, 2)))) / 0.6745 / np.sqrt(6.0)
+    near = max(TURN_SHARE * float(np.ptp(torque)), 4.0 * noise)
+    sides: tuple[list[tuple[float, float]], ...] = ([], [])
+    for mark in marks:
+        upper = int(torque[mark] > middle)
+        sides[upper].append(_meeting(torque, mark, near, noise))
+    mean = [np.mean(side, axis=0) for side in sides]
+    return tuple(  # type: ignore[return-value]
+        (float(value), float(sigma) / np.sqrt(len(side))) for (value, sigma), side in zip(mean, sides, strict=True)
+    )
+
+
+def _meeting(torque: Floats, mark: int, near: float, noise: float) -> tuple[float, float]:
+    lines = []
+    for step in (-1, 1):
+        end = mark
+        while 0 < end < len(torque) - 1 and abs(torque[end] - torque[mark]) < near:
+            end += step
+        part = np.arange(min(mark, end), max(mark, end) + 1)
+        if len(part) < 4:
+            return float(torque[mark]), noise
+        lines.append(np.polyfit(part - mark, torque[part], 1))
+    (a, b), (c, d) = lines
+    return float(b + a * (d - b) / (a - c)), float(np.sqrt(2.0 / len(part))) * noise
 
 
 def smallest_step(values: Floats) -> float:

@@ -10,9 +10,10 @@ import numpy as np
 from hdfast import checks, spring
 from hdfast.checks import Floats
 from hdfast.errors import choose
-from hdfast.identify import branches, loop, spring_fit
+from hdfast.identify import branches, left_out, loop, spring_fit
 from hdfast.identify.estimate import Estimates
 from hdfast.identify.fit import Fit
+from hdfast.identify.loop_energy import energy
 from hdfast.identify.spring_fit import SpringFit
 from hdfast.recordings import gather
 
@@ -69,13 +70,14 @@ def stiffness(
     chosen = fits[law]
     phi_max = float(np.max(np.abs(np.array(found.reach) - chosen.zero)))
     drive = law_parameters(chosen, phi_max, (t1, t2))
-    loss = [branches.energy(pair, found), branches.hysteresis_loss(found), branches.lost_motion(found, rated)]
+    loss = [energy(pair, found), branches.hysteresis_loss(found), branches.lost_motion(found, rated)]
     notes += _limits(chosen, drive, phi_max, pair, torque_column)
+    terms = left_out.hysteresis(Estimates([*chosen.estimates, *loss]), phi_max, notes)
     return Fit(
         "stiffness",
         "Torsional stiffness from a torque-windup loop",
         Estimates([*chosen.estimates, *loss]),
-        {"drive": drive},
+        {"drive": drive, "terms": terms},
         notes,
         {
             "law": law,
@@ -121,8 +123,7 @@ def _limits(
     if pair.cut:
         notes.append(
             f"the branches run parallel {pair.plateau:.3g} N m apart from {pair.cut * 1e6:.0f} µrad "
-            "after a reversal on; the fit uses these parts. The spring law cannot hold the loop: "
-            "it needs a hysteresis term"
+            "after a reversal on; the fit uses these parts, as the spring law cannot hold the loop"
         )
     else:
         notes.append("no stretch after a reversal had to be left out")

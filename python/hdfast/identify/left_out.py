@@ -1,0 +1,87 @@
+"""Identified friction and hysteresis as entries of `[[terms]]`."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from hdfast.identify.estimate import CONFIDENCE, Estimate, Estimates
+
+DRY = ("coulomb_friction", "coulomb_friction_smooth", "stribeck_friction", "presliding_friction")
+LAWS = {**dict.fromkeys(DRY, DRY), "hysteresis": ("hysteresis",)}
+GAUSSIAN = 2.0  # shape of the fitted dip exp(-(w/omega_s)^2)
+
+
+def entry(effect: str, **parameters: float) -> dict[str, Any]:
+    """One entry of `[[terms]]`."""
+    return {"effect": effect, "parameters": parameters}
+
+
+def replaced(declared: Sequence[Mapping[str, Any]], found: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
+    """Declared entries with the identified ones in place of those that state the same law."""
+    gone = {law for item in found for law in LAWS.get(item["effect"], (item["effect"],))}
+    return [dict(item) for item in declared if item.get("effect") not in gone] + [dict(item) for item in found]
+
+
+def dry_friction(estimates: Sequence[Estimate], notes: list[str]) -> list[dict[str, Any]]:
+    """Terms of a friction ladder: dry level with its dip, asymmetry, share of the load; only what differs from zero.
+
+    The engine's asymmetry acts on the whole dry level, dip and share of the load included.
+    """
+    known = {item.name: item for item in estimates}
+    forward = known["T_c_forward"]
+    backward = known.get("T_c_backward", forward)
+    level = 0.5 * (forward.value + backward.value)
+    found = []
+    if level > 0.0 and _sure(forward) and _sure(backward):
+        if "omega_s" in known:
+            ratio = 1.0 + known["T_s_excess"].value / level
+            dip = {"breakaway_ratio": ratio, "omega_s": known["omega_s"].value, "stribeck_shape": GAUSSIAN}
+            found.append(entry("stribeck_friction", T_c=level, **dip))
+        else:
+            found.append(entry("coulomb_friction", T_c=level))
+        bias = 0.5 * (forward.value - backward.value)
+        if abs(bias) > 2.0 * math.hypot(forward.sigma, backward.sigma):
+            found.append(entry("asymmetric_friction", eps_c=bias / level, eps_B=0.0))
+    share = known.get("c_L")
+    if share is not None and share.value > 0.0 and _sure(share):
+        found.append(entry("load_dependent_friction", c_drive=share.value, c_back=share.value))
+    if "beta" in known:
+        notes.append("thermal_viscous is not written: beta is known, heat capacity and cooling time are not")
+    if found:
+        notes.append(f"the model file declares {', '.join(item['effect'] for item in found)}")
+    else:
+        notes.append(f"no dry friction: it does not differ from zero at {100.0 * CONFIDENCE:.0f} %")
+    return found
+
+
+def coulomb(torque: Estimate, notes: list[str]) -> list[dict[str, Any]]:
+    """The term of a coast-down whose inertia is known."""
+    if torque.value > 0.0 and _sure(torque):
+        notes.append("the model file declares coulomb_friction")
+        return [entry("coulomb_friction", T_c=torque.value)]
+    notes.append(f"no dry friction: it does not differ from zero at {100.0 * CONFIDENCE:.0f} %")
+    return []
+
+
+def hysteresis(estimates: Estimates, phi_max: float, notes: list[str]) -> list[dict[str, Any]]:
+    """The term of a torque loop: its torque as fitted, its windup such that a cycle costs the energy found.
+
+    Bouc-Wen with beta = n = 1 closes from branch to branch over 2 phi_h, so that a cycle of amplitude phi_max costs
+    4 T_h (phi_max - phi_h).
+    """
+    torque, energy = estimates.named("hysteresis_torque"), estimates.named("loop_energy")
+    if torque.value <= 0.0 or not _sure(torque):
+        notes.append(f"no hysteresis: its torque does not differ from zero at {100.0 * CONFIDENCE:.0f} %")
+        return []
+    windup = phi_max - energy.value / (4.0 * torque.value)
+    if not 0.0 < windup < phi_max:
+        notes.append("no hysteresis term: the energy of the loop does not go together with its width")
+        return []
+    notes.append("the model file declares hysteresis: same torque and energy per cycle, closing as Bouc-Wen does")
+    return [entry("hysteresis", T_h=torque.value, phi_h=windup, beta=1.0, loop_sharpness=1.0)]
+
+
+def _sure(item: Estimate) -> bool:
+    return item.low > 0.0 or item.high < 0.0

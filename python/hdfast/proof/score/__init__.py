@@ -1,0 +1,6 @@
+"""Scores of answers against labels, with intervals and pass marks."""
+
+from hdfast.proof.score.answer import Answer, read_answer
+from hdfast.proof.score.card import Score, ScoreCard, score
+
+__all__ = ["Answer", "Score", "ScoreCard", "read_answer", "score"]

@@ -1,0 +1,97 @@
+"""What one answer is worth against its label."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from hdfast.proof.score.answer import CLAIMS, Answer
+
+UNDECIDABLE_COSINE = 0.98
+RIGHT, RIGHT_CLASS, PARTLY, ABSTAINED, MISSED, WRONG = "right", "right_class", "partly", "abstained", "missed", "wrong"
+
+
+@dataclass(frozen=True)
+class Case:
+    """A label and its answer.
+
+    Attributes:
+        name: folder of the case.
+        label: certificate.
+        answer: what the tool said.
+        outcome: one of the words above; "wrong" holds faults and every name that is not in the label.
+        utility: +1 right, 0 abstained or right class, -3 wrong, -1 missed at three detectable amplitudes or more;
+            the share of named effects where several are to be found.
+    """
+
+    name: str
+    label: dict[str, Any]
+    answer: Answer
+    outcome: str
+    utility: float
+
+    @property
+    def stratum(self) -> str:
+        """Stratum of the case."""
+        return str(self.label["kind"][0])
+
+    @property
+    def ids(self) -> list[str]:
+        """Ids in the label."""
+        return [e["id"] for e in self.label["effects"]]
+
+    @property
+    def strength(self) -> float:
+        """Largest amplitude in detectable amplitudes, 0 without effect."""
+        return max((float(e["amplitude_over_mda"]) for e in self.label["effects"]), default=0.0)
+
+    @property
+    def undecidable(self) -> bool:
+        """True when the certificate knows a rival that these recordings cannot tell apart."""
+        rival = self.label.get("closest_rival")
+        return bool(rival and rival["abs_cos"] > UNDECIDABLE_COSINE)
+
+    @property
+    def claimed(self) -> bool:
+        """True when the answer claims anything at all, or is none."""
+        return bool(self.answer.fault) or self.answer.kind in CLAIMS
+
+    @property
+    def wrong_names(self) -> list[str]:
+        """Claimed ids that are not in the label."""
+        return [i for i in self.answer.named if i not in self.ids]
+
+
+def judge(name: str, label: dict[str, Any], answer: Answer) -> Case:
+    """Judge one answer."""
+    bare = Case(name, label, answer, "", 0.0)
+    outcome = _outcome(bare)
+    share = len(set(answer.named) & set(bare.ids)) / max(len(bare.ids), 1)
+    utility = {RIGHT: 1.0, RIGHT_CLASS: 0.0, PARTLY: share, ABSTAINED: 0.0, MISSED: -1.0, WRONG: -3.0}[outcome]
+    return Case(name, label, answer, outcome, utility if bare.ids or outcome == WRONG else 0.0)
+
+
+def _outcome(case: Case) -> str:
+    answer, ids = case.answer, set(case.ids)
+    if answer.fault:
+        return WRONG
+    if case.stratum == "null":
+        return WRONG if case.claimed else RIGHT
+    if case.stratum == "outside":
+        if answer.named:
+            return WRONG
+        return RIGHT if answer.kind == "depends_on" else _silence(case)
+    if case.undecidable and (case.wrong_names or not answer.named):
+        rival = case.label["closest_rival"]["id"]
+        listed = bool(ids & answer.considered) and (rival in answer.considered or not answer.named)
+        if listed and set(case.wrong_names) <= {rival}:
+            return RIGHT_CLASS
+    if case.wrong_names:
+        return WRONG
+    if answer.named:
+        return RIGHT if set(answer.named) == ids else PARTLY
+    return _silence(case)
+
+
+def _silence(case: Case) -> str:
+    return MISSED if case.strength >= 3.0 else ABSTAINED

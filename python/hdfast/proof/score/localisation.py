@@ -1,0 +1,56 @@
+"""Where the mismatch was said to be: place, windows, orders."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from hdfast.proof.score.identification import SINGLE
+from hdfast.proof.score.judge import Case
+from hdfast.proof.score.value import Score, share, statistic
+
+STEP = 0.01
+TOLERANCE = 0.02
+
+Window = tuple[float, float, str]
+
+
+def scores(cases: list[Case]) -> list[Score]:
+    """Scores of the answers that claim or consider something, single effects of 1.5 detectable amplitudes or more."""
+    told = [
+        c for c in cases if c.stratum in SINGLE and c.strength >= 1.5 and c.answer.listed and c.answer.verdict["where"]
+    ]
+    placed = [c for c in told if c.label.get("separable_place")]
+    overlaps = [overlap(_windows(c.answer.verdict["where"]), _windows(c.label)) for c in told if c.label["windows"]]
+    errors = [order_error(c) for c in told if c.label["orders"]]
+    return [
+        share("place", [c.answer.verdict["where"].get("place") == c.label["effects"][0]["place"] for c in placed],
+              ">= 90 %", lambda v: v >= 0.9, "where the certificate calls the place separable"),
+        statistic("windows: overlap", overlaps, _median, ">= 0.6", lambda v: v >= 0.6, "median intersection over union"),
+        statistic("orders: error", errors, _median, "<= 2 %", lambda v: v <= TOLERANCE, "median relative error"),
+    ]  # fmt: skip
+
+
+def _median(values: list[float]) -> float:
+    return float(np.median(values))
+
+
+def _windows(where: dict[str, object]) -> list[Window]:
+    found = where.get("windows")
+    return [(float(w[0]), float(w[1]), str(w[2])) for w in found] if isinstance(found, list) else []
+
+
+def overlap(said: list[Window], true: list[Window]) -> float:
+    """Intersection over union of two sets of time windows, over all files."""
+
+    def cells(windows: list[Window]) -> set[tuple[str, int]]:
+        return {(file, k) for a, b, file in windows for k in range(round(a / STEP), round(b / STEP))}
+
+    one, other = cells(said), cells(true)
+    return len(one & other) / len(one | other) if one | other else 1.0
+
+
+def order_error(case: Case) -> float:
+    """Relative distance of the nearest stated order to the true one; 1 without any."""
+    said = [float(x) for x in case.answer.verdict["where"].get("orders") or []]
+    true = float(case.label["orders"][0])
+    return min((abs(x / true - 1.0) for x in said), default=1.0)

@@ -1,0 +1,81 @@
+"""Sizes: parameters of the effect and of the baseline it had displaced, and the held-out fit."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from hdfast.proof.score.identification import SINGLE
+from hdfast.proof.score.judge import RIGHT, Case
+from hdfast.proof.score.value import Score, share, statistic
+
+NINETY = 1.6448536269514722
+WORSE = 1.02
+
+
+def scores(cases: list[Case]) -> list[Score]:
+    """Scores of the cases whose effect was named rightly; the fit counts for every claim."""
+    right = [c for c in cases if c.stratum in SINGLE and c.outcome == RIGHT and c.answer.named]
+    errors = [e for c in right if (e := _effect_error(c)) is not None]
+    covered = [hit for c in right if (hit := _covered(c)) is not None]
+    displaced = [e for c in right for e in _displaced_errors(c)]
+    fits = [fit for c in cases if c.claimed and c.ids and (fit := _heldout(c)) is not None]
+    closed = [_gap_closed(fit) for fit in fits if fit["baseline_nrmse"] > fit["floor"] * 1.02]
+    own = "the tool's own figures; the noise floor is the smaller of its own and the certificate's"
+    return [
+        statistic("effect parameter", errors, _median, "<= 10 %", lambda v: v <= 0.1, "median abs log ratio"),
+        share("effect parameter: 90 % interval", covered, "85-95 %", lambda v: 0.85 <= v <= 0.95),
+        statistic("displaced parameters", displaced, _median, "<= 10 %", lambda v: v <= 0.1, "median abs log ratio"),
+        statistic("held-out gap closed", closed, _median, ">= 80 %", lambda v: v >= 0.8, own),
+        share("held-out fit made worse", [f["extended_nrmse"] > WORSE * f["baseline_nrmse"] for f in fits], "never",
+              lambda v: v == 0.0, own),
+    ]  # fmt: skip
+
+
+def _median(values: list[float]) -> float:
+    return float(np.median(values))
+
+
+def _pair(case: Case) -> tuple[float, float, float] | None:
+    """Estimate, its sigma and the truth of the first parameter that both sides state."""
+    stated = case.answer.listed[0].get("parameters") or {}
+    for name, true in case.label["effects"][0]["true_parameters"].items():
+        entry = stated.get(name)
+        if isinstance(entry, dict) and isinstance(entry.get("value"), int | float):
+            return float(entry["value"]), float(entry.get("sigma") or 0.0), float(true)
+    return None
+
+
+def _effect_error(case: Case) -> float | None:
+    pair = _pair(case)
+    if pair is None or pair[0] == 0.0 or pair[2] == 0.0:
+        return None
+    return abs(math.log(abs(pair[0] / pair[2])))
+
+
+def _covered(case: Case) -> bool | None:
+    pair = _pair(case)
+    return None if pair is None else abs(abs(pair[0]) - abs(pair[2])) <= NINETY * pair[1]
+
+
+def _displaced_errors(case: Case) -> list[float]:
+    true: dict[str, float] = case.label.get("baseline_true", {})
+    return [
+        abs(math.log(float(row["extended"]) / true[row["parameter"]]))
+        for row in case.answer.verdict["masking"]
+        if row["parameter"] in true and isinstance(row.get("extended"), int | float) and row["extended"] > 0.0
+    ]
+
+
+def _heldout(case: Case) -> dict[str, float] | None:
+    found: dict[str, Any] = (case.answer.verdict.get("fit") or {}).get("heldout") or {}
+    if not all(isinstance(found.get(k), int | float) for k in ("baseline_nrmse", "extended_nrmse")):
+        return None
+    floors = [v for v in (found.get("noise_floor_nrmse"), case.label.get("oracle_heldout_nrmse")) if v is not None]
+    return {**{k: float(found[k]) for k in ("baseline_nrmse", "extended_nrmse")}, "floor": min(floors, default=0.0)}
+
+
+def _gap_closed(fit: dict[str, float]) -> float:
+    return (fit["baseline_nrmse"] - fit["extended_nrmse"]) / (fit["baseline_nrmse"] - fit["floor"])

@@ -1,0 +1,97 @@
+"""Commit to labels before any answer exists, and notice every later change.
+
+`seal.json` is public: SHA-256 of salt and labels together, and of every file of every case. Salt and labels stay in
+the sealed folder until the answers have been hashed; they are opened once.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import secrets
+from pathlib import Path
+from typing import Any
+
+from hdfast import files
+from hdfast.errors import InputError
+
+LABELS, SALT, OPENED = "labels.json", "salt", "opened.json"
+
+
+class SealBroken(InputError):
+    """Data, labels, salt or answers are not those that were committed to, or the set was opened before."""
+
+
+def commitment(salt: str, labels: bytes) -> str:
+    """SHA-256 of salt and labels in hexadecimal."""
+    return hashlib.sha256(salt.encode() + labels).hexdigest()
+
+
+def close(cases: Path, sealed: Path, public: Path, labels: dict[str, Any]) -> None:
+    """Publish the commitment and the checksums, then write salt and labels.
+
+    Raises:
+        SealBroken: the set is sealed already.
+    """
+    if public.exists():
+        raise SealBroken(f"{public}: the set is sealed already")
+    salt = secrets.token_hex(32)
+    written = (json.dumps(labels, indent=1, sort_keys=True) + "\n").encode()
+    files.write_json(public, {"labels": commitment(salt, written), "files": checksums(cases)})
+    sealed.mkdir(parents=True, exist_ok=True)
+    files.write_atomically(sealed / SALT, lambda stream: stream.write(salt.encode()))
+    files.write_atomically(sealed / LABELS, lambda stream: stream.write(written))
+
+
+def checksums(folder: Path) -> dict[str, str]:
+    """SHA-256 of every file below a folder, by relative path."""
+    return {str(p.relative_to(folder)): files.sha256(p) for p in sorted(folder.rglob("*")) if p.is_file()}
+
+
+def verify_data(cases: Path, public: Path) -> None:
+    """Check every file of every case.
+
+    Raises:
+        SealBroken: a file was changed, added or removed.
+    """
+    committed, found = _read(public)["files"], checksums(cases)
+    changed = sorted(k for k in committed.keys() | found.keys() if committed.get(k) != found.get(k))
+    if changed:
+        raise SealBroken(f"{cases}: not as sealed: {', '.join(changed[:5])}{' ...' if len(changed) > 5 else ''}")
+
+
+def verify_labels(sealed: Path, public: Path) -> dict[str, Any]:
+    """Check salt and labels, and return the labels.
+
+    Raises:
+        SealBroken: they do not give the committed checksum.
+    """
+    written = (sealed / LABELS).read_bytes()
+    if commitment((sealed / SALT).read_text(), written) != _read(public)["labels"]:
+        raise SealBroken(f"{sealed}: labels or salt are not those that were sealed")
+    labels: dict[str, Any] = json.loads(written)
+    return labels
+
+
+def open_once(sealed: Path, public: Path, answers: Path) -> dict[str, Any]:
+    """Open the labels for these answers; the same answers may be scored again, others never.
+
+    Raises:
+        SealBroken: labels or salt were changed, or the set was opened for other answers.
+    """
+    labels = verify_labels(sealed, public)
+    scored = checksums(answers)
+    marker = sealed / OPENED
+    if not marker.exists():
+        files.write_json(marker, {"answers": scored})
+    elif _read(marker)["answers"] != scored:
+        raise SealBroken(f"{sealed}: opened before, for other answers; this set is a regression set now")
+    return labels
+
+
+def _read(path: Path) -> dict[str, Any]:
+    try:
+        found: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        raise SealBroken(f"{path}: not found") from None
+    return found

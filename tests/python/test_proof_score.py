@@ -1,0 +1,140 @@
+from __future__ import annotations
+
+import json
+
+import answers as made
+import numpy as np
+import pytest
+from scipy import stats
+
+from hdfast.proof.score import Answer, read_answer, score
+from hdfast.proof.score.intervals import bootstrap, calibration_floor, reliability_slope, wilson
+from hdfast.proof.score.judge import judge
+from hdfast.proof.score.localisation import overlap
+
+
+@pytest.mark.parametrize(("hits", "count"), [(0, 100), (1, 100), (4, 200), (80, 100), (300, 300), (17, 23)])
+def test_against_scipy_wilson(hits, count):
+    expected = stats.binomtest(hits, count).proportion_ci(method="wilson")
+    assert wilson(hits, count) == pytest.approx((expected.low, expected.high), abs=1e-12)
+
+
+@pytest.mark.parametrize(("count", "half"), [(10, 23), (20, 17), (50, 11), (100, 8), (200, 5.5), (300, 4.5), (1000, 2.5)])
+def test_against_planned_half_widths_at_80_percent(count, half):
+    low, high = wilson(round(0.8 * count), count)
+    assert 50 * (high - low) == pytest.approx(half, abs=0.55)
+
+
+def test_against_normal_theory_the_bootstrap_of_a_mean():
+    values = list(np.random.default_rng(1).normal(3.0, 2.0, 400))
+    low, high = bootstrap(values, lambda x: float(np.mean(x)))
+    half = 1.96 * np.std(values) / 20
+    assert (low, high) == pytest.approx((np.mean(values) - half, np.mean(values) + half), abs=0.03)
+
+
+@pytest.mark.parametrize(("count", "floor"), [(100, 0.123), (300, 0.071), (1000, 0.039)])
+def test_against_planned_floors_of_the_calibration_error(count, floor):
+    confidence = np.random.default_rng(2).beta(4, 1.2, count)
+    assert calibration_floor(confidence) == pytest.approx(floor, abs=0.008)
+
+
+def test_exact_slope_of_a_calibrated_line():
+    confidence = np.repeat([0.2, 0.6], 10)
+    right = np.concatenate([np.arange(10) < 2, np.arange(10) < 6]).astype(float)
+    assert reliability_slope(confidence, right) == pytest.approx(1.0)
+
+
+def test_exact_full_marks_for_perfect_answers():
+    labels = made.campaign()
+    card = score(labels, made.perfect(labels))
+    scores = made.by_name(card)
+    assert card.failures == []
+    for name in ("identification", "selective accuracy", "sets: precision", "sets: recall", "place", "windows: overlap"):
+        assert scores[name].value == 1.0
+        assert scores[name].passed is not False
+    assert scores["false alarms"].value == scores["orders: error"].value == 0.0
+    assert scores["outside the list: variable and memory"].value == 1.0
+    assert scores["undecidable: right class"].value == scores["undecidable: asks"].value == 1.0
+    assert scores["effect parameter"].value == pytest.approx(np.log(1.05))
+    assert scores["displaced parameters"].value == pytest.approx(np.log(1.02))
+    assert scores["held-out gap closed"].value == pytest.approx(0.098 / 0.1)
+    assert scores["held-out fit made worse"].passed
+    assert scores["utility per case"].value == pytest.approx((12 + 3 + 1 + 2) / 30)
+
+
+def test_exact_abstaining_everywhere_costs_only_the_misses():
+    labels = made.campaign()
+    labels["weak"] = made.label("single", ["backlash"], strength=0.7)
+    card = score(labels, made.always(labels, "no_evidence"))
+    scores = made.by_name(card)
+    assert scores["false alarms"].value == scores["coverage"].value == scores["identification"].value == 0.0
+    missed = 12 + 3 + 1 + 2 + 2
+    assert scores["utility per case"].value == pytest.approx(-missed / len(labels))
+    assert {f["failure"] for f in card.failures} == {"missed"}
+    assert len(card.failures) == missed
+
+
+def test_exact_always_coulomb_has_negative_utility():
+    labels = made.campaign()
+    scores = made.by_name(score(labels, made.always(labels, "found", ["coulomb_friction"])))
+    assert scores["utility per case"].value == pytest.approx((1 - 3 * 29) / 30)
+    assert scores["false alarms"].value == 1.0
+    assert not scores["false alarms"].passed
+
+
+def test_exact_a_name_beside_the_right_one_is_wrong():
+    case = judge("x", made.label("single", ["backlash"]), Answer("", made.verdict("found", ["backlash", "delay"])))
+    assert (case.outcome, case.utility) == ("wrong", -3.0)
+
+
+def test_exact_part_of_a_set_earns_its_share():
+    label = made.label("set", ["hysteresis", "backlash"])
+    case = judge("x", label, Answer("", made.verdict("found", ["backlash"])))
+    assert (case.outcome, case.utility) == ("partly", 0.5)
+
+
+def test_exact_below_detection_nothing_is_missed():
+    case = judge("x", made.label("single", ["backlash"], strength=0.7), Answer("", made.verdict("no_evidence")))
+    assert (case.outcome, case.utility) == ("abstained", 0.0)
+
+
+@pytest.mark.parametrize("fault", ["missing", "invalid", "late", "crashed"])
+def test_exact_no_answer_is_a_wrong_answer(fault):
+    labels = {"n": made.label("null"), "s": made.label("single", ["backlash"])}
+    card = score(labels, {name: Answer(fault) for name in labels})
+    assert made.by_name(card)["false alarms"].value == 1.0
+    assert [f["answer"] for f in card.failures] == [fault, fault]
+    assert made.by_name(card)["utility per case"].value == -3.0
+
+
+def test_exact_a_named_nuisance_is_listed():
+    label = made.label("null", nuisance=[{"id": "cogging", "amplitude_over_mda": 0.2}])
+    card = score({"n": label}, {"n": Answer("", made.verdict("found", ["cogging"]))})
+    assert card.failures[0]["named_nuisance"] == ["cogging"]
+
+
+def test_exact_overlap_of_windows():
+    assert overlap([(0.0, 2.0, "a")], [(1.0, 3.0, "a")]) == pytest.approx(1 / 3)
+    assert overlap([(0.0, 2.0, "a")], [(0.0, 2.0, "b")]) == 0.0
+
+
+@pytest.mark.parametrize(
+    ("change", "complaint"),
+    [
+        ({"verdict": "perhaps"}, "verdict"),
+        ({"effects": [{"effect": "delay", "probability": 1.5}]}, "probability"),
+        ({"effects": []}, "without an effect"),
+        ({"effects": [{"effect": "delay", "probability": 0.9, "place": "moon"}]}, "place"),
+    ],
+)
+def test_exact_schema_violations_are_invalid_answers(tmp_path, change, complaint):
+    (tmp_path / "verdict.json").write_text(json.dumps({**made.verdict("found", ["delay"]), **change}))
+    answer = read_answer(tmp_path)
+    assert answer.fault == "invalid"
+    assert complaint in answer.detail
+
+
+def test_exact_the_card_is_plain_json():
+    labels = made.campaign()
+    card = score(labels, made.perfect(labels)).to_dict()
+    assert json.loads(json.dumps(card, allow_nan=False)) == card

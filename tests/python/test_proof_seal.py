@@ -1,0 +1,70 @@
+from __future__ import annotations
+
+import hashlib
+import json
+
+import pytest
+
+from hdfast.proof import seal
+
+LABELS = {"ab12": {"effects": []}}
+
+
+@pytest.fixture
+def sealed(tmp_path):
+    cases = tmp_path / "cases"
+    (cases / "ab12").mkdir(parents=True)
+    (cases / "ab12" / "campaign.toml").write_text("[drive]\nratio = 121\n")
+    answers = tmp_path / "answers"
+    answers.mkdir()
+    (answers / "verdict.json").write_text("{}")
+    seal.close(cases, tmp_path / "sealed", tmp_path / "seal.json", LABELS)
+    return tmp_path
+
+
+def open_(root):
+    return seal.open_once(root / "sealed", root / "seal.json", root / "answers")
+
+
+def test_against_hashlib_the_commitment(sealed):
+    salt, labels = (sealed / "sealed" / "salt").read_bytes(), (sealed / "sealed" / "labels.json").read_bytes()
+    assert json.loads((sealed / "seal.json").read_text())["labels"] == hashlib.sha256(salt + labels).hexdigest()
+    assert "effects" not in (sealed / "seal.json").read_text()
+
+
+def test_exact_untouched_set_opens_and_scores_again(sealed):
+    seal.verify_data(sealed / "cases", sealed / "seal.json")
+    assert open_(sealed) == LABELS == open_(sealed)
+
+
+@pytest.mark.parametrize("name", ["salt", "labels.json"])
+def test_exact_altered_secret_is_detected(sealed, name):
+    path = sealed / "sealed" / name
+    path.write_bytes(path.read_bytes() + b" ")
+    with pytest.raises(seal.SealBroken, match="not those that were sealed"):
+        open_(sealed)
+
+
+@pytest.mark.parametrize("change", ["altered", "added", "removed"])
+def test_exact_changed_data_is_detected(sealed, change):
+    path = sealed / "cases" / "ab12" / "campaign.toml"
+    if change == "altered":
+        path.write_text("[drive]\nratio = 101\n")
+    elif change == "added":
+        path.with_name("hint.txt").write_text("coulomb_friction")
+    else:
+        path.unlink()
+    with pytest.raises(seal.SealBroken, match="not as sealed"):
+        seal.verify_data(sealed / "cases", sealed / "seal.json")
+
+
+def test_exact_second_opening_for_other_answers_is_refused(sealed):
+    open_(sealed)
+    (sealed / "answers" / "verdict.json").write_text('{"verdict": "found"}')
+    with pytest.raises(seal.SealBroken, match="opened before"):
+        open_(sealed)
+
+
+def test_exact_a_set_is_sealed_once(sealed):
+    with pytest.raises(seal.SealBroken, match="sealed already"):
+        seal.close(sealed / "cases", sealed / "sealed", sealed / "seal.json", LABELS)

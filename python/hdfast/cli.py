@@ -20,6 +20,7 @@ from hdfast.identify import command as identify
 from hdfast.model import BASES, SPRINGS, Model
 from hdfast.params import params
 from hdfast.printing import text_table
+from hdfast.proof import command as proof
 from hdfast.simulate import simulate
 from hdfast.studies import command as study
 from hdfast.terms import terms
@@ -106,7 +107,7 @@ def _parser() -> argparse.ArgumentParser:
     command = add(tolerance.NAME, tolerance.run, tolerance.TEXT, tolerance.EXAMPLE)
     tolerance.arguments(command, _whole)
 
-    for room in (diagnose, identify, study, bench):
+    for room in (diagnose, proof, identify, study, bench):
         room.arguments(add(room.NAME, room.run, room.TEXT, room.EXAMPLE), _whole)
 
     command = add("params", _params, "List the parameters of a drive.", "hdfast params --spring piecewise")

@@ -12,12 +12,14 @@ WINDOW = [0.5, 2.0, "a.csv"]
 
 def label(kind, ids=(), strength=3.0, **changes):
     effects = [
-        {"id": i, "place": EFFECTS[i].place, "amplitude_over_mda": strength, "true_parameters": {"size": 2.0}} for i in ids
+        {"id": i, "place": EFFECTS[i].place, "amplitude_over_mda": strength, "true_parameters": {"size": 2.0}}
+        for i in ids
     ]
     filled = {
-        "kind": [kind], "effects": effects, "closest_rival": {"id": "delay", "abs_cos": 0.3}, "separable_place": True,
-        "windows": [WINDOW], "orders": [2.0], "depends_on": ["load_phase"], "memory": "none", "nuisance": [],
-        "baseline_true": {"B_m": 1e-3}, "oracle_heldout_nrmse": 0.01, "visibility": 0.5, "refit_nrmse_over_noise": 1.5,
+        "kind": [kind], "effects": effects, "closest_rival": {"id": "delay", "abs_cos": 0.3}, "rivals": [],
+        "separable_place": True, "windows": [WINDOW], "orders": [2.0], "depends_on": ["load_phase"], "memory": "none",
+        "nuisance": [], "baseline_true": {"B_m": 1e-3}, "oracle_heldout_nrmse": 0.01,
+        "visibility": 0.5, "refit_nrmse_over_noise": 1.5,
     }  # fmt: skip
     return {**filled, **changes}
 
@@ -59,7 +61,7 @@ def campaign():
     labels["sensor"] = label("sensor_only", ["clock_skew"])
     labels |= {f"law{k}": label("outside", ["outside_detent"]) for k in range(2)}
     labels |= {
-        f"twin{k}": label("undecidable", ["ratio_error"], closest_rival={"id": "clock_skew", "abs_cos": 0.999})
+        f"twin{k}": label("undecidable", ["ratio_error"], rivals=[{"id": "clock_skew", "abs_cos": 0.999}])
         for k in range(2)
     }
     return labels
@@ -74,7 +76,7 @@ def perfect(labels):
         elif kind == "outside":
             found = verdict("depends_on", ["unknown"], memory="none", depends_on=["load_phase"])
         elif kind == "undecidable":
-            found = verdict("undecided", ids, probability=0.5, rivals=[entry["closest_rival"]["id"]])
+            found = verdict("undecided", ids, probability=0.5, rivals=[entry["rivals"][0]["id"]])
         else:
             found = verdict("sensor" if kind == "sensor_only" else "found", ids, probability=0.99)
         answers[name] = Answer("", found, seconds=30.0)

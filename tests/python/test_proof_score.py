@@ -5,12 +5,11 @@ import json
 import answers as made
 import numpy as np
 import pytest
-from scipy import stats
-
 from hdfast.proof.score import Answer, read_answer, score
 from hdfast.proof.score.intervals import bootstrap, calibration_floor, reliability_slope, wilson
 from hdfast.proof.score.judge import judge
 from hdfast.proof.score.localisation import overlap
+from scipy import stats
 
 
 @pytest.mark.parametrize(("hits", "count"), [(0, 100), (1, 100), (4, 200), (80, 100), (300, 300), (17, 23)])
@@ -19,7 +18,9 @@ def test_against_scipy_wilson(hits, count):
     assert wilson(hits, count) == pytest.approx((expected.low, expected.high), abs=1e-12)
 
 
-@pytest.mark.parametrize(("count", "half"), [(10, 23), (20, 17), (50, 11), (100, 8), (200, 5.5), (300, 4.5), (1000, 2.5)])
+@pytest.mark.parametrize(
+    ("count", "half"), [(10, 23), (20, 17), (50, 11), (100, 8), (200, 5.5), (300, 4.5), (1000, 2.5)]
+)
 def test_against_planned_half_widths_at_80_percent(count, half):
     low, high = wilson(round(0.8 * count), count)
     assert 50 * (high - low) == pytest.approx(half, abs=0.55)
@@ -49,7 +50,14 @@ def test_exact_full_marks_for_perfect_answers():
     card = score(labels, made.perfect(labels))
     scores = made.by_name(card)
     assert card.failures == []
-    for name in ("identification", "selective accuracy", "sets: precision", "sets: recall", "place", "windows: overlap"):
+    for name in (
+        "identification",
+        "selective accuracy",
+        "sets: precision",
+        "sets: recall",
+        "place",
+        "windows: overlap",
+    ):
         assert scores[name].value == 1.0
         assert scores[name].passed is not False
     assert scores["false alarms"].value == scores["orders: error"].value == 0.0
@@ -138,3 +146,19 @@ def test_exact_the_card_is_plain_json():
     labels = made.campaign()
     card = score(labels, made.perfect(labels)).to_dict()
     assert json.loads(json.dumps(card, allow_nan=False)) == card
+
+
+@pytest.mark.parametrize(
+    ("answer", "outcome"),
+    [
+        (made.verdict("undecided", ["ratio_error"], 0.5, ["clock_skew"]), "right_class"),
+        (made.verdict("sensor", ["clock_skew"], 0.9, ["ratio_error"]), "right_class"),
+        (made.verdict("sensor", ["ratio_error"], 0.9, ["clock_skew"]), "right"),
+        (made.verdict("sensor", ["clock_skew"], 0.9), "wrong"),
+        (made.verdict("undecided", ["clock_skew"], 0.5), "missed"),
+        (made.verdict("sensor", ["sensor_delay"], 0.9, ["ratio_error", "clock_skew"]), "wrong"),
+    ],
+)
+def test_exact_classes_of_twins(answer, outcome):
+    label = made.label("undecidable", ["ratio_error"], rivals=[{"id": "clock_skew", "abs_cos": 0.999}])
+    assert judge("x", label, Answer("", answer)).outcome == outcome

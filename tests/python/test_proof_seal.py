@@ -4,7 +4,6 @@ import hashlib
 import json
 
 import pytest
-
 from hdfast.proof import seal
 
 LABELS = {"ab12": {"effects": []}}
@@ -23,7 +22,7 @@ def sealed(tmp_path):
 
 
 def open_(root):
-    return seal.open_once(root / "sealed", root / "seal.json", root / "answers")
+    return seal.open_once(root / "sealed", root / "seal.json", "tool", root / "answers")
 
 
 def test_against_hashlib_the_commitment(sealed):
@@ -41,7 +40,7 @@ def test_exact_untouched_set_opens_and_scores_again(sealed):
 def test_exact_altered_secret_is_detected(sealed, name):
     path = sealed / "sealed" / name
     path.write_bytes(path.read_bytes() + b" ")
-    with pytest.raises(seal.SealBroken, match="not those that were sealed"):
+    with pytest.raises(seal.SealError, match="not those that were sealed"):
         open_(sealed)
 
 
@@ -54,17 +53,17 @@ def test_exact_changed_data_is_detected(sealed, change):
         path.with_name("hint.txt").write_text("coulomb_friction")
     else:
         path.unlink()
-    with pytest.raises(seal.SealBroken, match="not as sealed"):
+    with pytest.raises(seal.SealError, match="not as sealed"):
         seal.verify_data(sealed / "cases", sealed / "seal.json")
 
 
 def test_exact_second_opening_for_other_answers_is_refused(sealed):
     open_(sealed)
     (sealed / "answers" / "verdict.json").write_text('{"verdict": "found"}')
-    with pytest.raises(seal.SealBroken, match="opened before"):
+    with pytest.raises(seal.SealError, match="opened before"):
         open_(sealed)
 
 
 def test_exact_a_set_is_sealed_once(sealed):
-    with pytest.raises(seal.SealBroken, match="sealed already"):
+    with pytest.raises(seal.SealError, match="sealed already"):
         seal.close(sealed / "cases", sealed / "sealed", sealed / "seal.json", LABELS)

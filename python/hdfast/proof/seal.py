@@ -18,7 +18,7 @@ from hdfast.errors import InputError
 LABELS, SALT, OPENED = "labels.json", "salt", "opened.json"
 
 
-class SealBroken(InputError):
+class SealError(InputError):
     """Data, labels, salt or answers are not those that were committed to, or the set was opened before."""
 
 
@@ -31,10 +31,10 @@ def close(cases: Path, sealed: Path, public: Path, labels: dict[str, Any]) -> No
     """Publish the commitment and the checksums, then write salt and labels.
 
     Raises:
-        SealBroken: the set is sealed already.
+        SealError: the set is sealed already.
     """
     if public.exists():
-        raise SealBroken(f"{public}: the set is sealed already")
+        raise SealError(f"{public}: the set is sealed already")
     salt = secrets.token_hex(32)
     written = (json.dumps(labels, indent=1, sort_keys=True) + "\n").encode()
     files.write_json(public, {"labels": commitment(salt, written), "files": checksums(cases)})
@@ -52,40 +52,40 @@ def verify_data(cases: Path, public: Path) -> None:
     """Check every file of every case.
 
     Raises:
-        SealBroken: a file was changed, added or removed.
+        SealError: a file was changed, added or removed.
     """
     committed, found = _read(public)["files"], checksums(cases)
     changed = sorted(k for k in committed.keys() | found.keys() if committed.get(k) != found.get(k))
     if changed:
-        raise SealBroken(f"{cases}: not as sealed: {', '.join(changed[:5])}{' ...' if len(changed) > 5 else ''}")
+        raise SealError(f"{cases}: not as sealed: {', '.join(changed[:5])}{' ...' if len(changed) > 5 else ''}")
 
 
 def verify_labels(sealed: Path, public: Path) -> dict[str, Any]:
     """Check salt and labels, and return the labels.
 
     Raises:
-        SealBroken: they do not give the committed checksum.
+        SealError: they do not give the committed checksum.
     """
     written = (sealed / LABELS).read_bytes()
     if commitment((sealed / SALT).read_text(), written) != _read(public)["labels"]:
-        raise SealBroken(f"{sealed}: labels or salt are not those that were sealed")
+        raise SealError(f"{sealed}: labels or salt are not those that were sealed")
     labels: dict[str, Any] = json.loads(written)
     return labels
 
 
-def open_once(sealed: Path, public: Path, answers: Path) -> dict[str, Any]:
-    """Open the labels for these answers; the same answers may be scored again, others never.
+def open_once(sealed: Path, public: Path, tool: str, answers: Path) -> dict[str, Any]:
+    """Open the labels for the answers of one tool; the same answers may be scored again, others never.
 
     Raises:
-        SealBroken: labels or salt were changed, or the set was opened for other answers.
+        SealError: labels or salt were changed, or the set was opened for other answers of this tool.
     """
     labels = verify_labels(sealed, public)
     scored = checksums(answers)
     marker = sealed / OPENED
-    if not marker.exists():
-        files.write_json(marker, {"answers": scored})
-    elif _read(marker)["answers"] != scored:
-        raise SealBroken(f"{sealed}: opened before, for other answers; this set is a regression set now")
+    opened = _read(marker) if marker.exists() else {}
+    if opened.setdefault(tool, scored) != scored:
+        raise SealError(f"{sealed}: opened before, for other answers of {tool}; this set is a regression set now")
+    files.write_json(marker, opened)
     return labels
 
 
@@ -93,5 +93,5 @@ def _read(path: Path) -> dict[str, Any]:
     try:
         found: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
     except FileNotFoundError:
-        raise SealBroken(f"{path}: not found") from None
+        raise SealError(f"{path}: not found") from None
     return found

@@ -1,1 +1,1 @@
-"""An independent generator of blind cases; it imports nothing of the engine, the terms, the diagnosis or the sensors."""
+"""An independent generator of blind cases: nothing of engine, terms, sensors or diagnosis comes in."""

@@ -13,13 +13,19 @@ from numpy.random import Generator
 
 from hdfast.proof.generator.plant import Array
 from hdfast.proof.generator.rig import Rig
+from hdfast.proof.generator.sensors import CHANNELS
 from hdfast.proof.generator.stepping import STEP
 
-TORQUE_COLUMNS = ("motor_torque", "i_q", "current")
 
-
-def write_case(folder: Path, rig: Rig, recordings: list[dict[str, Array]], noise: dict[str, float], rng: Generator) -> None:
-    """Write campaign and recordings; names and formats are drawn and tell nothing."""
+def write_case(
+    folder: Path,
+    rig: Rig,
+    names: list[str],
+    recordings: list[dict[str, Array]],
+    noise: dict[str, float],
+    rng: Generator,
+) -> str:
+    """Write campaign and recordings, and return the files' suffix; format and columns are drawn and tell nothing."""
     folder.mkdir(parents=True, exist_ok=False)
     suffix = str(rng.choice(["csv", "npz", "parquet"]))
     columns: dict[str, dict[str, Any]] = {}
@@ -28,14 +34,15 @@ def write_case(folder: Path, rig: Rig, recordings: list[dict[str, Array]], noise
     if rng.random() < 0.5:
         columns["motor_torque"] = {"name": "i_q", "scale": float(np.round(rng.uniform(0.05, 0.3), 4))}
     columns.setdefault("motor_torque", {"name": "motor_torque", "scale": 1.0})["sigma"] = round(rig.torque_sigma, 4)
-    names = [f"{rng.integers(16**8):08x}.{suffix}" for _ in recordings]
-    for name, recording in zip(names, recordings, strict=True):
+    listed = [f"{name}.{suffix}" for name in names]
+    for name, recording in zip(listed, recordings, strict=True):
         table = {}
         for standard, values in recording.items():
             entry = columns.get(standard, {})
             table[entry.get("name", standard)] = values / entry.get("scale", 1.0)
         _write(folder / name, table)
-    (folder / "campaign.toml").write_text(_campaign(rig, names, columns, noise, rng), encoding="utf-8")
+    (folder / "campaign.toml").write_text(_campaign(rig, listed, columns, noise, rng), encoding="utf-8")
+    return f".{suffix}"
 
 
 def _write(path: Path, table: dict[str, Array]) -> None:
@@ -80,8 +87,8 @@ def _campaign(
         if rig.declared == "correct":
             lines += [f"limit = {c.limit:.6g}", f"period = {c.samples * STEP:g}"]
     lines += ["", "[sensors]"]
-    shown = [name for name in recordings_channels(rig)]
-    for name, step in zip(("motor_angle", "load_angle", "motor_torque", "output_torque"), rig.chain.resolution, strict=True):
+    shown = measured(rig)
+    for name, step in zip(CHANNELS, rig.chain.resolution, strict=True):
         if name in shown:
             stated = noise[name] * rng.uniform(0.8, 1.25)
             parts = [f"resolution = {step:.6g}"] if step > 0 else []
@@ -105,7 +112,7 @@ def _campaign(
     return "\n".join(lines) + "\n"
 
 
-def recordings_channels(rig: Rig) -> tuple[str, ...]:
+def measured(rig: Rig) -> tuple[str, ...]:
     """Measured channels of a rig."""
     shown = ["motor_angle", "motor_torque"]
     if not rig.motor_only:

@@ -1,8 +1,7 @@
-"""Build one case: rig, motion, nuisance, effects at a stated multiple of what is detectable, recordings, label."""
+"""Build one case: rig, motion, effects at a stated multiple of what is detectable, nuisance, recordings, label."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -10,161 +9,202 @@ import numpy as np
 from numpy.random import Generator
 
 from hdfast.proof.generator import sensors, stepping
-from hdfast.proof.generator.campaign_file import recordings_channels, write_case
-from hdfast.proof.generator.effects import EFFECTS, Drive, Shape
-from hdfast.proof.generator.linear import Linearisation, Motion, detectable, linearise
+from hdfast.proof.generator.campaign_file import measured, write_case
+from hdfast.proof.generator.certificate import angle_share, hiding, likeness, oracle_nrmse
+from hdfast.proof.generator.effects import EFFECTS, Drive
+from hdfast.proof.generator.imposed import SKIP
+from hdfast.proof.generator.linear import UNDETECTABLE, Linearisation, Sized, linearise, size
+from hdfast.proof.generator.nuisance import draw_nuisance
 from hdfast.proof.generator.plant import Array
-from hdfast.proof.generator.rig import Rig, Run, draw_rig
+from hdfast.proof.generator.programme import Run
+from hdfast.proof.generator.recipe import Recipe
+from hdfast.proof.generator.responses import Motion
+from hdfast.proof.generator.rig import Rig, draw_rig
 
 VERSION = "1"
+ATTEMPTS = 40
+ABSORBED_RATIO, ABSORBED_LOW, ABSORBED_HIGH = 1.15, 0.05, 0.30
+UNDECIDABLE, STRANGE = 0.98, 0.95
+HIDDEN_MOTION = 0.02
 
 
-class Unfit(Exception):
+class UnfitError(Exception):
     """These draws cannot make the case that the recipe asks for."""
 
 
-NUISANCE = (
-    "asymmetric_friction", "nonlinear_viscous", "position_dependent_friction", "load_dependent_friction", "hysteresis",
-    "soft_windup", "viscoelastic", "te_harmonic", "te_load_dependence", "cogging", "torque_ripple",
-    "gravity_unbalance", "encoder_eccentricity", "sensor_delay", "clock_skew", "thermal_viscous", "load_compliance",
-    "sensor_offset_drift", "load_side_friction",
-)  # fmt: skip
-
-
-@dataclass(frozen=True)
-class Recipe:
-    """What a case is to hold.
-
-    Attributes:
-        kind: stratum.
-        effects: effect id -> amplitude in detectable amplitudes.
-        motor_only: without a load side.
-        seed: of every draw.
-    """
-
-    kind: str
-    effects: dict[str, float]
-    motor_only: bool
-    seed: int
-
-
-def simulate(rig: Rig, drive: Drive, run: Run, noise: Generator) -> Array:
-    """Traces of one recording on the grid."""
-    p = drive.plant
-    start = stepping.start_at_rest(p, run.start, float(run.load[0]))
-    jitter = 1e-5 * noise.standard_normal(run.reference.size)
-    controller = rig.controller if run.closed else rig.controller._replace(closed=0)
-    return np.asarray(stepping.run(p, controller, run.reference, run.load, run.temperature, jitter, start))
-
-
-def motion(traces: Array, run: Run) -> Motion:
-    """The motion of one recording, for the linear statistics."""
-    named = dict(zip(stepping.TRACES, traces, strict=True))
-    speed = named["motor_speed"]
-    ring = named["load_angle"][0]
-    return Motion(
-        named["motor_angle"], speed, np.gradient(speed, stepping.GRID), run.load, run.temperature,
-        np.array([ring, ring - run.load[0] / 3e6]),
-    )  # fmt: skip
-
-
-def record(rig: Rig, drive: Drive, run: Run, index: int, rng: Generator) -> dict[str, Array]:
-    """The columns of one recording."""
-    traces = simulate(rig, drive, run, rng)
-    grid = sensors.disturb(sensors.clean(traces, drive.faults), rig.chain, rng)
-    grid["motor_torque"] = grid["motor_torque"] * (1.0 + rig.torque_scale) + rig.torque_offset[index]
-    shown = {name: grid[name] for name in recordings_channels(rig)}
-    if run.load.any() and not rig.motor_only:
-        shown["load_torque"] = run.load
-    if run.closed:
-        shown["speed_reference"] = run.reference
-    shown["temperature"] = run.temperature + 0.05 * rng.standard_normal(run.temperature.size)
-    return sensors.sample(shown, rig.chain, rng)
-
-
-@dataclass(frozen=True)
-class Named:
-    """An effect of a case with its detectable size."""
-
-    id: str
-    amplitude: float
-    detectable: float
-    visibility: float
-    shape: Shape
-
-
-def choose(lin: Linearisation, ids: dict[str, float], rng: Generator) -> list[Named]:
-    """Size effects, each at its multiple of the detectable amplitude, whatever its physical limit."""
-    named = []
-    for effect_id, multiple in ids.items():
-        shape = EFFECTS[effect_id].shape(rng)
-        least, visibility = detectable(lin, EFFECTS[effect_id], shape)
-        named.append(Named(effect_id, float(multiple * least), float(least), visibility, shape))
-    return named
-
-
-def plausible(
-    rig: Rig, drive: Drive, motions: list[Motion], recipe: Recipe, rng: Generator
-) -> tuple[Rig, Linearisation, list[Named]]:
-    """Size the effects; where one passes its physical limit, the bench gets quieter sensors.
+def build(recipe: Recipe, folder: Path) -> dict[str, Any]:
+    """Write one case and return its label; draws that miss the recipe's conditions are repeated.
 
     Raises:
-        Unfit: the limit is passed even so.
+        UnfitError: no draw fits.
+    """
+    last = UnfitError(str(recipe))
+    for attempt in range(ATTEMPTS):
+        try:
+            return _attempt(recipe, folder, np.random.default_rng([recipe.seed, attempt]))
+        except UnfitError as reason:
+            last = reason
+    raise last
+
+
+def _attempt(recipe: Recipe, folder: Path, rng: Generator) -> dict[str, Any]:
+    rig = draw_rig(rng, recipe)
+    bare = Drive(rig.plant, sensors.SOUND)
+    fit = [k for k, run in enumerate(rig.runs) if run.role == "fit"]
+    traces = [simulate(rig, bare, rig.runs[k], rng) for k in fit]
+    motions = [motion(x, rig.runs[k], rig) for x, k in zip(traces, fit, strict=True)]
+    rig, lin, named = sized_within_limits(rig, bare, motions, recipe, rng)
+    full = bare
+    for s in named:
+        full = s.on(full)
+    files = [f"{x:08x}" for x in rng.integers(0, 2**32, len(rig.runs))]
+    hidden = hiding(lin, full) if named else {}
+    check_hiding(recipe, hidden)
+    certificate = hidden | likeness(lin, full, named, [files[k] for k in fit])
+    check_likeness(recipe, named, certificate)
+    if "masked_by_controller" in recipe.kinds:
+        certificate["speed_change"] = _speed_change(rig, full, traces, fit, rng)
+        if certificate["speed_change"] > HIDDEN_MOTION:
+            raise UnfitError(f"{recipe}: the motion shows it")
+    minor = draw_nuisance(rng, lin, set(recipe.effects))
+    for s in minor:
+        full = s.on(full)
+    grids = [record(rig, full, run, k, rng) for k, run in enumerate(rig.runs)]
+    if not all(np.isfinite(values).all() for _, noisy in grids for values in noisy.values()):
+        raise UnfitError(f"{recipe}: the drive ran away")
+    heldout = [pair for pair, run in zip(grids, rig.runs, strict=True) if run.role == "heldout"]
+    certificate["oracle_heldout_nrmse"] = oracle_nrmse(lin, [a for a, _ in heldout], [b for _, b in heldout])
+    tables = [
+        sensors.sample(shown(rig, run, noisy, rng), rig.chain, rng)
+        for (_, noisy), run in zip(grids, rig.runs, strict=True)
+    ]
+    suffix = write_case(folder, rig, files, tables, sensors.recorded_noise(rig.chain, rng), rng)
+    for window in certificate["windows"]:
+        window[2] += suffix
+    return label(recipe, rig, named, minor, certificate)
+
+
+def label(
+    recipe: Recipe, rig: Rig, named: list[Sized], minor: list[Sized], certificate: dict[str, Any]
+) -> dict[str, Any]:
+    """The label of a case with its certificate."""
+    return {
+        "kind": list(recipe.kinds),
+        "effects": [
+            {
+                "id": s.id,
+                "place": EFFECTS[s.id].place,
+                "amplitude": s.amplitude,
+                "amplitude_over_mda": s.amplitude / s.detectable,
+                "visibility": s.visibility,
+                "true_parameters": EFFECTS[s.id].parameters(s.amplitude, s.shape),
+            }
+            for s in named
+        ],
+        **certificate,
+        "baseline_true": rig.true,
+        "nuisance": [
+            {"id": s.id, "amplitude": s.amplitude, "amplitude_over_mda": s.amplitude / s.detectable} for s in minor
+        ],
+        "motor_only": rig.motor_only,
+        "controller": rig.declared,
+        "generator": {"version": VERSION, "seed": recipe.seed},
+    }
+
+
+def check_hiding(recipe: Recipe, hidden: dict[str, Any]) -> None:
+    """Hold a case against the rule of absorbed effects.
+
+    Raises:
+        UnfitError: the refit shows it, or leaves too much or too little.
+    """
+    if "absorbed" not in recipe.kinds:
+        return
+    swallowed = hidden["refit_nrmse_over_noise"] <= ABSORBED_RATIO
+    if not swallowed or not ABSORBED_LOW <= hidden["visibility"] <= ABSORBED_HIGH:
+        raise UnfitError(f"{recipe}: visibility {hidden['visibility']:.2f}")
+
+
+def check_likeness(recipe: Recipe, named: list[Sized], certificate: dict[str, Any]) -> None:
+    """Hold a case against the rules on its closest rival.
+
+    Raises:
+        UnfitError: the certificate does not carry the kind.
+    """
+    rival = certificate["closest_rival"]
+    stratum = recipe.kinds[0]
+    if any(s.detectable >= UNDETECTABLE for s in named):
+        raise UnfitError(f"{recipe}: invisible")
+    if stratum == "undecidable" and rival["abs_cos"] <= UNDECIDABLE:
+        raise UnfitError(f"{recipe}: closest rival {rival}")
+    if stratum == "outside" and rival["abs_cos"] > STRANGE:
+        raise UnfitError(f"{recipe}: looks like {rival}")
+    if stratum == "single" and not recipe.bench.motor_only and rival["abs_cos"] > UNDECIDABLE:
+        raise UnfitError(f"{recipe}: cannot be told from {rival}")
+
+
+def sized_within_limits(
+    rig: Rig, drive: Drive, motions: list[Motion], recipe: Recipe, rng: Generator
+) -> tuple[Rig, Linearisation, list[Sized]]:
+    """Size the effects; where one leaves its physical range, the bench gets quieter or noisier sensors.
+
+    Raises:
+        UnfitError: the range is left even so.
     """
     for _ in range(3):
         lin = linearise(rig, drive, motions, rng)
-        named = choose(lin, recipe.effects, rng)
-        excess = max((n.amplitude / EFFECTS[n.id].limit for n in named), default=0.0)
-        if excess <= 1.0:
+        named = [size(lin, effect_id, multiple, rng) for effect_id, multiple in recipe.effects.items()]
+        excess = max((s.amplitude / EFFECTS[s.id].limit for s in named), default=0.5)
+        small = min((s.amplitude / EFFECTS[s.id].limit for s in named), default=0.5)
+        if excess <= 1.0 and small >= 0.02:
             return rig, lin, named
-        rig = rig.quieter(max(0.9 / excess, 0.15))
-    raise Unfit(f"{recipe}: {excess:.2g} times the physical limit")
+        rig = rig.noisier(max(0.8 / excess, 0.15) if excess > 1.0 else min(0.04 / small, 3.0))
+    if excess <= 1.0:
+        return rig, lin, named
+    raise UnfitError(f"{recipe}: {excess:.2g} times the physical limit")
 
 
-def nuisance(rng: Generator, taken: set[str], *, motor_only: bool) -> dict[str, float]:
-    """Two to four unlabelled minor effects, 0.05 to 0.3 detectable amplitudes, at most 0.6 in quadrature."""
-    able = [n for n in NUISANCE if n not in taken and not (motor_only and EFFECTS[n].needs_load_side)]
-    chosen = rng.choice(able, int(rng.integers(2, 5)), replace=False)
-    sizes = rng.uniform(0.05, 0.3, chosen.size)
-    total = float(np.sqrt(np.sum(sizes**2)))
-    return dict(zip(chosen.tolist(), (sizes * min(1.0, 0.6 / total)).tolist(), strict=True))
+def simulate(rig: Rig, drive: Drive, run: Run, rng: Generator) -> Array:
+    """Traces of one recording on the grid."""
+    p = drive.plant
+    start = stepping.start_at_rest(p, run.start, float(run.load[0]))
+    encoder = 1e-5 * rng.standard_normal(run.reference.size)
+    controller = rig.controller if run.closed else rig.controller._replace(closed=0)
+    traces = stepping.run(p, controller, run.reference, run.load, run.temperature, encoder, start)
+    return np.asarray(traces[: len(stepping.TRACES)])
 
 
-def build(recipe: Recipe, folder: Path) -> dict[str, Any]:
-    """Write one case and return its label."""
-    rng = np.random.default_rng(recipe.seed)
-    first = next(iter(recipe.effects), None)
-    rig = draw_rig(rng, first, motor_only=recipe.motor_only, hidden=set(recipe.effects))
-    bare = Drive(rig.plant, sensors.SOUND)
-    fit = [run for run in rig.runs if run.role == "fit"]
-    motions = [motion(simulate(rig, bare, run, rng), run) for run in fit]
-    rig, lin, named = plausible(rig, bare, motions, recipe, rng)
-    full = bare
-    for n in named:
-        full = EFFECTS[n.id].on(full, n.amplitude, n.shape)
-    minor = [
-        n
-        for n in choose(lin, nuisance(rng, set(recipe.effects), motor_only=rig.motor_only), rng)
-        if n.amplitude <= EFFECTS[n.id].limit
-    ]
-    for n in minor:
-        full = EFFECTS[n.id].on(full, n.amplitude, n.shape)
-    recordings = [record(rig, full, run, k, rng) for k, run in enumerate(rig.runs)]
-    write_case(folder, rig, recordings, sensors.recorded_noise(rig.chain, rng), rng)
-    return {
-        "kind": [recipe.kind],
-        "effects": [
-            {
-                "id": n.id,
-                "place": EFFECTS[n.id].place,
-                "amplitude": n.amplitude,
-                "amplitude_over_mda": n.amplitude / n.detectable,
-                "visibility": n.visibility,
-                "true_parameters": EFFECTS[n.id].parameters(n.amplitude, n.shape),
-            }
-            for n in named
-        ],
-        "nuisance": [{"id": n.id, "amplitude_over_mda": n.amplitude / n.detectable} for n in minor],
-        "motor_only": rig.motor_only,
-        "generator": {"version": VERSION, "seed": recipe.seed},
-    }
+def motion(traces: Array, run: Run, rig: Rig) -> Motion:
+    """The motion of one recording, for the linear statistics."""
+    named = dict(zip(stepping.TRACES, traces, strict=True))
+    ring = named["load_angle"][0]
+    start = np.array([ring, ring - run.load[0] / rig.plant.k_c])
+    pull = np.gradient(named["motor_speed"], stepping.GRID)
+    columns = (named["motor_angle"], named["motor_speed"], pull, run.load, run.temperature)
+    angle, speed, pull, load, temperature = (np.ascontiguousarray(x[: x.size // SKIP * SKIP : SKIP]) for x in columns)
+    return Motion(angle, speed, pull, load, temperature, start)
+
+
+def _speed_change(rig: Rig, full: Drive, traces: list[Array], fit: list[int], rng: Generator) -> float:
+    row = stepping.TRACES.index("motor_speed")
+    changed = [simulate(rig, full, rig.runs[k], rng)[row] for k in fit]
+    return angle_share([x[row] for x in traces], changed)
+
+
+def record(rig: Rig, drive: Drive, run: Run, index: int, rng: Generator) -> tuple[dict[str, Array], dict[str, Array]]:
+    """The channels of one recording on the grid, clean and as the sensors give them."""
+    clean = sensors.clean(simulate(rig, drive, run, rng), drive.faults)
+    noisy = sensors.disturb(clean, rig.chain, rng)
+    noisy["motor_torque"] = noisy["motor_torque"] * (1.0 + rig.torque_scale) + rig.torque_offset[index]
+    return clean, noisy
+
+
+def shown(rig: Rig, run: Run, noisy: dict[str, Array], rng: Generator) -> dict[str, Array]:
+    """The columns that the file of one recording holds."""
+    out = {name: noisy[name] for name in measured(rig)}
+    if run.load.any():
+        out["load_torque"] = run.load
+    if run.closed:
+        out["speed_reference"] = run.reference
+    out["temperature"] = run.temperature + 0.05 * rng.standard_normal(run.temperature.size)
+    return out

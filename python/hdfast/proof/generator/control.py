@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hdfast.proof.generator.laws import compiled
+from hdfast.proof.generator.compiled import compiled
 from hdfast.proof.generator.plant import Array
 
 
@@ -40,6 +40,7 @@ class Controller(NamedTuple):
     notch: Array
 
 
+MEMORY = 7
 NO_NOTCH = np.array([1.0, 0.0, 0.0, 0.0, 0.0])
 
 
@@ -47,9 +48,8 @@ def notch(frequency: float, width: float, period: float) -> Array:
     """Biquad b0, b1, b2, a1, a2 of a notch at `frequency` [Hz], relative `width`, by the bilinear transform."""
     w = 2.0 * np.pi * frequency * period
     alpha = np.sin(w) * width / 2.0
-    return np.array([1.0, -2.0 * np.cos(w), 1.0, -2.0 * np.cos(w), 1.0 - alpha]) / np.array(
-        [1.0 + alpha, 1.0 + alpha, 1.0 + alpha, 1.0 + alpha, 1.0 + alpha]
-    )
+    taps = np.array([1.0, -2.0 * np.cos(w), 1.0, -2.0 * np.cos(w), 1.0 - alpha])
+    return np.asarray(taps / (1.0 + alpha))
 
 
 @compiled
@@ -72,7 +72,7 @@ def control(c: Controller, memory: Array, angle: float, reference: float, period
     passed = c.notch[0] * torque + memory[4]
     memory[4] = c.notch[1] * torque - c.notch[3] * passed + memory[5]
     memory[5] = c.notch[2] * torque - c.notch[4] * passed
-    limited = min(max(passed, -c.limit), c.limit)
+    limited = float(min(max(passed, -c.limit), c.limit))
     if limited == passed or error * passed < 0.0:
         memory[2] += period * error
     return limited

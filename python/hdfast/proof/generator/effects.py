@@ -1,18 +1,19 @@
 """What can be missing: each effect with its place, its amplitude and what it depends on.
 
-Names are those of the published list of effects; laws outside that list carry the prefix `outside_`.
+Names are those of the published list of effects; laws outside that list carry the prefix `outside_`,
+those that occur only as nuisance the prefix `minor_`.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.random import Generator
 
-from hdfast.proof.generator.plant import Plant
+from hdfast.proof.generator.plant import FIELD, Plant
 from hdfast.proof.generator.sensors import Faults
 
 
@@ -23,7 +24,11 @@ class Drive(NamedTuple):
     faults: Faults
 
 
-Shape = Mapping[str, float]
+Shape = Mapping[str, Any]
+
+
+def _no_shape(_: Generator) -> dict[str, Any]:
+    return {}
 
 
 @dataclass(frozen=True)
@@ -50,7 +55,7 @@ class Effect:
     amplitude: str
     typical: float
     limit: float
-    shape: Callable[[Generator], dict[str, float]] = lambda rng: {}
+    shape: Callable[[Generator], dict[str, Any]] = _no_shape
     depends_on: tuple[str, ...] = ()
     memory: str = "none"
     published: Mapping[str, str] = field(default_factory=dict)
@@ -65,8 +70,8 @@ class Effect:
             before = getattr(drive.plant, self.amplitude)
             value = 1.0 / (amplitude + (1.0 / before if before > 0.0 else 0.0))
         if self.amplitude in Plant._fields:
-            return drive._replace(plant=drive.plant._replace(**{self.amplitude: value}, **shape))
-        return drive._replace(faults=drive.faults._replace(**{self.amplitude: value}, **shape))
+            return drive._replace(plant=drive.plant._replace(**{self.amplitude: value, **shape}))
+        return drive._replace(faults=drive.faults._replace(**{self.amplitude: value, **shape}))
 
     def parameters(self, amplitude: float, shape: Shape) -> dict[str, float]:
         """True parameters under their published names."""
@@ -76,6 +81,16 @@ class Effect:
 
 def _phase(rng: Generator) -> float:
     return float(rng.uniform(-np.pi, np.pi))
+
+
+def _field(rng: Generator) -> dict[str, Any]:
+    weight = rng.normal(size=FIELD)
+    return {
+        "field_weight": weight / np.linalg.norm(weight),
+        "field_speed": rng.uniform(0.3, 4.0, FIELD),
+        "field_temperature": rng.normal(0.0, 0.05, FIELD),
+        "field_phase": rng.uniform(-np.pi, np.pi, FIELD),
+    }
 
 
 EFFECTS: dict[str, Effect] = {
@@ -114,8 +129,8 @@ EFFECTS: dict[str, Effect] = {
                ("transmitted_torque",), "fading", {"k_c": "K_c"}, needs_load_side=True, inverse=True),
         Effect("asymmetric_friction", "motor", "asymmetry", 0.05, 0.2, depends_on=("direction",),
                published={"asymmetry": "eps_c"}),
-        Effect("nonlinear_viscous", "motor", "b_power", 1e-6, 1e-4, lambda r: {"power": 3.0}, ("motor_speed",)),
-        Effect("presliding_friction", "motor", "bristle", 0.2, 1.0, lambda r: {"bristle_damping": 0.02},
+        Effect("nonlinear_viscous", "motor", "b_power", 1e-6, 1e-4, lambda _: {"power": 3.0}, ("motor_speed",)),
+        Effect("presliding_friction", "motor", "bristle", 0.2, 1.0, lambda _: {"bristle_damping": 0.02},
                ("direction", "motor_speed"), "rate_independent", inverse=True),
         Effect("viscoelastic", "mesh", "K_v", 1500.0, 8000.0, lambda r: {"tau_v": r.uniform(0.15, 1.5)},
                ("torsion",), "fading", {"K_v": "K_v", "tau_v": "tau_short"}, needs_load_side=True),
@@ -146,18 +161,24 @@ EFFECTS: dict[str, Effect] = {
                needs_load_side=True),
         Effect("clock_skew", "sensor", "skew", 5e-5, 3e-3, depends_on=("time_since_start", "load_speed"),
                needs_load_side=True),
-        Effect("ratio_error", "sensor", "ratio", 1e-4, 1e-2, depends_on=("load_phase",), needs_load_side=True),
+        Effect("ratio_error", "sensor", "scale", 1e-4, 1e-2, depends_on=("load_phase",), needs_load_side=True),
         Effect("sensor_offset_drift", "sensor", "drift", 1e-3, 0.02, depends_on=("time_since_start",)),
         Effect("outside_detent", "load", "detent", 0.5, 12.0,
                lambda r: {"detent_width": r.uniform(0.008, 0.03), "detent_angle": r.uniform(-0.03, 0.03)},
                ("load_phase",)),
-        Effect("outside_thixotropy", "motor", "thixotropy", 0.2, 3.0, lambda r: {"thixotropy_time": r.uniform(0.3, 2.0)},
+        Effect("outside_thixotropy", "motor", "thixotropy", 0.2, 3.0,
+               lambda r: {"thixotropy_time": r.uniform(0.3, 2.0)},
                ("time_since_start", "direction"), "fading"),
         Effect("outside_slosh", "load", "slosh_inertia", 0.05, 1.5,
                lambda r: {"slosh_frequency": r.uniform(1.0, 4.0), "slosh_damping": r.uniform(0.02, 0.1)},
                ("motor_acceleration", "load_speed"), "fading"),
-        Effect("outside_end_spring", "load", "stop_stiffness", 50.0, 5000.0, lambda r: {"stop_angle": r.uniform(0.005, 0.03)},
-               ("load_phase",)),
+        Effect("outside_end_spring", "load", "stop_stiffness", 50.0, 5000.0,
+               lambda r: {"stop_angle": r.uniform(0.005, 0.03)}, ("load_phase",)),
+        Effect("minor_friction_field", "motor", "field", 0.002, 0.02, _field),
+        Effect("minor_phase_drift", "mesh", "te_wander", 0.02, 0.5,
+               lambda r: {"te_drift": r.normal(size=FIELD)}, needs_load_side=True),
+        Effect("minor_tooth_mesh", "mesh", "tooth", 5e-7, 8e-6, lambda r: {"tooth_phase": _phase(r)},
+               needs_load_side=True),
     )
 }  # fmt: skip
 
@@ -166,4 +187,3 @@ TWELVE = (
     "position_dependent_friction", "hysteresis", "backlash", "mesh_stiffness_variation", "te_harmonic",
     "torque_ripple", "load_compliance",
 )  # fmt: skip
-

@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 from math import cos, exp, log, sin, tanh
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-import numba
-
+from hdfast.proof.generator.compiled import compiled
 from hdfast.proof.generator.plant import SLIP_ELEMENTS
 
 if TYPE_CHECKING:
     from hdfast.proof.generator.plant import Array, Plant
-
-compiled: Any = numba.njit(cache=True, fastmath=True, error_model="numpy")
 
 
 @compiled
@@ -22,13 +19,18 @@ def kinematic_error(p: Plant, angle: float, load_torque: float, t: float) -> tup
     slope = 0.0
     for n in range(p.te_order.size):
         order = p.te_order[n]
-        phase = order * angle + p.te_phase[n] + p.te_drift[n] * t
+        phase = order * angle + p.te_phase[n] + p.te_wander * p.te_drift[n] * t
         error += p.te_amplitude[n] * cos(phase)
         slope -= p.te_amplitude[n] * order * sin(phase)
     if p.te_extra != 0.0:
         phase = p.te_extra_order * angle + p.te_extra_phase
         error += p.te_extra * cos(phase)
         slope -= p.te_extra * p.te_extra_order * sin(phase)
+    if p.tooth != 0.0:
+        teeth = 2.0 * (p.ratio - 1.0)
+        phase = teeth * angle + p.tooth_phase
+        error += p.tooth * cos(phase)
+        slope -= p.tooth * teeth * sin(phase)
     if p.te_load != 0.0:
         phase = 2.0 * angle + p.te_load_phase
         error += p.te_load * load_torque * cos(phase)
@@ -83,9 +85,7 @@ def slip(p: Plant, elements: Array, change: float) -> float:
 
 
 @compiled
-def friction_level(
-    p: Plant, angle: float, speed: float, gear_torque: float, temperature: float, rest: float
-) -> float:
+def friction_level(p: Plant, angle: float, speed: float, gear_torque: float, temperature: float, rest: float) -> float:
     """Largest dry friction torque at the wave generator [N m], at this speed.
 
     Args:
@@ -104,11 +104,13 @@ def friction_level(
     level *= 1.0 + p.ripple * cos(p.ripple_order * angle + p.ripple_phase)
     direction = tanh(speed / 0.05)
     level += p.asymmetry * p.T_c * direction
-    if p.field_weight[0] != 0.0:
+    if p.field != 0.0:
         scale = log(1.0 + pace)
         for n in range(p.field_weight.size):
-            level += p.field_weight[n] * cos(
-                p.field_speed[n] * scale + p.field_temperature[n] * (temperature - 20.0) + p.field_phase[n]
+            level += (
+                p.field
+                * p.field_weight[n]
+                * cos(p.field_speed[n] * scale + p.field_temperature[n] * (temperature - 20.0) + p.field_phase[n])
             )
     return max(level, 0.0)
 

@@ -1,41 +1,27 @@
 """The generator's own linear statistics: what an effect leaves after the baseline has been refitted.
 
-All signatures are differences of `imposed.impose` on the true motion, as torque, load angle and output torque at
-the recorded rate, at most `RATE` samples per second. Noise is whitened per channel by an autoregression fitted to realisations of that noise.
+All signatures are differences of `imposed.impose` on the true motion, whitened by the noise of their channel.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.random import Generator
-from scipy import linalg, signal
+from scipy import linalg
 
-from hdfast.proof.generator import sensors
-from hdfast.proof.generator.effects import Drive, Effect, Shape
-from hdfast.proof.generator.imposed import impose
-from hdfast.proof.generator.plant import Array
+from hdfast.proof.generator.effects import EFFECTS, Drive, Shape
+from hdfast.proof.generator.plant import Array, Plant
+from hdfast.proof.generator.responses import Motion, channels, noises, responses
 from hdfast.proof.generator.rig import Rig
-from hdfast.proof.generator.stepping import GRID
+from hdfast.proof.generator.whitening import Channels, fit_filters, whiten
 
-RATE = 250.0
-ORDER = 16
-SLOW = 0.1
+REALISATIONS = 8
+QUIET = 1e-12
+UNDETECTABLE = 1e6
 THRESHOLD = 3.66 + 0.84  # two-sided 1 % over 40 candidates, and 80 % power
-
-
-@dataclass(frozen=True)
-class Motion:
-    """The true motion of one recording on the grid, (N,) each; `start` holds ring and payload angle."""
-
-    angle: Array
-    speed: Array
-    pull: Array
-    load: Array
-    temperature: Array
-    start: Array
 
 
 @dataclass(frozen=True)
@@ -53,6 +39,7 @@ class Linearisation:
         noise: whitened noise realisations (rows, R).
         level: raw noise rms per channel.
         basis: Cholesky factor of columns' columns + 1, the prior being 1 in these units.
+        base: channels of each recording without the effect.
     """
 
     rig: Rig
@@ -65,14 +52,17 @@ class Linearisation:
     noise: Array
     level: list[float]
     basis: Array
+    base: Channels
 
     def signature(self, drive: Drive) -> tuple[Array, Array]:
         """Whitened and raw difference that `drive` makes against the truth without the effect."""
         raw = [
             [a - b for a, b in zip(new, old, strict=True)]
-            for new, old in zip(_responses(self.rig, drive, self.motions), _responses(self.rig, self.drive, self.motions), strict=True)
+            for new, old in zip(responses(self.rig, drive, self.motions), self.base, strict=True)
         ]
-        return whiten(self, raw), np.concatenate([x for recording in raw for x in recording])
+        return whiten(self.rig, self.motions, self.filters, raw), np.concatenate(
+            [x for recording in raw for x in recording]
+        )
 
     def left(self, whitened: Array) -> Array:
         """What a refit of the baseline, held by its priors, leaves."""
@@ -88,176 +78,104 @@ class Linearisation:
         return float(max(np.mean(along**2), 0.5))
 
 
-def channels(rig: Rig) -> tuple[str, ...]:
-    """Channels of the linear statistics."""
-    names = ["torque"]
-    if not rig.motor_only:
-        names.append("load_angle")
-    if rig.has_output_torque:
-        names.append("output_torque")
-    return tuple(names)
-
-
-def _every(rig: Rig) -> int:
-    return round(1.0 / (min(RATE, rig.chain.rate) * GRID))
-
-
-def _thin(x: Array, every: int) -> Array:
-    whole = x[: x.size // every * every].reshape(-1, every)
-    return np.asarray(whole.mean(axis=1))
-
-
-def _sampled(rig: Rig, x: Array) -> Array:
-    """What the recorded samples leave of a noise on the grid, thinned."""
-    width = round(1.0 / (rig.chain.rate * GRID))
-    if not rig.chain.averaged:
-        x = x[np.minimum(np.arange(x.size) // width * width + width // 2, x.size - 1)]
-    return _thin(x, _every(rig))
-
-
-def _second(x: Array, inertia: float, step: float) -> Array:
-    """Torque that an error of the motor angle looks like."""
-    return np.asarray(inertia * np.gradient(np.gradient(x, step), step))
-
-
-def _responses(rig: Rig, drive: Drive, motions: list[Motion]) -> Iterator[list[Array]]:
-    inertia = drive.plant.J_r + drive.plant.J_w
-    every = _every(rig)
-    for m in motions:
-        traces = impose(drive.plant, m.angle, m.speed, m.pull, m.load, m.temperature, m.start)
-        seen = {name: _thin(x, every) for name, x in sensors.clean(traces, drive.faults).items()}
-        wrong = seen["motor_angle"] - _thin(m.angle, every)
-        out = [seen["motor_torque"] - (_second(wrong, inertia, every * GRID) if wrong.any() else 0.0)]
-        if not rig.motor_only:
-            out.append(seen["load_angle"] - wrong / drive.plant.ratio)
-        if rig.has_output_torque:
-            out.append(seen["output_torque"])
-        yield out
-
-
-def _noise(rig: Rig, motions: list[Motion], rng: Generator, inertia: float) -> list[list[Array]]:
-    out = []
-    for m in motions:
-        still = 0.0 * m.angle
-        true = {
-            "motor_angle": m.angle, "load_angle": m.angle / rig.plant.ratio, "motor_torque": still, "output_torque": still,
-        }  # fmt: skip
-        grid = sensors.disturb(true, rig.chain, rng)
-        off = {name: _sampled(rig, noisy - true[name]) for name, noisy in grid.items()}
-        row = [off["motor_torque"] - _second(off["motor_angle"], inertia, _every(rig) * GRID)]
-        if not rig.motor_only:
-            row.append(off["load_angle"] - off["motor_angle"] / rig.plant.ratio)
-        if rig.has_output_torque:
-            row.append(off["output_torque"])
-        out.append(row)
-    return out
-
-
-def whiten(lin: Linearisation, raw: list[list[Array]]) -> Array:
-    """Whiten each channel of each recording; standstill is left out of the torque."""
-    rows = []
-    for recording, m in zip(raw, lin.motions, strict=True):
-        for index, values in enumerate(recording):
-            taps, sigma = lin.filters[index]
-            white = signal.lfilter(taps, [1.0], values) / sigma
-            white[:ORDER] = 0.0
-            if index == 0:
-                white *= _moving(lin.rig, m)
-            rows.append(white)
-    return np.concatenate(rows)
-
-
-def _moving(rig: Rig, m: Motion) -> Array:
-    return np.asarray(_thin((np.abs(m.speed) > SLOW).astype(float), _every(rig)) >= 1.0, dtype=float)
-
-
-def _filters(noise: list[list[Array]]) -> list[tuple[Array, float]]:
-    """Autoregression per channel by Yule-Walker on all recordings."""
-    out = []
-    for index in range(len(noise[0])):
-        lags = np.zeros(ORDER + 1)
-        count = 0
-        for recording in noise:
-            x = recording[index] - recording[index].mean()
-            lags += np.array([x[k:] @ x[: x.size - k] for k in range(ORDER + 1)])
-            count += x.size
-        lags /= count
-        lags[0] *= 1.0 + 1e-9
-        taps = np.append(1.0, -linalg.solve_toeplitz(lags[:-1], lags[1:]))
-        out.append((taps, float(np.sqrt(max(taps @ lags, 1e-30)))))
-    return out
-
-
 def linearise(rig: Rig, drive: Drive, motions: list[Motion], rng: Generator) -> Linearisation:
     """Baseline columns, whitening and noise realisations for one campaign."""
     inertia = drive.plant.J_r + drive.plant.J_w
-    realisations = [_noise(rig, motions, rng, inertia) for _ in range(12)]
-    filters = _filters([row for realisation in realisations[:4] for row in realisation])
-    level = [float(np.sqrt(np.mean(np.concatenate([row[k] for row in realisations[0]]) ** 2))) for k in range(len(filters))]
+    realisations = [noises(rig, motions, rng, inertia) for _ in range(REALISATIONS)]
+    filters = fit_filters([row for realisation in realisations[:4] for row in realisation])
+    level = [
+        float(np.sqrt(np.mean(np.concatenate([row[k] for row in realisations[0]]) ** 2))) for k in range(len(filters))
+    ]
     empty = np.empty((0, 0))
-    lin = Linearisation(rig, drive, motions, filters, empty, [], empty, empty, level, empty)
+    base = list(responses(rig, drive, motions))
+    lin = Linearisation(rig, drive, motions, filters, empty, [], empty, empty, level, empty, base)
     names, white, raw = [], [], []
-    for name, column in _columns(rig, drive, motions):
+    for name, column in _columns(rig, drive, motions, base):
         names.append(name)
-        white.append(whiten(lin, column))
+        white.append(whiten(rig, motions, filters, column))
         raw.append(np.concatenate([x for recording in column for x in recording]))
     columns = np.column_stack(white)
-    noise = np.column_stack([whiten(lin, realisation) for realisation in realisations])
+    noise = np.column_stack([whiten(rig, motions, filters, realisation) for realisation in realisations])
     basis = linalg.cholesky(columns.T @ columns + np.eye(columns.shape[1]), lower=True)
-    return Linearisation(rig, drive, motions, filters, columns, names, np.column_stack(raw), noise, level, basis)
+    return replace(lin, columns=columns, names=names, raw=np.column_stack(raw), noise=noise, basis=basis)
 
 
-def _columns(rig: Rig, drive: Drive, motions: list[Motion]) -> Iterator[tuple[str, list[list[Array]]]]:
+def _columns(rig: Rig, drive: Drive, motions: list[Motion], base: Channels) -> Iterator[tuple[str, Channels]]:
     """Change of the channels by one prior sigma of each baseline quantity."""
-    base = list(_responses(rig, drive, motions))
 
-    def change(plant_change: dict[str, object], scale: float) -> list[list[Array]]:
-        moved = drive._replace(plant=drive.plant._replace(**plant_change))
-        new = _responses(rig, moved, motions)
+    def change(plant: Plant, scale: float) -> Channels:
+        new = responses(rig, drive._replace(plant=plant), motions)
         return [[(a - b) * scale for a, b in zip(x, y, strict=True)] for x, y in zip(new, base, strict=True)]
 
     p, small = drive.plant, 0.01
     fields = {"J_m": ("J_r", "J_w"), "J_l": ("J_f", "J_p")}
     for name, sigma in rig.sigma.items():
         group = fields.get(name, (name,))
-        yield name, change({f: getattr(p, f) * (1 + small) for f in group}, sigma / small)
+        yield name, change(p._replace(**{f: getattr(p, f) * (1 + small) for f in group}), sigma / small)
     for n, order in enumerate(p.te_order):
         for part, quarter in (("cos", 0.0), ("sin", np.pi / 2)):
             vector = p.te_amplitude[n] * np.exp(1j * p.te_phase[n]) + rig.error_sigma * np.exp(-1j * quarter)
             amplitude, phase = p.te_amplitude.copy(), p.te_phase.copy()
             amplitude[n], phase[n] = abs(vector), np.angle(vector)
-            yield f"te_{part}_{order:g}", change({"te_amplitude": amplitude, "te_phase": phase}, 1.0)
+            yield f"te_{part}_{order:g}", change(p._replace(te_amplitude=amplitude, te_phase=phase), 1.0)
     scaled = [[rig.torque_sigma * x[0]] + [0 * y for y in x[1:]] for x in base]
     yield "torque_scale", scaled
     wide = (0.01, 1e-3, 1.0)
     for index, name in enumerate(channels(rig)):
         for k in range(len(motions)):
-            yield f"offset_{name}_{k}", [
-                [np.full_like(y, wide[j]) if j == index and r == k else 0 * y for j, y in enumerate(x)]
-                for r, x in enumerate(base)
-            ]
+            yield (
+                f"offset_{name}_{k}",
+                [
+                    [np.full_like(y, wide[j]) if j == index and r == k else 0 * y for j, y in enumerate(x)]
+                    for r, x in enumerate(base)
+                ],
+            )
 
 
-def detectable(lin: Linearisation, effect: Effect, shape: Shape) -> tuple[float, float]:
-    """Smallest detectable amplitude after refit, and the share of the signature that is left there (visibility).
+@dataclass(frozen=True)
+class Sized:
+    """An effect at its amplitude.
 
-    The signature at a finite amplitude is used, as play and stiction have no derivative at zero; the search is a
-    secant in the logarithm of the amplitude.
+    Attributes:
+        id: of the effect.
+        amplitude: in its own unit.
+        detectable: smallest detectable amplitude.
+        visibility: share of the signature's energy that a refit leaves, at the detectable amplitude.
+        shape: its other fields.
     """
-    amplitude = effect.typical
-    share = 0.0
+
+    id: str
+    amplitude: float
+    detectable: float
+    visibility: float
+    shape: Shape
+
+    def on(self, drive: Drive) -> Drive:
+        """The drive with this effect."""
+        return EFFECTS[self.id].on(drive, self.amplitude, self.shape)
+
+
+def size(lin: Linearisation, effect_id: str, multiple: float, rng: Generator) -> Sized:
+    """Draw the shape of an effect and give it a multiple of its detectable amplitude, whatever its physical limit.
+
+    The detectable amplitude is that whose signature, after a refit, has the length `THRESHOLD` in the noise along it.
+    It is sought by secants in the logarithm, as play and stiction have no derivative at zero.
+    """
+    effect = EFFECTS[effect_id]
+    shape = effect.shape(rng)
+    amplitude, visible = effect.typical, 0.0
     for _ in range(8):
         whitened, _ = lin.signature(effect.on(lin.drive, amplitude, shape))
         left = lin.left(whitened)
-        size = np.linalg.norm(left)
-        if not np.isfinite(size) or size == 0.0:
-            amplitude *= 10.0
+        length = float(np.linalg.norm(left))
+        if not length > QUIET:
+            amplitude *= 30.0
             continue
-        share = float(size**2 / (whitened @ whitened))
-        ratio = THRESHOLD * np.sqrt(lin.inflation(left)) / size
+        visible = float(length**2 / (whitened @ whitened))
+        ratio = THRESHOLD * np.sqrt(lin.inflation(left)) / length
         amplitude *= float(np.clip(ratio, 0.03, 30.0))
-        if abs(np.log(ratio)) < 0.03:
+        if abs(np.log(ratio)) < 0.03 or amplitude > 100.0 * effect.limit:
             break
-        if amplitude > 1e3 * effect.typical:
-            break
-    return amplitude, share
+    else:
+        amplitude = amplitude if visible > 0.0 else UNDETECTABLE
+    return Sized(effect_id, float(multiple * amplitude), float(amplitude), visible, shape)

@@ -45,7 +45,9 @@ def reversals(rng: Generator, t: Array, top: float) -> Array:
     count = int(rng.integers(3, 7))
     edges = np.sort(rng.uniform(0.3, t[-1], count - 1))
     times = np.concatenate([[0.0, 0.2], edges, [t[-1] + 0.2]])
-    values = np.concatenate([[0.0, 0.0], top * rng.uniform(0.3, 1.0, count - 1) * (-1.0) ** np.arange(count - 1), [0.0]])
+    values = np.concatenate(
+        [[0.0, 0.0], top * rng.uniform(0.3, 1.0, count - 1) * (-1.0) ** np.arange(count - 1), [0.0]]
+    )
     return _through(times, values, t)
 
 
@@ -60,9 +62,9 @@ def multisine(rng: Generator, t: Array, top: float) -> Array:
     count = int(rng.integers(6, 11))
     frequencies = np.geomspace(0.2, rng.uniform(5.0, 12.0), count) * rng.uniform(0.93, 1.07, count)
     phases = rng.uniform(0, 2 * np.pi, count)
-    wave = sum(
-        np.sin(2 * np.pi * f * t + a) / (1.0 + f) for f, a in zip(frequencies, phases, strict=True)
-    ) * np.clip(t / 0.3, 0.0, 1.0)
+    wave = sum(np.sin(2 * np.pi * f * t + a) / (1.0 + f) for f, a in zip(frequencies, phases, strict=True)) * np.clip(
+        t / 0.3, 0.0, 1.0
+    )
     return np.asarray(top * wave / np.max(np.abs(wave)))
 
 
@@ -89,6 +91,17 @@ def constant(rng: Generator, t: Array, top: float) -> Array:
     return _through(np.array([0.1, 0.35]), np.array([0.0, level]), t)
 
 
+def coast(rng: Generator, t: Array, top: float) -> Array:
+    """Torque on, torque off and coast, in two directions."""
+    end = t[-1]
+    first = top * rng.uniform(0.7, 1.3) * rng.choice([-1.0, 1.0])
+    second = -top * rng.uniform(0.7, 1.3) * np.sign(first)
+    marks = np.array([0.2, 0.22, 0.3 * end, 0.3 * end + 0.02, 0.5 * end, 0.5 * end + 0.02, 0.8 * end])
+    levels = np.array([0.0, first, first, 0.0, 0.0, second, second])
+    return _through(np.append(marks, 0.8 * end + 0.02), np.append(levels, 0.0), t)
+
+
+TORQUES = ("coast",)
 SPEEDS: dict[str, Callable[[Generator, Array, float], Array]] = {
     "start_stop": start_stop,
     "ladder": ladder,
@@ -98,6 +111,7 @@ SPEEDS: dict[str, Callable[[Generator, Array, float], Array]] = {
     "slow_ramp": slow_ramp,
     "hold": hold,
     "constant": constant,
+    "coast": coast,
 }
 
 
@@ -106,14 +120,15 @@ def time_grid(duration: float) -> Array:
     return np.asarray(np.arange(round(duration / GRID)) * GRID)
 
 
-def load_profile(rng: Generator, t: Array, size: float) -> Array:
-    """Load torque [N m]: none, constant, steps, slow sine or triangle, up to `size`."""
-    kind = rng.choice(["none", "constant", "steps", "sine", "triangle"], p=[0.2, 0.15, 0.35, 0.15, 0.15])
+def load_profile(rng: Generator, t: Array, size: float, kind: str) -> Array:
+    """Load torque [N m] up to `size`: constant, or with kind "any" also none, steps, a slow sine or a triangle."""
+    if kind == "any":
+        kind = str(rng.choice(["none", "constant", "steps", "sine", "triangle"], p=[0.2, 0.15, 0.35, 0.15, 0.15]))
     end = t[-1]
     if kind == "none" or size == 0.0:
         return np.zeros_like(t)
     if kind == "constant":
-        return np.asarray(np.interp(t, [0.05, 0.25], [0.0, size * rng.uniform(-1, 1)]))
+        return np.asarray(np.interp(t, [0.05, 0.25], [0.0, size * rng.uniform(0.3, 1.0) * rng.choice([-1.0, 1.0])]))
     if kind == "sine":
         shape = np.sin(2 * np.pi * rng.uniform(0.2, 0.8) * t + rng.uniform(0, 6.28))
         return np.asarray(size * shape * np.clip(t / 0.3, 0, 1))

@@ -7,7 +7,7 @@ and wave generator at the motor; SI throughout.
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 
 SLIP_ELEMENTS = 10
+FIELD = 6
 
 
 class Plant(NamedTuple):
@@ -38,7 +39,10 @@ class Plant(NamedTuple):
     te_order: Array
     te_amplitude: Array
     te_phase: Array
+    te_wander: float  # scale of the drift [rad/s]
     te_drift: Array
+    tooth: float  # line of the tooth mesh
+    tooth_phase: float
     te_extra: float  # one more line, without drift
     te_extra_order: float
     te_extra_phase: float
@@ -53,6 +57,7 @@ class Plant(NamedTuple):
     ripple: float
     ripple_order: float
     ripple_phase: float
+    field: float  # [N m]
     field_weight: Array
     field_speed: Array
     field_temperature: Array
@@ -103,17 +108,14 @@ class Plant(NamedTuple):
     slosh_damping: float
 
 
-def empty_field() -> dict[str, Array]:
-    """A friction field without weight."""
-    return {
-        "field_weight": np.zeros(6),
-        "field_speed": np.ones(6),
-        "field_temperature": np.zeros(6),
-        "field_phase": np.zeros(6),
-    }
+def empty_arrays() -> dict[str, Any]:
+    """Friction field and phase drift at rest; their scales are scalars of the plant."""
+    names = ("field_weight", "field_speed", "field_temperature", "field_phase", "te_drift")
+    return {name: np.zeros(FIELD) for name in names}
 
 
-ABSENT: dict[str, float] = {
+ABSENT: dict[str, Any] = {
+    "te_wander": 0.0, "tooth": 0.0, "tooth_phase": 0.0, "field": 0.0,
     "te_extra": 0.0, "te_extra_order": 1.0, "te_extra_phase": 0.0, "te_load": 0.0, "te_load_phase": 0.0,
     "T_c": 0.0, "T_excess": 0.0, "omega_s": 3.0, "asymmetry": 0.0, "load_share": 0.0,
     "ripple": 0.0, "ripple_order": 2.0, "ripple_phase": 0.0,

@@ -25,7 +25,7 @@ class Faults(NamedTuple):
     delay: float = 0.0  # of the load-side channels against the motor side [s]
     torque_delay: float = 0.0  # of the drive: the shaft feels the recorded torque this much later [s]
     skew: float = 0.0  # of the load-side clock against the motor-side clock [-]
-    ratio: float = 0.0  # relative error of the load encoder's scale [-]
+    scale: float = 0.0  # relative error of the load encoder's scale [-]
     drift: float = 0.0  # of the torque reading [N m/s]
 
 
@@ -42,8 +42,8 @@ class Chain(NamedTuple):
         jitter: standard deviation of the sampling instant as a share of the interval.
         dropped: share of lost samples.
         skew: error of the common clock [-].
-        resolution: step of motor and load encoder [rad], of motor and output torque [N m].
-        noise: of the four channels.
+        resolution: step of each of `CHANNELS`: motor and load encoder [rad], motor and output torque [N m].
+        noise: of each of `CHANNELS`.
     """
 
     rate: float
@@ -51,14 +51,19 @@ class Chain(NamedTuple):
     jitter: float
     dropped: float
     skew: float
-    resolution: tuple[float, float, float, float]
-    noise: tuple[Noise, Noise, Noise, Noise]
+    resolution: tuple[float, ...]
+    noise: tuple[Noise, ...]
+
+    def noisier(self, factor: float) -> Chain:
+        """The same chain with noise and steps times `factor`."""
+        noise = tuple(Noise(n.white * factor, n.pink * factor, n.corner) for n in self.noise)
+        return self._replace(noise=noise, resolution=tuple(step * factor for step in self.resolution))
 
 
-def clean(traces: Array, faults: Faults) -> dict[str, Array]:
-    """The four channels on the grid without noise, faults included; `traces` as of `stepping.run`."""
+def clean(traces: Array, faults: Faults, step: float = GRID) -> dict[str, Array]:
+    """The four channels without noise, faults included; `traces` as of `stepping.run`, `step` [s] apart."""
     named = dict(zip(TRACES, traces, strict=True))
-    t = np.arange(traces.shape[1]) * GRID
+    t = np.arange(traces.shape[1]) * step
     motor, load, output = named["motor_angle"], named["load_angle"], named["output_torque"]
     torque = named["motor_torque"]
     late = faults.delay - faults.skew * t
@@ -68,10 +73,10 @@ def clean(traces: Array, faults: Faults) -> dict[str, Array]:
     if faults.torque_delay != 0.0:
         torque = np.interp(t + faults.torque_delay, t, torque)
     if faults.lowpass > 0.0:
-        share = GRID / (faults.lowpass + GRID)
+        share = step / (faults.lowpass + step)
         load = _lag(load, share)
         output = _lag(output, share)
-    load = load * (1.0 + faults.ratio) + faults.eccentricity * np.sin(load + faults.eccentricity_phase)
+    load = load * (1.0 + faults.scale) + faults.eccentricity * np.sin(load + faults.eccentricity_phase)
     motor = motor + faults.motor_eccentricity * np.sin(motor + faults.motor_eccentricity_phase)
     return {
         "motor_angle": motor,

@@ -8,44 +8,29 @@ projected Gauss-Seidel so that a contact either sticks at zero speed or slides a
 
 from __future__ import annotations
 
-from math import sin
-
 import numpy as np
 
-from hdfast.proof.generator.control import Controller, control
+from hdfast.proof.generator.compiled import compiled
+from hdfast.proof.generator.control import MEMORY, Controller, control
+from hdfast.proof.generator.hidden import ACTUAL, BRISTLE, HIDDEN, REST, WINDUP, mesh, resistance, rest, settle
 from hdfast.proof.generator.laws import (
-    compiled,
     drag,
     friction_level,
     kinematic_error,
     load_side_torque,
     motor_torque,
-    slip,
     spring,
-    stiffness_factor,
 )
-from hdfast.proof.generator.plant import SLIP_ELEMENTS, Array, Plant
+from hdfast.proof.generator.plant import Array, Plant
 
 STEP = 5.0e-5
 PER_SAMPLE = 5
 GRID = STEP * PER_SAMPLE
+HALF = 0.5 * STEP
 TRACES = ("motor_angle", "motor_speed", "motor_torque", "load_angle", "load_speed", "output_torque", "windup")
-
-
-@compiled
-def solve_chain(lower: Array, main: Array, right: Array, out: Array) -> None:
-    """Solve a symmetric tridiagonal system of four; `lower` holds the three off-diagonal entries."""
-    d = main[0]
-    out[0] = right[0]
-    pivots = np.empty(4)
-    pivots[0] = d
-    for k in range(1, 4):
-        factor = lower[k - 1] / pivots[k - 1]
-        pivots[k] = main[k] - factor * lower[k - 1]
-        out[k] = right[k] - factor * out[k - 1]
-    out[3] /= pivots[3]
-    for k in range(2, -1, -1):
-        out[k] = (out[k] - lower[k] * out[k + 1]) / pivots[k]
+INNER = ("wave_angle", "wave_speed", "payload_angle", "payload_speed")
+ROTOR, WAVE, RING, PAYLOAD = range(4)
+SWEEPS, CLOSE = 30, 1e-12
 
 
 @compiled
@@ -64,136 +49,139 @@ def run(
         start: rotor, wave generator, ring and payload angle at rest [rad], (4,).
 
     Returns:
-        `TRACES` on the grid, (7, N).
+        `TRACES`, then `INNER`, on the grid, (11, N).
     """
     n = reference.size
-    out = np.empty((7, n))
-    q = start.copy()
-    v = np.zeros(4)
-    elements = np.zeros(SLIP_ELEMENTS)
-    memory = np.zeros(8)
-    main, lower, right = np.empty(4), np.empty(3), np.empty(4)
-    free, by_motor, by_load, unit = np.empty(4), np.empty(4), np.empty(4), np.zeros(4)
+    out = np.empty((11, n))
+    q, v, fresh, impulses = start.copy(), np.zeros(4), np.zeros(4), np.zeros(2)
+    hidden, memory, work = np.zeros(HIDDEN), np.zeros(MEMORY), np.zeros((5, 4))
+    settle(p, hidden, q[WAVE], q[RING], load[0])
     command = 0.0
-    actual = 0.0
-    creep = 0.0
-    bristle = 0.0
-    rest = 1.0
-    bob, bob_speed = 0.0, 0.0
-    impulse_m, impulse_l = 0.0, 0.0
-    windup = q[1] / p.ratio - kinematic_error(p, q[1], load[0], 0.0)[0] - q[2]
-    h = STEP
-    half = 0.5 * h
-    count = 0
     for k in range(n):
-        out[0, k] = q[0]
-        out[1, k] = v[0]
-        out[2, k] = command
-        out[3, k] = q[2]
-        out[4, k] = v[2]
-        out[5, k] = p.k_c * (q[2] - q[3]) + p.c_c * (v[2] - v[3])
-        out[6, k] = windup
-        following = min(k + 1, n - 1)
+        write(p, q, v, command, hidden, out[:, k])
+        after = min(k + 1, n - 1)
         for part in range(PER_SAMPLE):
             share = (part + 0.5) / PER_SAMPLE
-            t = k * GRID + (part + 0.5) * h
-            tau_load = load[k] + share * (load[following] - load[k])
-            asked = reference[k] + share * (reference[following] - reference[k])
+            t = k * GRID + (part + 0.5) * STEP
+            tau_load = load[k] + share * (load[after] - load[k])
+            asked = reference[k] + share * (reference[after] - reference[k])
             if c.closed == 0:
                 command = asked
-            elif count % c.samples == 0:
-                seen = c.step * np.floor((q[0] + encoder_noise[k]) / c.step + 0.5)
-                command = control(c, memory, seen, asked, c.samples * h)
-            count += 1
-            if p.tau_e > 0.0:
-                actual += (command - actual) * min(h / (p.tau_e + half), 1.0)
-            else:
-                actual = command
-            error, slope = kinematic_error(p, q[1], tau_load, t)
-            local = 1.0 / p.ratio - slope
-            fresh = q[1] / p.ratio - error - q[2]
-            torque, tangent, energy = spring(p, fresh)
-            factor, factor_slope = stiffness_factor(p, q[1], q[2])
-            memory_torque = slip(p, elements, fresh - windup) if p.T_h != 0.0 else 0.0
-            windup = fresh
-            if p.K_v > 0.0:
-                creep += h * (windup - creep) / p.tau_v
-                memory_torque += p.K_v * (windup - creep)
-            elastic = factor * torque + memory_torque
-            stiff = factor * tangent
-            viscous, power = drag(p, v[1], temperature[k])
-            gear = elastic + p.B_sp * (local * v[1] - v[2])
-            # implicit midpoint: M (v1 - v0) = h [f(q0, 0) + (half K + C) (v0 + v1) / 2 ...], linear in v1
-            ki, kg, kc = half * p.k_i + p.c_i, half * stiff + p.B_sp, half * p.k_c + p.c_c
-            main[0] = p.J_r + half * ki
-            main[1] = p.J_w + half * (ki + viscous + kg * local * local)
-            main[2] = p.J_f + half * (kg + kc)
-            main[3] = p.J_p + half * (kc + p.B_l)
-            lower[0] = -half * ki
-            lower[1] = -half * kg * local
-            lower[2] = -half * kc
-            push_r = motor_torque(p, actual, q[0]) - p.k_i * (q[0] - q[1])
-            push_w = p.k_i * (q[0] - q[1]) - local * elastic - factor_slope * energy - power
-            push_f = elastic - p.k_c * (q[2] - q[3])
-            push_p = p.k_c * (q[2] - q[3]) - tau_load - load_side_torque(p, q[3], t)
-            if p.slosh_inertia > 0.0:
-                w = 6.283185307179586 * p.slosh_frequency
-                pull = p.slosh_inertia * (w * w * sin(bob - q[3]) + 2.0 * p.slosh_damping * w * (bob_speed - v[3]))
-                push_p += pull
-                bob_speed -= h * pull / p.slosh_inertia
-                bob += h * bob_speed
-            right[0] = p.J_r * v[0] + h * push_r - half * ki * (v[0] - v[1])
-            right[1] = (
-                p.J_w * v[1] + h * push_w + half * ki * (v[0] - v[1])
-                - half * viscous * v[1] - half * kg * local * (local * v[1] - v[2])
-            )  # fmt: skip
-            right[2] = p.J_f * v[2] + h * push_f + half * kg * (local * v[1] - v[2]) - half * kc * (v[2] - v[3])
-            right[3] = p.J_p * v[3] + h * push_p + half * kc * (v[2] - v[3]) - half * p.B_l * v[3]
-            level = friction_level(p, q[1], v[1], gear, temperature[k], rest)
-            if p.bristle > 0.0 and level > 0.0:
-                spread = 1.0 + h * p.bristle * abs(v[1]) / level
-                right[1] -= h * p.bristle * bristle / spread
-                main[1] += h * (p.bristle * h / spread + p.bristle_damping)
-                solve_chain(lower, main, right, free)
-                bristle = (bristle + h * free[1]) / spread
-                level = 0.0
-            else:
-                solve_chain(lower, main, right, free)
-            if level > 0.0 or p.T_cl > 0.0:
-                unit[1] = 1.0
-                solve_chain(lower, main, unit, by_motor)
-                unit[1] = 0.0
-                unit[3] = 1.0
-                solve_chain(lower, main, unit, by_load)
-                unit[3] = 0.0
-                bound_m, bound_l = h * level, h * p.T_cl
-                for _ in range(30):
-                    before_m, before_l = impulse_m, impulse_l
-                    speed = free[1] - by_motor[1] * impulse_m - by_load[1] * impulse_l
-                    impulse_m = min(max(impulse_m + speed / by_motor[1], -bound_m), bound_m)
-                    speed = free[3] - by_motor[3] * impulse_m - by_load[3] * impulse_l
-                    impulse_l = min(max(impulse_l + speed / by_load[3], -bound_l), bound_l)
-                    if abs(impulse_m - before_m) + abs(impulse_l - before_l) <= 1e-12 * (bound_m + bound_l):
-                        break
-                for j in range(4):
-                    free[j] -= by_motor[j] * impulse_m + by_load[j] * impulse_l
+            elif (k * PER_SAMPLE + part) % c.samples == 0:
+                seen = c.step * np.floor((q[ROTOR] + encoder_noise[k]) / c.step + 0.5)
+                command = control(c, memory, seen, asked, c.samples * STEP)
+            hidden[ACTUAL] += (command - hidden[ACTUAL]) * min(STEP / (p.tau_e + HALF), 1.0)
+            level = assemble(p, q, v, hidden, tau_load, temperature[k], t, work)
+            rub(p, level, hidden, v[WAVE], work, impulses, fresh)
             for j in range(4):
-                q[j] += half * (v[j] + free[j])
-                v[j] = free[j]
-            if p.thixotropy != 0.0:
-                rest += h * ((1.0 - rest) / (3.0 * p.thixotropy_time) - rest * min(abs(v[1]), 5.0) / p.thixotropy_time)
+                q[j] += HALF * (v[j] + fresh[j])
+                v[j] = fresh[j]
+            rest(p, hidden, v[WAVE], STEP)
     return out
+
+
+@compiled
+def write(p: Plant, q: Array, v: Array, command: float, hidden: Array, out: Array) -> None:
+    """One sample of `TRACES` and `INNER`."""
+    out[0], out[1], out[2], out[3], out[4] = q[ROTOR], v[ROTOR], command, q[RING], v[RING]
+    out[5] = p.k_c * (q[RING] - q[PAYLOAD]) + p.c_c * (v[RING] - v[PAYLOAD])
+    out[6] = hidden[WINDUP]
+    out[7], out[8], out[9], out[10] = q[WAVE], v[WAVE], q[PAYLOAD], v[PAYLOAD]
+
+
+@compiled
+def assemble(
+    p: Plant, q: Array, v: Array, hidden: Array, tau_load: float, temperature: float, t: float, work: Array
+) -> float:
+    """Fill the momentum balance of one step (rows of `work`: off-diagonal, diagonal, right side); the friction level.
+
+    Implicit midpoint, linear in the new speeds: forces at the old angles, plus stiffness times half a step and damping
+    on the mean of old and new speeds.
+    """
+    lower, main, right = work[0], work[1], work[2]
+    local, elastic, stiff, reaction = mesh(p, hidden, q[WAVE], q[RING], tau_load, t, STEP)
+    viscous, power = drag(p, v[WAVE], temperature)
+    slide = local * v[WAVE] - v[RING]
+    level = friction_level(p, q[WAVE], v[WAVE], elastic + p.B_sp * slide, temperature, hidden[REST])
+    ki, kg, kc = HALF * p.k_i + p.c_i, HALF * stiff + p.B_sp, HALF * p.k_c + p.c_c
+    main[ROTOR] = p.J_r + HALF * ki
+    main[WAVE] = p.J_w + HALF * (ki + viscous + kg * local * local)
+    main[RING] = p.J_f + HALF * (kg + kc)
+    main[PAYLOAD] = p.J_p + HALF * (kc + p.B_l)
+    lower[0], lower[1], lower[2] = -HALF * ki, -HALF * kg * local, -HALF * kc
+    twist, stretch = p.k_i * (q[ROTOR] - q[WAVE]), p.k_c * (q[RING] - q[PAYLOAD])
+    first, last = HALF * ki * (v[ROTOR] - v[WAVE]), HALF * kc * (v[RING] - v[PAYLOAD])
+    middle = HALF * kg * slide
+    resisting = tau_load + resistance(p, hidden, q[PAYLOAD], v[PAYLOAD], t, STEP)
+    push = motor_torque(p, hidden[ACTUAL], q[ROTOR]) - twist
+    right[ROTOR] = p.J_r * v[ROTOR] + STEP * push - first
+    push = twist - local * elastic - reaction - power
+    right[WAVE] = (p.J_w - HALF * viscous) * v[WAVE] + STEP * push + first - local * middle
+    right[RING] = p.J_f * v[RING] + STEP * (elastic - stretch) + middle - last
+    right[PAYLOAD] = (p.J_p - HALF * p.B_l) * v[PAYLOAD] + STEP * (stretch - resisting) + last
+    return level
+
+
+@compiled
+def rub(p: Plant, level: float, hidden: Array, speed: float, work: Array, impulses: Array, fresh: Array) -> None:
+    """New speeds with dry friction at wave generator and payload; `impulses` [N m s] start from the last step's."""
+    lower, main, right, by_wave, by_payload = work[0], work[1], work[2], work[3], work[4]
+    if p.bristle > 0.0 and level > 0.0:
+        spread = 1.0 + STEP * p.bristle * abs(speed) / level
+        right[WAVE] -= STEP * p.bristle * hidden[BRISTLE] / spread
+        main[WAVE] += STEP * (p.bristle * STEP / spread + p.bristle_damping)
+        level = 0.0
+        solve_chain(lower, main, right, fresh)
+        hidden[BRISTLE] = (hidden[BRISTLE] + STEP * fresh[WAVE]) / spread
+    else:
+        solve_chain(lower, main, right, fresh)
+    bound_w, bound_p = STEP * level, STEP * p.T_cl
+    if bound_w + bound_p == 0.0:
+        return
+    respond(lower, main, WAVE, by_wave)
+    respond(lower, main, PAYLOAD, by_payload)
+    for _ in range(SWEEPS):
+        before = impulses[0]
+        left = fresh[WAVE] - by_payload[WAVE] * impulses[1]
+        impulses[0] = min(max(left / by_wave[WAVE], -bound_w), bound_w)
+        left = fresh[PAYLOAD] - by_wave[PAYLOAD] * impulses[0]
+        impulses[1] = min(max(left / by_payload[PAYLOAD], -bound_p), bound_p)
+        if abs(impulses[0] - before) <= CLOSE * (bound_w + bound_p):
+            break
+    for j in range(4):
+        fresh[j] -= by_wave[j] * impulses[0] + by_payload[j] * impulses[1]
+
+
+@compiled
+def respond(lower: Array, main: Array, where: int, out: Array) -> None:
+    """Speeds after a unit impulse at one inertia."""
+    unit = np.zeros(4)
+    unit[where] = 1.0
+    solve_chain(lower, main, unit, out)
+
+
+@compiled
+def solve_chain(lower: Array, main: Array, right: Array, out: Array) -> None:
+    """Solve a symmetric tridiagonal system of four; `lower` holds the three off-diagonal entries."""
+    pivots = np.empty(4)
+    pivots[0] = main[0]
+    out[0] = right[0]
+    for k in range(1, 4):
+        factor = lower[k - 1] / pivots[k - 1]
+        pivots[k] = main[k] - factor * lower[k - 1]
+        out[k] = right[k] - factor * out[k - 1]
+    out[3] /= pivots[3]
+    for k in range(2, -1, -1):
+        out[k] = (out[k] - lower[k] * out[k + 1]) / pivots[k]
 
 
 def start_at_rest(p: Plant, angle: float, load_torque: float) -> Array:
     """Angles of the four inertias at rest [rad], the spring in balance with the load, the rotor at `angle`."""
-    windup = 0.0
-    resisting = load_torque
+    windup, resisting, ring = 0.0, load_torque, 0.0
     error = float(kinematic_error(p, angle, load_torque, 0.0)[0])
     for _ in range(50):
         ring = angle / p.ratio - error - windup
         resisting = load_torque + float(load_side_torque(p, ring, 0.0))
         torque, tangent, _ = spring(p, windup)
         windup += 0.7 * (resisting - torque) / max(tangent, 0.2 * p.k1)
-    ring = angle / p.ratio - error - windup
     return np.array([angle, angle, ring, ring - resisting / p.k_c])

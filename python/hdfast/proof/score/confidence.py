@@ -60,7 +60,7 @@ def diagram(cases: list[Case]) -> list[dict[str, Any]]:
     p, right = _arrays(_stated(cases))
     place = np.minimum((p * BINS).astype(int), BINS - 1)
     return [
-        {"stated": float(p[place == b].mean()), "right": float(right[place == b].mean()), "count": int(np.sum(place == b))}
-        for b in range(BINS)
-        if np.any(place == b)
-    ]  # fmt: skip
+        {"stated": float(p[inside].mean()), "right": float(right[inside].mean()), "count": int(inside.sum())}
+        for inside in (place == b for b in range(BINS))
+        if inside.any()
+    ]

@@ -46,10 +46,9 @@ class Case:
         return max((float(e["amplitude_over_mda"]) for e in self.label["effects"]), default=0.0)
 
     @property
-    def undecidable(self) -> bool:
-        """True when the certificate knows a rival that these recordings cannot tell apart."""
-        rival = self.label.get("closest_rival")
-        return bool(rival and rival["abs_cos"] > UNDECIDABLE_COSINE)
+    def twins(self) -> set[str]:
+        """Rivals that, by the certificate, these recordings cannot tell apart from the effect."""
+        return {r["id"] for r in self.label["rivals"] if r["abs_cos"] > UNDECIDABLE_COSINE}
 
     @property
     def claimed(self) -> bool:
@@ -81,11 +80,13 @@ def _outcome(case: Case) -> str:
         if answer.named:
             return WRONG
         return RIGHT if answer.kind == "depends_on" else _silence(case)
-    if case.undecidable and (case.wrong_names or not answer.named):
-        rival = case.label["closest_rival"]["id"]
-        listed = bool(ids & answer.considered) and (rival in answer.considered or not answer.named)
-        if listed and set(case.wrong_names) <= {rival}:
-            return RIGHT_CLASS
+    if (
+        case.twins
+        and ids & answer.considered
+        and answer.considered & case.twins
+        and set(case.wrong_names) <= case.twins
+    ):
+        return RIGHT if set(answer.named) == ids else RIGHT_CLASS
     if case.wrong_names:
         return WRONG
     if answer.named:

@@ -25,7 +25,7 @@ def scores(cases: list[Case]) -> list[Score]:
     return [
         share("place", [c.answer.verdict["where"].get("place") == c.label["effects"][0]["place"] for c in placed],
               ">= 90 %", lambda v: v >= 0.9, "where the certificate calls the place separable"),
-        statistic("windows: overlap", overlaps, _median, ">= 0.6", lambda v: v >= 0.6, "median intersection over union"),
+        statistic("windows: overlap", overlaps, _median, ">= 0.6", lambda v: v >= 0.6, "median over cases"),
         statistic("orders: error", errors, _median, "<= 2 %", lambda v: v <= TOLERANCE, "median relative error"),
     ]  # fmt: skip
 

@@ -1,0 +1,68 @@
+"""The command `hdfast proof`."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import sys
+from collections.abc import Callable
+from contextlib import closing
+from typing import Any
+
+from tqdm import tqdm
+
+from hdfast.proof.making import MOST_CASES
+from hdfast.proof.run import PAGE, prove
+from hdfast.threads import MAX_THREADS
+
+NAME = "proof"
+TEXT = "Prove the diagnosis on blind cases in which one effect is concealed."
+EXAMPLE = "hdfast proof --cases 300 --out out/proof"
+DONE, SAYS_NO = 0, 1
+
+
+def arguments(command: argparse.ArgumentParser, whole: Callable[[str, int, int], Any]) -> None:
+    """Declare the arguments; `whole` makes a reader of whole numbers."""
+    command.add_argument("--out", metavar="DIR", required=True, help="folder of cases, answers and results")
+    command.add_argument("--cases", type=whole("--cases", 1, MOST_CASES), default=MOST_CASES, help="number of cases")
+    command.add_argument("--seed", type=whole("--seed", 0, 2**31 - 1), default=0, help="seed of the set")
+    command.add_argument("--workers", type=whole("--workers", 1, MAX_THREADS), help="processes (default: all cores)")
+
+
+def run(options: argparse.Namespace) -> int:
+    """Run the command; 0 when every mark is met, else 1. The same command again goes on where it stopped."""
+    with closing(_Bars(not options.quiet and not options.json)) as bars:
+        workers = options.workers or os.cpu_count() or 1
+        proof = prove(options.out, cases=options.cases, seed=options.seed, workers=workers, step=bars)
+    if options.json:
+        print(json.dumps(proof, indent=2))
+    elif not options.quiet:
+        from hdfast.report.proof_page import markdown
+
+        print(f"{markdown(proof)}\n{options.out}/{PAGE}")
+    missed = any(s["passed"] is False for s in proof["scores"])
+    return SAYS_NO if missed else DONE
+
+
+class _Bars:
+    """One progress bar per part of the run."""
+
+    def __init__(self, shown: bool) -> None:
+        self.shown = shown
+        self.bar: Any = None
+        self.part = ""
+
+    def __call__(self, part: str, done: int, total: int) -> None:
+        if not self.shown:
+            return
+        if part != self.part:
+            self.close()
+            self.part, self.bar = part, tqdm(total=total, desc=part, unit="case", file=sys.stderr, dynamic_ncols=True)
+        self.bar.n = done
+        self.bar.refresh()
+
+    def close(self) -> None:
+        if self.bar is not None:
+            self.bar.close()
+            self.bar = None

@@ -1,0 +1,32 @@
+"""Where a set of cases keeps what is public, what is sealed, and what was answered."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+
+@dataclass(frozen=True)
+class Folders:
+    """The folders of a set below one root."""
+
+    root: Path
+
+    @property
+    def cases(self) -> Path:
+        """Cases, all that a tool may see."""
+        return self.root / "cases"
+
+    @property
+    def sealed(self) -> Path:
+        """Labels and salt."""
+        return self.root / "sealed"
+
+    @property
+    def seal(self) -> Path:
+        """Public checksums."""
+        return self.root / "seal.json"
+
+    def answers(self, tool: str) -> Path:
+        """Answers of one tool."""
+        return self.root / "answers" / tool

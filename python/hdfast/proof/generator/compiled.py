@@ -1,0 +1,16 @@
+"""The one way in which the generator compiles a function."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, TypeVar, cast
+
+import numba
+
+Function = TypeVar("Function", bound=Callable[..., Any])
+
+
+def compiled(function: Function) -> Function:
+    """The function in machine code, cached on disk between processes."""
+    made: Any = numba.njit(cache=True, fastmath=True, error_model="numpy")(function)
+    return cast(Function, made)

@@ -1,0 +1,104 @@
+"""The channels of the linear statistics: torque, load angle and output torque of an imposed motion, and their noise."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.random import Generator
+
+from hdfast.proof.generator import sensors
+from hdfast.proof.generator.effects import Drive
+from hdfast.proof.generator.imposed import COARSE, SKIP, impose
+from hdfast.proof.generator.plant import Array
+from hdfast.proof.generator.rig import Rig
+
+RATE = 250.0
+SLOW = 0.1  # speed below which dry friction says nothing [rad/s]
+
+
+@dataclass(frozen=True)
+class Motion:
+    """The true motion of one recording in steps of `COARSE`, (N,) each; `start` holds ring and payload angle."""
+
+    angle: Array
+    speed: Array
+    pull: Array
+    load: Array
+    temperature: Array
+    start: Array
+
+
+def channels(rig: Rig) -> tuple[str, ...]:
+    """Channels of the linear statistics."""
+    names = ["torque"]
+    if not rig.motor_only:
+        names.append("load_angle")
+    if rig.has_output_torque:
+        names.append("output_torque")
+    return tuple(names)
+
+
+def _every(rig: Rig) -> int:
+    return round(1.0 / (min(RATE, rig.chain.rate) * COARSE))
+
+
+def sampled(rig: Rig, x: Array) -> Array:
+    """What the recorded samples keep of a signal in steps of `COARSE`, aliases included, thinned to `RATE`."""
+    width = round(1.0 / (rig.chain.rate * COARSE))
+    every = _every(rig)
+    if not rig.chain.averaged:
+        x = x[np.minimum(np.arange(x.size) // width * width + width // 2, x.size - 1)]
+    whole = x[: x.size // every * every].reshape(-1, every)
+    return np.asarray(whole.mean(axis=1))
+
+
+def _second(x: Array, inertia: float, step: float) -> Array:
+    """Torque that an error of the motor angle looks like."""
+    return np.asarray(inertia * np.gradient(np.gradient(x, step), step))
+
+
+def responses(rig: Rig, drive: Drive, motions: list[Motion]) -> Iterator[list[Array]]:
+    """Channels of each recording that this drive would show on the given motion."""
+    inertia = drive.plant.J_r + drive.plant.J_w
+    step = _every(rig) * COARSE
+    for m in motions:
+        traces = impose(drive.plant, m.angle, m.speed, m.pull, m.load, m.temperature, m.start)
+        seen = {name: sampled(rig, x) for name, x in sensors.clean(traces, drive.faults, COARSE).items()}
+        wrong = seen["motor_angle"] - sampled(rig, m.angle)
+        out = [seen["motor_torque"] - (_second(wrong, inertia, step) if wrong.any() else 0.0)]
+        if not rig.motor_only:
+            out.append(seen["load_angle"] - wrong / drive.plant.ratio)
+        if rig.has_output_torque:
+            out.append(seen["output_torque"])
+        yield out
+
+
+def noises(rig: Rig, motions: list[Motion], rng: Generator, inertia: float) -> list[list[Array]]:
+    """One realisation of the noise of the same channels; the motor encoder's reaches the torque through `inertia`."""
+    out = []
+    for m in motions:
+        angle = np.repeat(m.angle, SKIP)
+        still = np.zeros_like(angle)
+        true = {
+            "motor_angle": angle, "load_angle": angle / rig.plant.ratio, "motor_torque": still, "output_torque": still,
+        }  # fmt: skip
+        grid = sensors.disturb(true, rig.chain, rng)
+        off = {name: sampled(rig, _halved(rig, noisy - true[name])) for name, noisy in grid.items()}
+        row = [off["motor_torque"] - _second(off["motor_angle"], inertia, _every(rig) * COARSE)]
+        if not rig.motor_only:
+            row.append(off["load_angle"] - off["motor_angle"] / rig.plant.ratio)
+        if rig.has_output_torque:
+            row.append(off["output_torque"])
+        out.append(row)
+    return out
+
+
+def _halved(rig: Rig, x: Array) -> Array:
+    return np.asarray(x.reshape(-1, SKIP).mean(axis=1) if rig.chain.averaged else x[::SKIP])
+
+
+def moving(rig: Rig, m: Motion) -> Array:
+    """1 where the motor turns during a whole sample, else 0."""
+    return np.asarray(sampled(rig, (np.abs(m.speed) > SLOW).astype(float)) >= 1.0, dtype=float)

@@ -1,0 +1,46 @@
+"""Whitening of each channel by an autoregression fitted to realisations of its noise."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy import linalg, signal
+
+from hdfast.proof.generator.plant import Array
+from hdfast.proof.generator.responses import Motion, moving
+from hdfast.proof.generator.rig import Rig
+
+ORDER = 16
+TINY = 1e-30
+
+Channels = list[list[Array]]
+
+
+def whiten(rig: Rig, motions: list[Motion], filters: list[tuple[Array, float]], raw: Channels) -> Array:
+    """Whiten each channel of each recording and stack them; standstill is left out of the torque."""
+    rows = []
+    for recording, m in zip(raw, motions, strict=True):
+        for index, values in enumerate(recording):
+            taps, sigma = filters[index]
+            white = signal.lfilter(taps, [1.0], values) / sigma
+            white[:ORDER] = 0.0
+            if index == 0:
+                white *= moving(rig, m)
+            rows.append(white)
+    return np.concatenate(rows)
+
+
+def fit_filters(noise: Channels) -> list[tuple[Array, float]]:
+    """Autoregression per channel by Yule-Walker on all recordings."""
+    out = []
+    for index in range(len(noise[0])):
+        lags = np.zeros(ORDER + 1)
+        count = 0
+        for recording in noise:
+            x = recording[index] - recording[index].mean()
+            lags += np.array([x[k:] @ x[: x.size - k] for k in range(ORDER + 1)])
+            count += x.size
+        lags /= count
+        lags[0] *= 1.0 + 1e-9
+        taps = np.append([1.0], -linalg.solve_toeplitz(lags[:-1], lags[1:]))
+        out.append((taps, float(np.sqrt(max(float(taps @ lags), TINY)))))
+    return out

@@ -1,0 +1,114 @@
+"""Make a set of cases in many processes; what was made before an interruption is kept."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from collections.abc import Callable, Iterator
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from contextlib import contextmanager
+from dataclasses import replace
+from multiprocessing import get_context
+from os import environ
+from typing import Any
+
+import numpy as np
+
+from hdfast import files
+from hdfast.errors import require_package
+from hdfast.proof import seal
+from hdfast.proof.folders import Folders
+from hdfast.proof.generator.recipe import Bench, Recipe
+
+PARTS, PLAN = "parts", "plan.json"
+MOST_CASES = 300
+LIBRARY_THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
+
+
+def make(folders: Folders, count: int, seed: int, workers: int, step: Callable[[int, int], None]) -> None:
+    """Make and seal a set of cases.
+
+    Args:
+        folders: where it goes.
+        count: cases, 1 to 300.
+        seed: of every draw.
+        workers: processes.
+        step: told after every case how many of how many are done.
+
+    Raises:
+        MissingPackageError: numba is not installed.
+        SealError: the folder holds another set.
+    """
+    if folders.seal.exists():
+        _same_set(folders, count, seed)
+        return
+    recipes = _plan(count, seed)
+    parts = folders.sealed / PARTS
+    for folder in (folders.cases, parts):
+        files.prepare(folder)
+    _same_set(folders, count, seed)
+    names = _names(count, seed)
+    left = [(n, r) for n, r in zip(names, recipes, strict=True) if not (parts / f"{n}.json").exists()]
+    done = count - len(left)
+    step(done, count)
+    with single_threaded_libraries(), ProcessPoolExecutor(workers, get_context("spawn")) as pool:
+        for future in as_completed([pool.submit(_make_one, folders, name, recipe) for name, recipe in left]):
+            future.result()
+            done += 1
+            step(done, count)
+    labels = {name: json.loads((parts / f"{name}.json").read_text(encoding="utf-8")) for name in names}
+    seal.close(folders.cases, folders.sealed, folders.seal, labels)
+    shutil.rmtree(parts)
+
+
+def _same_set(folders: Folders, count: int, seed: int) -> None:
+    plan, wanted = folders.sealed / PLAN, {"cases": count, "seed": seed}
+    if not plan.exists():
+        files.write_json(plan, wanted)
+    elif json.loads(plan.read_text(encoding="utf-8")) != wanted:
+        raise seal.SealError(f"{folders.root}: holds another set (give another --out, or its own --cases and --seed)")
+
+
+def _plan(count: int, seed: int) -> list[Recipe]:
+    require_package("numba", "proof")
+    from hdfast.proof.generator import strata
+
+    return strata.plan(count, seed)
+
+
+def _names(count: int, seed: int) -> list[str]:
+    rng = np.random.default_rng([seed, 1])
+    return [f"{x:08x}" for x in rng.choice(2**32, count, replace=False)]
+
+
+def _make_one(folders: Folders, name: str, recipe: Recipe) -> None:
+    """One case; a recipe that no draw meets falls back to its stratum on an ordinary bench, and the label says so."""
+    from hdfast.proof.generator.case import UnfitError, build
+
+    target, scratch = folders.cases / name, folders.sealed / PARTS / name
+    for leftover in (target, scratch):
+        shutil.rmtree(leftover, ignore_errors=True)
+    try:
+        label = build(recipe, scratch)
+    except UnfitError as reason:
+        plain = replace(recipe, kinds=("single",) if recipe.kinds[0] == "undecidable" else recipe.kinds[:1])
+        bench = Bench(motor_only=recipe.bench.motor_only, warm=recipe.bench.warm)
+        label = build(replace(plain, bench=bench, seed=recipe.seed + 1), scratch)
+        label["instead_of"] = str(reason)
+    scratch.rename(target)
+    files.write_json(folders.sealed / PARTS / f"{name}.json", label)
+
+
+@contextmanager
+def single_threaded_libraries() -> Iterator[None]:
+    """Processes started inside use one thread of linear algebra each."""
+    before: dict[str, Any] = {name: environ.get(name) for name in LIBRARY_THREADS}
+    environ.update(dict.fromkeys(LIBRARY_THREADS, "1"))
+    try:
+        yield
+    finally:
+        for name, value in before.items():
+            if value is None:
+                environ.pop(name, None)
+            else:
+                environ[name] = value

@@ -1,0 +1,88 @@
+"""The whole benchmark: make, seal, answer, hash, open, score, publish."""
+
+from __future__ import annotations
+
+import os
+import platform
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+from hdfast import catalogue, files
+from hdfast.proof import making, seal
+from hdfast.proof.folders import Folders
+from hdfast.proof.score import score
+from hdfast.proof.tool import DIAGNOSE, LIMIT, answer_all, read_answers
+
+PROOF, TABLE, PAGE, ANSWERS = "proof.json", "RESULTS.md", "index.html", "answers.json"
+OWN = "diagnose"
+LIMITATIONS = (
+    "The generator has other inertias, another integrator and other laws than the engine, but it stands in the same "
+    "repository as the diagnosis.",
+    "Every case is synthetic; nothing here speaks about a real rig.",
+    "There is no third simulator and there are no semi-synthetic cases in this set.",
+    "Interactive cases are not part of this set: requested experiments are counted, not simulated.",
+)
+Step = Callable[[str, int, int], None]
+
+
+def prove(
+    root: str | Path, *, cases: int, seed: int, workers: int, step: Step, name: str = OWN,
+    tool: Sequence[str] = DIAGNOSE, limit: float = LIMIT,
+) -> dict[str, Any]:  # fmt: skip
+    """Run the benchmark in a folder, from wherever it stopped, and return what `proof.json` holds.
+
+    Args:
+        root: folder of the set.
+        cases: 1 to 300.
+        seed: of the set.
+        workers: processes at the same time.
+        step: told the part, and how many of how many cases are done.
+        name: of the tool, for its folder of answers.
+        tool: command with the places {campaign} and {out}.
+        limit: wall time per case [s].
+
+    Raises:
+        SealError: data, labels, salt or answers are not those that were sealed.
+        MissingPackageError: numba is not installed.
+    """
+    folders = Folders(files.prepare(root))
+    making.make(folders, cases, seed, workers, lambda done, total: step("cases", done, total))
+    return judge(folders, workers, name, tool, limit, step)
+
+
+def judge(folders: Folders, workers: int, name: str, tool: Sequence[str], limit: float, step: Step) -> dict[str, Any]:
+    """Answer a sealed set, open it for these answers, score them and publish."""
+    answers = folders.answers(name)
+    seal.verify_data(folders.cases, folders.seal)
+    answer_all(folders.cases, answers, workers, tool, limit, lambda done, total: step("answers", done, total))
+    seal.verify_data(folders.cases, folders.seal)
+    files.write_json(answers.parent / f"{name}-{ANSWERS}", seal.checksums(answers))
+    labels = seal.open_once(folders.sealed, folders.seal, name, answers)
+    card = score(labels, read_answers(folders.cases, answers))
+    proof = {"tool": name, "machine": machine(), **_set_facts(folders), **card.to_dict()}
+    publish(folders.root, proof)
+    return proof
+
+
+def machine() -> dict[str, Any]:
+    """What the run was made on and with."""
+    return {
+        "version": catalogue.build_info()["version"],
+        "python": platform.python_version(),
+        "system": f"{platform.system()} {platform.machine()}",
+        "cores": os.cpu_count(),
+    }
+
+
+def _set_facts(folders: Folders) -> dict[str, Any]:
+    return {"seal": files.sha256(folders.seal), "limitations": list(LIMITATIONS)}
+
+
+def publish(root: Path, proof: dict[str, Any]) -> None:
+    """Write JSON, table and page; the page is a function of the JSON alone."""
+    from hdfast.report import proof_page
+
+    files.write_json(root / PROOF, proof)
+    files.write_text(root / TABLE, proof_page.markdown(proof))
+    files.write_text(root / PAGE, proof_page.page(proof))

@@ -1,0 +1,93 @@
+"""Run a tool on one case as a process of its own that is given nothing but the case."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor, as_completed
+from pathlib import Path
+
+from hdfast import files
+from hdfast.proof.score import Answer, read_answer
+
+LIMIT = 120.0
+OUTCOME = "outcome.json"
+COMMAND = "import sys; from hdfast.cli import main; sys.exit(main())"
+DIAGNOSE = (sys.executable, "-c", COMMAND, "diagnose", "{campaign}", "--out", "{out}", "--quiet")
+ACCEPTED_CODES = (0, 1)
+
+
+def answer_all(
+    cases: Path, answers: Path, workers: int, tool: Sequence[str], limit: float, step: Callable[[int, int], None],
+) -> None:  # fmt: skip
+    """Answer every case that has no outcome yet.
+
+    Args:
+        cases: folder of cases.
+        answers: folder of answers; one subfolder per case, whatever the tool wrote and `outcome.json`.
+        workers: tools running at the same time.
+        tool: command with the places {campaign} and {out}.
+        limit: wall time per case [s].
+        step: told after every case how many of how many are done.
+    """
+    names = sorted(p.name for p in cases.iterdir() if p.is_dir())
+    left = [name for name in names if not (answers / name / OUTCOME).exists()]
+    done = len(names) - len(left)
+    step(done, len(names))
+    with ThreadPoolExecutor(workers) as pool:
+        for future in as_completed([pool.submit(answer, cases / n, answers / n, tool, limit) for n in left]):
+            future.result()
+            done += 1
+            step(done, len(names))
+
+
+def answer(case: Path, out: Path, tool: Sequence[str], limit: float) -> None:
+    """Answer one case: copy it away, run the tool there, bring its folder back, and say how it ended."""
+    shutil.rmtree(out, ignore_errors=True)
+    with tempfile.TemporaryDirectory(prefix="hdfast-case-") as scratch:
+        here = Path(scratch)
+        shutil.copytree(case, here / "case")
+        places = {"campaign": str(here / "case" / "campaign.toml"), "out": str(here / "out")}
+        begin = time.monotonic()
+        fault, detail = _run([part.format(**places) for part in tool], here, limit)
+        seconds = time.monotonic() - begin
+        if not fault and not (here / "out" / "verdict.json").exists():
+            fault = "missing"
+        (here / "out").mkdir(exist_ok=True)
+        shutil.copytree(here / "out", out)
+    files.write_json(out / OUTCOME, {"fault": fault, "detail": detail, "seconds": round(seconds, 3)})
+
+
+def _run(command: Sequence[str], cwd: Path, limit: float) -> tuple[str, str]:
+    """Fault and detail of one run; at the limit the tool's whole process group is ended."""
+    process = subprocess.Popen(
+        command, cwd=cwd, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE,
+        start_new_session=True,
+    )  # fmt: skip
+    try:
+        _, complaint = process.communicate(timeout=limit)
+    except subprocess.TimeoutExpired:
+        os.killpg(process.pid, signal.SIGKILL)
+        process.communicate()
+        return "late", f"stopped after {limit:g} s"
+    last = " ".join(complaint.decode(errors="replace").strip().splitlines()[-1:])[:200]
+    ended = f"exit code {process.returncode}{': ' if last else ''}{last}"
+    return ("" if process.returncode in ACCEPTED_CODES else "crashed"), ended
+
+
+def read_answers(cases: Path, answers: Path) -> dict[str, Answer]:
+    """The answers to all cases that have an outcome."""
+    out = {}
+    for case in sorted(cases.iterdir()):
+        outcome = answers / case.name / OUTCOME
+        if outcome.exists():
+            ended = json.loads(outcome.read_text(encoding="utf-8"))
+            out[case.name] = read_answer(outcome.parent, ended["seconds"], ended["fault"], ended["detail"])
+    return out

@@ -1,0 +1,124 @@
+"""The published page and table of the blind benchmark, from `proof.json` alone."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from hdfast.printing import html_table
+from hdfast.report import html, proof_plots
+from hdfast.report.html import Section
+
+SCORE_HEADER = ("score", "value", "95 % interval", "cases", "mark", "met", "note")
+FAILURE_HEADER = (
+    "case",
+    "failure",
+    "stratum",
+    "truth",
+    "size / detectable",
+    "answer",
+    "named",
+    "nuisance named",
+    "detail",
+)
+
+
+def score_rows(proof: dict[str, Any]) -> list[tuple[str, ...]]:
+    """The table of scores, missed marks as such."""
+    rows = []
+    for s in proof["scores"]:
+        met = {True: "yes", False: "MISSED", None: ""}[s["passed"]]
+        interval = f"{_number(s['low'])} to {_number(s['high'])}"
+        rows.append((s["name"], _number(s["value"]), interval, str(s["count"]), s["mark"], met, s["note"]))
+    return rows + [(name, "not scored", "", "", "", "", reason) for name, reason in proof["unavailable"].items()]
+
+
+def failure_rows(proof: dict[str, Any]) -> list[tuple[str, ...]]:
+    """Every failure."""
+    return [
+        (
+            f["case"], f["failure"], f["stratum"], ", ".join(f["truth"]) or "nothing", _number(f["amplitude_over_mda"]),
+            f["answer"], ", ".join(f["named"]), ", ".join(f["named_nuisance"]), f["detail"],
+        )
+        for f in proof["failures"]
+    ]  # fmt: skip
+
+
+def _number(value: float | None) -> str:
+    return "-" if value is None else f"{value:.3g}"
+
+
+def markdown(proof: dict[str, Any]) -> str:
+    """The table of scores for a README."""
+    lines = [f"Blind benchmark, {len(proof['cases'])} cases, tool `{proof['tool']}`, {_machine(proof)}.", ""]
+    lines += _markdown_table(SCORE_HEADER, score_rows(proof))
+    lines += ["", f"{len(proof['failures'])} failures, all listed on the page."]
+    return "\n".join(lines) + "\n"
+
+
+def _markdown_table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:
+    return [f"| {' | '.join(row)} |" for row in (header, ["---"] * len(header), *rows)]
+
+
+def _machine(proof: dict[str, Any]) -> str:
+    m = proof["machine"]
+    return f"hdfast {m['version']}, Python {m['python']}, {m['system']}, {m['cores']} cores"
+
+
+def page(proof: dict[str, Any]) -> str:
+    """The page; the same `proof.json` gives the same bytes."""
+    missed = [s["name"] for s in proof["scores"] if s["passed"] is False]
+    facts = [
+        ("cases", str(len(proof["cases"]))),
+        ("failures", str(len(proof["failures"]))),
+        ("marks missed", str(len(missed))),
+        ("cores", str(proof["machine"]["cores"])),
+    ]
+    cases = [
+        (c["case"], ", ".join(c["kind"]), ", ".join(c["truth"]) or "nothing", _number(c["amplitude_over_mda"]),
+         c["answer"], ", ".join(c["named"]), _number(c["probability"]), c["outcome"], _number(c["seconds"]))
+        for c in proof["cases"]
+    ]  # fmt: skip
+    confusion = [(c["truth"], c["answer"], str(c["count"])) for c in proof["confusion"]]
+    sections = [
+        Section("Scores", tables=[html_table(SCORE_HEADER, score_rows(proof), right=(1, 2, 3))]),
+        Section(
+            "Power and calibration",
+            figures=[
+                html.picture(proof_plots.power(proof["power"]), "Single effects found, by their size."),
+                html.picture(
+                    proof_plots.reliability(proof["reliability"]),
+                    "Reliability of the stated probability; numbers are counts of answers.",
+                ),
+            ],
+        ),
+        Section("Every failure", tables=[html_table(FAILURE_HEADER, failure_rows(proof), right=(4,))]),
+        Section(
+            "Truth and answer, single effects",
+            tables=[html_table(("truth", "leading answer", "cases"), confusion, right=(2,))],
+        ),
+        Section(
+            "Every case",
+            tables=[
+                html_table(
+                    (
+                        "case",
+                        "kind",
+                        "truth",
+                        "size / detectable",
+                        "answer",
+                        "named",
+                        "probability",
+                        "outcome",
+                        "seconds",
+                    ),
+                    cases,
+                    right=(3, 6, 8),
+                )
+            ],
+        ),
+        Section("Limits", texts=[*proof["limitations"], f"Seal: SHA-256 {proof['seal']}. {_machine(proof)}."]),
+    ]
+    headline = "Every mark is met." if not missed else f"Marks missed: {', '.join(missed)}."
+    lead = f"Blind cases answered by {proof['tool']}: one effect concealed in each, or none."
+    return html.render("Blind benchmark", lead, facts, sections, "", not missed, headline)

@@ -1,0 +1,285 @@
+from __future__ import annotations
+
+import ast
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import hdfast
+import numpy as np
+import pytest
+from hdfast.proof import generator
+from hdfast.proof.generator import nuisance, sensors, stepping, strata
+from hdfast.proof.generator.case import build, motion, simulate
+from hdfast.proof.generator.control import NO_NOTCH, Controller
+from hdfast.proof.generator.effects import EFFECTS, TWELVE, Drive
+from hdfast.proof.generator.linear import linearise, size
+from hdfast.proof.generator.plant import ABSENT, Plant, empty_arrays
+from hdfast.proof.generator.recipe import Bench, Recipe
+from hdfast.proof.generator.rig import draw_rig
+from hdfast.proof.seal import checksums
+from hdfast.recordings import load_campaign
+from scipy import integrate
+
+OPEN = Controller(0, 0.0, 0.0, 0.0, 1e9, 20, 1e-9, 1.0, 0.0, 0.0, NO_NOTCH)
+T = np.arange(4000) * stepping.GRID
+SMOOTH_PUSH = 0.1 * np.sin(2 * np.pi * 1.5 * T) * np.clip(T / 0.2, 0.0, 1.0) ** 2 * (3 - 2 * np.clip(T / 0.2, 0.0, 1.0))
+
+
+def plant(**changes):
+    lines = {"te_order": np.array([1.0, 2.0]), "te_amplitude": np.array([2e-5, 9e-5]), "te_phase": np.array([0.3, 1.0])}
+    values = {
+        "ratio": 121.0, "J_r": 1.9e-4, "J_w": 1.1e-4, "J_f": 0.03, "J_p": 0.47, "k_i": 800.0, "c_i": 0.02, "k_c": 2e5,
+        "c_c": 60.0, "B_m": 1.2e-3, "B_l": 0.5, "B_sp": 20.0, "k1": 3.1e4, "k3": 1.3e10, **lines, **empty_arrays(),
+        **ABSENT,
+    }  # fmt: skip
+    return Plant(**{**values, **changes})
+
+
+def drive(p, push=SMOOTH_PUSH, load=0.0):
+    zero = np.zeros_like(T)
+    start = stepping.start_at_rest(p, 0.4, load)
+    out = stepping.run(p, OPEN, push, zero + load, zero + 20.0, zero, start)
+    return dict(zip(stepping.TRACES + stepping.INNER, out, strict=True))
+
+
+def right_hand_side(p, push):
+    """The four inertias written out again, without friction."""
+
+    def rates(t, y):
+        q, v = y[:4], y[4:]
+        error = sum(a * np.cos(n * q[1] + f) for n, a, f in zip(p.te_order, p.te_amplitude, p.te_phase, strict=True))
+        slope = -sum(
+            a * n * np.sin(n * q[1] + f) for n, a, f in zip(p.te_order, p.te_amplitude, p.te_phase, strict=True)
+        )
+        local = 1 / p.ratio - slope
+        windup = q[1] / p.ratio - error - q[2]
+        gear = p.k1 * windup + p.k3 * windup**3 + p.B_sp * (local * v[1] - v[2])
+        first = p.k_i * (q[0] - q[1]) + p.c_i * (v[0] - v[1])
+        last = p.k_c * (q[2] - q[3]) + p.c_c * (v[2] - v[3])
+        forces = [np.interp(t, T, push) - first, first - p.B_m * v[1] - local * gear, gear - last, last - p.B_l * v[3]]
+        return np.concatenate([v, np.array(forces) / [p.J_r, p.J_w, p.J_f, p.J_p]])
+
+    return rates
+
+
+def test_against_scipy_lsoda_the_four_inertias():
+    p = plant()
+    seen = drive(p)
+    start = np.concatenate([stepping.start_at_rest(p, 0.4, 0.0), np.zeros(4)])
+    part = T[:1600]
+    exact = integrate.solve_ivp(
+        right_hand_side(p, SMOOTH_PUSH), (0.0, part[-1]), start, method="LSODA", t_eval=part, rtol=1e-9, atol=1e-12
+    )
+    for row, name in enumerate(("motor_angle", "wave_angle", "load_angle", "payload_angle")):
+        assert np.ptp(exact.y[row]) > 1e-3
+        np.testing.assert_allclose(seen[name][: part.size], exact.y[row], atol=2e-5 * np.ptp(exact.y[row]))
+
+
+def test_exact_energy_balance():
+    p = plant()
+    s = drive(p)
+    slope = -sum(
+        a * n * np.sin(n * s["wave_angle"] + f) for n, a, f in zip(p.te_order, p.te_amplitude, p.te_phase, strict=True)
+    )
+    windup_rate = (1 / p.ratio - slope) * s["wave_speed"] - s["load_speed"]
+    kinetic = sum(
+        0.5 * J * s[v] ** 2
+        for J, v in ((p.J_r, "motor_speed"), (p.J_w, "wave_speed"), (p.J_f, "load_speed"), (p.J_p, "payload_speed"))
+    )
+    stored = (
+        0.5 * p.k1 * s["windup"] ** 2
+        + 0.25 * p.k3 * s["windup"] ** 4
+        + 0.5 * p.k_i * (s["motor_angle"] - s["wave_angle"]) ** 2
+        + 0.5 * p.k_c * (s["load_angle"] - s["payload_angle"]) ** 2
+    )
+    lost = (
+        p.B_m * s["wave_speed"] ** 2
+        + p.B_l * s["payload_speed"] ** 2
+        + p.B_sp * windup_rate**2
+        + p.c_i * (s["motor_speed"] - s["wave_speed"]) ** 2
+        + p.c_c * (s["load_speed"] - s["payload_speed"]) ** 2
+    )
+    energy = kinetic + stored
+    supplied = integrate.simpson(SMOOTH_PUSH * s["motor_speed"] - lost, x=T)
+    turned_over = integrate.simpson(np.abs(SMOOTH_PUSH * s["motor_speed"]), x=T)
+    assert abs(energy[-1] - energy[0] - supplied) < 1e-6 * turned_over
+
+
+def test_exact_dry_friction_holds_below_its_level_and_stops_in_a_straight_line():
+    p = plant(T_c=0.05, B_m=0.0, B_l=0.0, te_amplitude=np.zeros(2))
+    held = drive(p, push=0.0499 * np.clip(T / 0.5, 0.0, 1.0))
+    assert np.max(np.abs(held["wave_speed"])) < 1e-12
+    pushed = drive(p, push=np.where(T < 0.3, 0.15, 0.0))
+    inertia = p.J_r + p.J_w + (p.J_f + p.J_p) / p.ratio**2
+    coasting = (T > 0.35) & (pushed["motor_speed"] > 5.0)
+    slope = np.polyfit(T[coasting], pushed["motor_speed"][coasting], 1)[0]
+    assert slope == pytest.approx(-p.T_c / inertia, rel=2e-3)
+    assert np.all(np.abs(pushed["wave_speed"][-200:]) < 1e-9)
+
+
+def test_exact_slip_elements_close_minor_loops():
+    from hdfast.proof.generator.laws import slip
+
+    p, elements = plant(T_h=2.0, phi_h=3e-4), np.zeros(10)
+    path = np.concatenate([np.linspace(0, 8e-4, 200), np.linspace(8e-4, 3e-4, 200), np.linspace(3e-4, 8e-4, 200)])
+    torque = [slip(p, elements, change) for change in np.diff(path, prepend=0.0)]
+    assert torque[199] == pytest.approx(2.0)
+    assert torque[-1] == pytest.approx(torque[199], abs=1e-12)
+
+
+def test_against_engine_same_model_same_parameters():
+    """Same drive, no effect, no nuisance: both agree within a small part of the sensors' noise, not bit for bit."""
+    rng = np.random.default_rng(5)
+    rig = draw_rig(rng, Recipe(("null",), {}, 5))
+    rig = replace(rig, plant=rig.plant._replace(T_c=0.0))
+    p, run = rig.plant, next(r for r in rig.runs if r.closed)
+    traces = dict(zip(stepping.TRACES, simulate(rig, Drive(p, sensors.SOUND), run, rng), strict=True))
+    t = np.arange(run.reference.size) * stepping.GRID
+    model = hdfast.Model(orders=list(p.te_order))
+    names = [n for n in hdfast.params(model).names if n.startswith("te_")]
+    parts = zip(
+        [n for n in names if "cos" in n], [n for n in names if "sin" in n], p.te_amplitude, p.te_phase, strict=True
+    )
+    row = {"k5": 0.0, "B_ml": 0.0, "phi_max": rig.windup_range, "B_m": p.B_m, "k3": p.k3, "B_sp": p.B_sp}
+    row |= {"ratio": p.ratio, "J_m": p.J_r + p.J_w, "J_l": p.J_f + p.J_p, "B_l": p.B_l, "k1": p.k1}
+    for cosine, sine, amplitude, phase in parts:
+        row |= {cosine: amplitude * np.cos(phase), sine: -amplitude * np.sin(phase)}
+    seen = {"t": t[::2], "motor_angle": traces["motor_angle"][::2], "load_torque": run.load[::2]}
+    scenario = hdfast.Scenario.replay(seen, input="motor_motion")
+    at = t[40:-40:4]
+    found = hdfast.simulate(row, model=model, scenario=scenario, t_eval=at, signals=["theta_l", "tau_m"])
+    angle = np.asarray(found["theta_l"]) - np.interp(at, t, traces["load_angle"])
+    torque = np.asarray(found["tau_m"]) - np.interp(at, t, traces["motor_torque"])
+    assert 0.0 < np.std(angle) < 0.2 * rig.chain.noise[1].pink
+    assert 0.0 < abs(np.mean(torque)) < 0.1 * rig.chain.noise[2].pink
+
+
+@pytest.fixture(scope="module")
+def bench():
+    """A quiet bench with everything on it, linearised."""
+    rng = np.random.default_rng(12)
+    recipe = Recipe(
+        ("single",),
+        dict.fromkeys(("stribeck_friction",), 3.0),
+        12,
+        Bench(warm=True, noise=0.05, seconds=(2.0, 3.0), recordings=(4, 4)),
+    )
+    rig = draw_rig(rng, recipe)
+    rig = replace(rig, has_output_torque=False)
+    bare = Drive(rig.plant, sensors.SOUND)
+    motions = [motion(simulate(rig, bare, run, rng), run, rig) for run in rig.runs]
+    return rig, linearise(rig, bare, motions, rng)
+
+
+def test_against_dense_least_squares_the_refit_with_priors(bench):
+    _, lin = bench
+    signature = lin.signature(size(lin, "te_harmonic", 3.0, np.random.default_rng(1)).on(lin.drive))[0]
+    count = lin.columns.shape[1]
+    stacked = np.vstack([lin.columns, np.eye(count)])
+    exact = np.linalg.lstsq(stacked, np.append(signature, np.zeros(count)), rcond=None)[0]
+    np.testing.assert_allclose(lin.refit(signature), exact, atol=1e-8 * np.max(np.abs(exact)))
+    np.testing.assert_allclose(lin.left(signature), signature - lin.columns @ exact, atol=1e-6)
+
+
+def test_exact_detectable_amplitudes_have_the_stated_length(bench):
+    _, lin = bench
+    rng = np.random.default_rng(3)
+    for effect_id in ("te_harmonic", "torque_ripple", "load_side_friction"):
+        sized = size(lin, effect_id, 2.0, rng)
+        at = replace(sized, amplitude=sized.detectable)
+        left = lin.left(lin.signature(at.on(lin.drive))[0])
+        assert np.linalg.norm(left) / np.sqrt(lin.inflation(left)) == pytest.approx(4.5, rel=0.05)
+
+
+@pytest.mark.parametrize("effect_id", [e for e in TWELVE if e != "coulomb_friction"])
+def test_exact_at_eight_times_detectable_a_channel_moves_beyond_its_noise(bench, effect_id):
+    """Acceptance (c): 36 standard deviations of the matched filter if linear; friction that holds the load saturates."""
+    _, lin = bench
+    sized = size(lin, effect_id, 8.0, np.random.default_rng(4))
+    left = lin.left(lin.signature(sized.on(lin.drive))[0])
+    assert np.linalg.norm(left) / np.sqrt(lin.inflation(left)) > 3.0 * 4.5
+
+
+def test_exact_nuisance_sizes():
+    rng = np.random.default_rng(6)
+    drawn = [nuisance.draw_sizes(rng, count) for count in (2, 3, 4) for _ in range(400)]
+    flat = np.concatenate(drawn)
+    assert flat.min() >= 0.05
+    assert flat.max() <= 0.3
+    assert max(np.linalg.norm(x) for x in drawn) <= 0.6
+    twos = np.concatenate([x for x in drawn if len(x) == 2])
+    counts, _ = np.histogram(twos, 5, (0.05, 0.3))
+    assert counts.min() > 0.75 * counts.mean()
+
+
+def test_exact_generator_imports_nothing_of_the_tool():
+    for path in Path(generator.__file__).parent.glob("*.py"):
+        for node in ast.walk(ast.parse(path.read_text())):
+            names = [a.name for a in node.names] if isinstance(node, ast.Import) else []
+            names += [node.module] if isinstance(node, ast.ImportFrom) else []
+            assert all(n.startswith("hdfast.proof.generator") for n in names if n.startswith("hdfast")), path
+
+
+def test_exact_diagnosis_imports_nothing_of_the_generator():
+    for path in (Path(hdfast.__file__).parent / "diagnose").rglob("*.py"):
+        assert "hdfast.proof" not in path.read_text(), path
+
+
+def test_exact_mix_of_the_first_release():
+    recipes = strata.plan(300, 0)
+    count = {
+        k: sum(k in r.kinds for r in recipes)
+        for k in ("null", "single", "set", "sensor_only", "outside", "undecidable")
+    }
+    assert count == {"null": 100, "single": 120, "set": 30, "sensor_only": 10, "outside": 20, "undecidable": 20}
+    assert sum("absorbed" in r.kinds for r in recipes) >= 40
+    assert sum(any(k.startswith("masked") for k in r.kinds) for r in recipes) >= 30
+    assert sum(r.bench.motor_only for r in recipes) >= 60
+    assert {i: sum(r.kinds[0] == "single" and i in r.effects for r in recipes) for i in TWELVE} == dict.fromkeys(
+        TWELVE, 10
+    )
+    assert all(i in EFFECTS for r in recipes for i in r.effects)
+
+
+@pytest.fixture(scope="module", params=[False, True], ids=["both sides", "motor only"])
+def case(request, tmp_path_factory):
+    folder = tmp_path_factory.mktemp("case") / "case"
+    bench = Bench(motor_only=request.param, seconds=(1.0, 1.5), recordings=(4, 4))
+    recipe = Recipe(("single",), {"torque_ripple": 3.0}, 21, bench)
+    return recipe, folder, build(recipe, folder)
+
+
+def test_exact_a_case_meets_the_contract(case):
+    recipe, folder, label = case
+    campaign = load_campaign(folder / "campaign.toml")
+    roles = [r["role"] for r in campaign.data["recording"]]
+    assert "heldout" in roles
+    assert roles.count("fit") >= 3
+    for recording in campaign.recordings:
+        assert ("load_angle" in recording.columns) is not recipe.bench.motor_only
+        assert 0.9 < np.ptp(recording.columns["t"]) < 1.6
+    assert label["effects"][0]["amplitude_over_mda"] == pytest.approx(3.0)
+    assert {n["id"] for n in label["nuisance"]}.isdisjoint({"torque_ripple"})
+    assert 2 <= len(label["nuisance"]) <= 4
+
+
+def test_exact_a_case_tells_nothing(case):
+    _, folder, _ = case
+    text = (folder / "campaign.toml").read_text().lower()
+    for word in ("ripple", "nuisance", "seed", "mda", "detect", 'kind = "single'):
+        assert word not in text
+
+
+def test_exact_the_same_seed_gives_the_same_bytes(case, tmp_path):
+    recipe, folder, label = case
+    if recipe.bench.motor_only:
+        again = build(recipe, tmp_path / "again")
+        assert json.dumps(again) == json.dumps(label)
+        first, second = (checksums(f) for f in (folder, tmp_path / "again"))
+        assert first == second
+
+
+def test_exact_plant_and_sensor_faults_share_no_name():
+    assert not set(Plant._fields) & set(sensors.Faults._fields)
+    assert all((e.amplitude in Plant._fields) != (e.amplitude in sensors.Faults._fields) for e in EFFECTS.values())

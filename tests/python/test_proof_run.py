@@ -1,0 +1,114 @@
+from __future__ import annotations
+
+import json
+import re
+import sys
+
+import answers as made
+import pytest
+from hdfast.proof import making, run, seal, tool
+from hdfast.proof.folders import Folders
+from hdfast.report import proof_page
+
+TOOL = """
+import json, pathlib, sys, time
+campaign, out = map(pathlib.Path, sys.argv[1:])
+seen = sorted(str(p.relative_to(campaign.parents[1])) for p in campaign.parents[1].rglob("*") if p.is_file())
+name = campaign.read_text().split()[-1]
+if name == "crash":
+    sys.stderr.write("no such luck")
+    raise SystemExit(3)
+if name == "sleep":
+    time.sleep(60)
+out.mkdir()
+verdict = json.loads(pathlib.Path(__file__).with_name("verdicts.json").read_text())[name]
+(out / "verdict.json").write_text(json.dumps(verdict))
+(out / "seen.json").write_text(json.dumps(seen))
+"""
+LABELS = {
+    "a1": made.label("null"),
+    "b2": made.label("single", ["backlash"], strength=8.0),
+    "c3": made.label("single", ["hysteresis"]),
+    "d4": made.label("null"),
+}
+ROLES = {"a1": "quiet", "b2": "named", "c3": "sleep", "d4": "crash"}
+
+
+@pytest.fixture
+def folders(tmp_path):
+    return prepare(tmp_path)
+
+
+@pytest.fixture(scope="module")
+def finished(tmp_path_factory):
+    """A whole run: its folders and what it returned."""
+    folders = prepare(tmp_path_factory.mktemp("finished"))
+    return folders, judge(folders)
+
+
+def prepare(tmp_path):
+    made_set = Folders(tmp_path / "set")
+    for name, role in ROLES.items():
+        (made_set.cases / name).mkdir(parents=True)
+        (made_set.cases / name / "campaign.toml").write_text(f"# {role}\n")
+    seal.close(made_set.cases, made_set.sealed, made_set.seal, LABELS)
+    verdicts = {"quiet": made.verdict("no_evidence"), "named": made.verdict("found", ["backlash"])}
+    (tmp_path / "verdicts.json").write_text(json.dumps(verdicts))
+    (tmp_path / "tool.py").write_text(TOOL)
+    return made_set
+
+
+def judge(folders, limit=3.0):
+    command = (sys.executable, str(folders.root.parent / "tool.py"), "{campaign}", "{out}")
+    return run.judge(folders, 4, "diagnose", command, limit, lambda *_: None)
+
+
+def test_exact_outcomes_of_a_whole_run(finished):
+    _, proof = finished
+    outcomes = {c["case"]: (c["answer"], c["outcome"]) for c in proof["cases"]}
+    assert outcomes == {
+        "a1": ("no_evidence", "right"),
+        "b2": ("found", "right"),
+        "c3": ("late", "wrong"),
+        "d4": ("crashed", "wrong"),
+    }
+    assert {f["failure"] for f in proof["failures"]} == {"time-out", "crash"}
+    assert "no such luck" in next(f["detail"] for f in proof["failures"] if f["case"] == "d4")
+
+
+def test_exact_the_tool_sees_nothing_but_its_case(finished):
+    folders, _ = finished
+    assert json.loads((folders.answers("diagnose") / "b2" / "seen.json").read_text()) == ["case/campaign.toml"]
+
+
+def test_exact_page_and_table_are_rebuilt_from_the_json(finished):
+    folders, _ = finished
+    proof = json.loads((folders.root / run.PROOF).read_text())
+    assert proof_page.page(proof) == (folders.root / run.PAGE).read_text()
+    assert proof_page.markdown(proof) == (folders.root / run.TABLE).read_text()
+    assert "MISSED" in proof_page.markdown(proof)
+    assert not re.search(r"""(src|href)=["']?(https?:)?//""", (folders.root / run.PAGE).read_text())
+
+
+def test_exact_a_killed_run_goes_on_with_the_cases_that_are_left(folders):
+    first = judge(folders)
+    answers = folders.answers("diagnose")
+    kept = (answers / "b2" / tool.OUTCOME).read_text()
+    for path in (answers / "a1").iterdir():
+        path.unlink()
+    (folders.sealed / seal.OPENED).unlink()
+    again = judge(folders)
+    assert (answers / "b2" / tool.OUTCOME).read_text() == kept
+    assert [c["outcome"] for c in again["cases"]] == [c["outcome"] for c in first["cases"]]
+
+
+def test_exact_changed_data_stops_the_run(folders):
+    (folders.cases / "a1" / "campaign.toml").write_text("# named\n")
+    with pytest.raises(seal.SealError):
+        judge(folders)
+
+
+def test_exact_another_set_in_the_folder_is_refused(folders):
+    (folders.sealed / making.PLAN).write_text('{"cases": 4, "seed": 1}')
+    with pytest.raises(seal.SealError, match="another set"):
+        making.make(folders, 4, 2, 1, lambda *_: None)

@@ -194,7 +194,7 @@ def test_exact_detectable_amplitudes_have_the_stated_length(bench):
 
 @pytest.mark.parametrize("effect_id", [e for e in TWELVE if e != "coulomb_friction"])
 def test_exact_at_eight_times_detectable_a_channel_moves_beyond_its_noise(bench, effect_id):
-    """Acceptance (c): 36 standard deviations of the matched filter if linear; friction that holds the load saturates."""
+    """Acceptance (c): 36 standard deviations of the matched filter if linear; friction that holds saturates."""
     _, lin = bench
     sized = size(lin, effect_id, 8.0, np.random.default_rng(4))
     left = lin.left(lin.signature(sized.on(lin.drive))[0])
@@ -222,7 +222,9 @@ def test_exact_generator_imports_nothing_of_the_tool():
 
 
 def test_exact_diagnosis_imports_nothing_of_the_generator():
-    for path in (Path(hdfast.__file__).parent / "diagnose").rglob("*.py"):
+    modules = list((Path(hdfast.__file__).parent / "diagnosis").rglob("*.py"))
+    assert modules
+    for path in modules:
         assert "hdfast.proof" not in path.read_text(), path
 
 

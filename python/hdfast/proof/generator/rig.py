@@ -81,7 +81,7 @@ class Rig:
 def draw_rig(rng: Generator, recipe: Recipe) -> Rig:
     """Draw a rig on which the recipe's effects are not declared; its values are correlated as those of one size are."""
     bench, hidden = recipe.bench, set(recipe.effects)
-    dry = "coulomb_friction" not in hidden and (rng.random() < 0.8 or bool(NEEDS_DRY & hidden))
+    dry = "coulomb_friction" not in hidden and (rng.random() < 0.65 or bool(NEEDS_DRY & hidden))
     plant = _plant(rng, bench.motor_only, dry)
     loose = 1.6 if bench.programme == "poor" else 1.0
     sigma = {

@@ -1,8 +1,8 @@
 """Load side against motor side: gear ratio, sign, lag and clock, from one regression on the angles.
 
-With motor angle th, speed w and acceleration a the load angle follows
+With motor angle th and speed w and the acceleration a of the load, the load angle follows
 
-    load = const + (1 + rho) th / i - tau w / i - eps t w / i + b a / i + kinematic error,
+    load = const + (1 + rho) th / i - tau w / i - eps t w / i + b a + kinematic error,
 
 rho the error of the ratio, tau the lag, eps the drift of one clock against the other; b takes up the windup under
 inertia. The kinematic error is a series of the stated orders and of 1, 2 and 4, the orders of two lobes. Deviations
@@ -66,6 +66,7 @@ def align(motion: Motion, ratio: float, orders: Iterable[float] = ()) -> Alignme
         orders: stated orders of the kinematic error, cycles per motor revolution.
     """
     assert motion.load_angle is not None
+    assert motion.load_acceleration is not None
     used = motion.moving & (np.arange(len(motion.t)) % max(1, round(motion.width / motion.step / PER_WINDOW)) == 0)
     if used.sum() < FEWEST:
         return None
@@ -74,8 +75,8 @@ def align(motion: Motion, ratio: float, orders: Iterable[float] = ()) -> Alignme
     revolutions = float(np.ptp(motion.angle[used])) / (2.0 * np.pi)
     told = [order for order in sorted({*LOBES, *orders}) if order * revolutions > FEWEST_CYCLES]
     waves = [wave(order * motion.angle) for order in told for wave in (np.cos, np.sin)]
-    columns = [np.ones_like(t), motion.angle / ratio, -w, -t * w, motion.acceleration / ratio, *waves]
-    basis = np.column_stack(columns)
+    parts = [np.ones_like(t), motion.angle / ratio, -w, -t * w, *waves]
+    basis = np.column_stack(parts)
     lag = coarse_lag(motion)
     for _ in range(ROUNDS):
         moments = motion.t + lag
@@ -83,12 +84,14 @@ def align(motion: Motion, ratio: float, orders: Iterable[float] = ()) -> Alignme
         if inside.sum() < FEWEST:
             return None
         shifted = np.interp(moments[inside], motion.t, motion.load_angle)
-        found, errors = block_regression(basis[inside], shifted)
+        windup = np.interp(moments[inside], motion.t, motion.load_acceleration)
+        columns = np.column_stack([basis[inside], windup])
+        found, errors = block_regression(columns, shifted)
         lag += float(np.clip(found[2], -0.1, 0.1))
         if abs(found[2]) < SETTLED:
             break
-    remainder = float(np.ptp(shifted - basis[inside] @ found))
-    errors = np.maximum(errors, remainder / SIGMAS / np.maximum(own_range(basis[inside], 4), 1e-30))
+    remainder = float(np.ptp(shifted - columns @ found))
+    errors = np.maximum(errors, remainder / SIGMAS / np.maximum(own_range(columns, 4), 1e-30))
     return Alignment(found[1], errors[1], lag, errors[2], found[3], errors[3])
 
 

@@ -2,7 +2,7 @@
 
 The torque that a rigid drive leaves unexplained changes its scale there, and at the onset the motion has changed while
 the motor torque has not. A step of the torque leaves a residual too, but there the torque comes first; a standstill
-leaves one as well, but there the motor does not turn.
+leaves one as well, but there the motor does not turn. Where a rigid drive explains little, nothing is said.
 """
 
 from __future__ import annotations
@@ -18,6 +18,7 @@ from hdfast.health.subject import Subject
 NAME = "events"
 TIMES_USUAL = 8.0
 SHARE_OF_TORQUE = 0.3
+EXPLAINED = 0.05
 MERGE = 0.2
 LONGEST, MOST = 0.2, 3
 BEFORE, CHANGE, CAUSE = 0.15, 0.5, 0.2
@@ -33,9 +34,10 @@ def check(subject: Subject) -> None:
     residual = np.where(motion.valid, fit.residual, 0.0)
     usual = 1.4826 * float(np.median(np.abs(residual[motion.valid])))
     torque = motion.torque[motion.valid]
-    limit = max(TIMES_USUAL * usual, SHARE_OF_TORQUE * float(np.quantile(np.abs(torque), 0.98)))
+    largest = float(np.quantile(np.abs(torque), 0.98))
+    limit = max(TIMES_USUAL * usual, SHARE_OF_TORQUE * largest)
     stretches = _stretches(motion, np.abs(residual) > limit)
-    if not stretches or len(stretches) > MOST:
+    if usual > EXPLAINED * largest or not stretches or len(stretches) > MOST:
         return
     if sum(motion.t[last] - motion.t[first] for first, last in stretches) > LONGEST * (motion.t[-1] - motion.t[0]):
         return

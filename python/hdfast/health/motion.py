@@ -6,7 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import savgol_filter
+from scipy.ndimage import correlate1d
+from scipy.signal import savgol_coeffs, savgol_filter
 
 from hdfast.checks import Floats
 from hdfast.recordings import Recording
@@ -14,6 +15,7 @@ from hdfast.recordings import Recording
 SMOOTHING = 0.04
 FEWEST = 7
 MOST = 200_000
+ENDS = 4
 
 
 @dataclass(frozen=True)
@@ -23,8 +25,8 @@ class Motion:
     Attributes:
         t: time [s].
         angle, speed, acceleration: of the motor [rad, rad/s, rad/s^2].
-        load_angle: [rad], or None.
-        torque: motor torque [N m].
+        load_angle, load_acceleration: [rad, rad/s^2], or None.
+        torque: motor torque [N m], through the filter that the acceleration has gone through.
         valid: no gap and no missing sample within the smoothing window.
         width: smoothing window [s].
     """
@@ -34,6 +36,7 @@ class Motion:
     speed: Floats
     acceleration: Floats
     load_angle: Floats | None
+    load_acceleration: Floats | None
     torque: Floats
     valid: NDArray[np.bool_]
     width: float
@@ -56,17 +59,24 @@ class Motion:
         bridged = (after - before) > 2.5 * step
         valid = ~(np.convolve(bridged, np.ones(window), "same") > 0.5)
 
-        def smooth(name: str, derivative: int = 0) -> Floats:
-            even = np.interp(grid, moments, recording[name][known])
-            return np.asarray(savgol_filter(even, window, 2, deriv=derivative, delta=step), dtype=np.float64)
+        if size > ENDS * window:
+            valid[: window // 2] = valid[-(window // 2) :] = False
 
+        def even(name: str) -> Floats:
+            return np.interp(grid, moments, recording[name][known])
+
+        def smooth(name: str, derivative: int = 0) -> Floats:
+            return np.asarray(savgol_filter(even(name), window, 2, deriv=derivative, delta=step), dtype=np.float64)
+
+        loaded = "load_angle" in recording
         return cls(
             grid,
             smooth("motor_angle"),
             smooth("motor_angle", 1),
             smooth("motor_angle", 2),
-            smooth("load_angle") if "load_angle" in recording else None,
-            smooth("motor_torque"),
+            smooth("load_angle") if loaded else None,
+            smooth("load_angle", 2) if loaded else None,
+            as_acceleration(even("motor_torque"), window),
             valid,
             window * step,
         )
@@ -80,3 +90,13 @@ class Motion:
     def moving(self) -> NDArray[np.bool_]:
         """Where the motor turns faster than a fiftieth of its largest speed."""
         return np.asarray(self.valid & (np.abs(self.speed) > 0.02 * np.max(np.abs(self.speed))))
+
+
+def as_acceleration(values: Floats, window: int) -> Floats:
+    """Values (m,) smoothed as the second derivative of a local quadratic smooths an acceleration.
+
+    Its coefficients are second differences of positive weights with the sum 1; with these, the torque of a rigid body
+    stays in proportion to its acceleration whatever the step.
+    """
+    weights = np.cumsum(np.cumsum(savgol_coeffs(window, 2, deriv=2)))[:-2]
+    return np.asarray(correlate1d(values, weights / weights.sum(), mode="nearest"), dtype=np.float64)

@@ -12,11 +12,11 @@ use hdfast::model::{Base, Layout};
 
 const ROWS: usize = 40;
 
-/// As many terms as have room for their hidden states together, from the first or from the last one on.
-fn sets() -> Vec<Vec<String>> {
+/// As many terms as the base takes and have room for their hidden states together, from the first or the last one on.
+fn sets(base: Base) -> Vec<Vec<String>> {
     let fill = |terms: &mut dyn Iterator<Item = usize>| {
         let mut ids = Vec::new();
-        for index in terms {
+        for index in terms.filter(|&index| TERMS[index].bases.contains(&base)) {
             ids.push(TERMS[index].id.to_string());
             if Choice::of(&ids).is_err() {
                 ids.pop();
@@ -27,13 +27,13 @@ fn sets() -> Vec<Vec<String>> {
     vec![fill(&mut (0..TERMS.len())), fill(&mut (0..TERMS.len()).rev()), vec!["coulomb_friction".into()]]
 }
 
-#[test]
-fn exact_bits_with_terms() {
-    for ids in sets() {
+fn check(base: Base) {
+    for ids in sets(base) {
         let terms = Choice::of(&ids).expect("room for their states");
-        let rows = random_rows(&Layout { terms: terms.clone(), ..layout(Base::TwoInertia) }, ROWS);
+        let rows = random_rows(&Layout { terms: terms.clone(), ..layout(base) }, ROWS);
         for method in [MethodName::Dop853, MethodName::Tsit5] {
             let problem = |rows: &[Vec<f64>]| Problem {
+                base,
                 terms: terms.clone(),
                 method,
                 rtol: 1e-5,
@@ -51,4 +51,14 @@ fn exact_bits_with_terms() {
             (7..ROWS).for_each(|row| assert_eq!(bits(&expected, row), bits(&part, row - 7), "batch, row {row}"));
         }
     }
+}
+
+#[test]
+fn exact_bits_with_terms() {
+    check(Base::TwoInertia);
+}
+
+#[test]
+fn exact_bits_with_terms_on_a_rigid_gear() {
+    check(Base::OneInertia);
 }

@@ -38,8 +38,9 @@ def index() -> str:
 def page(term: Term) -> str:
     """One term as Markdown: sentence, equation, picture, parameters, source."""
     place = f"Place: {term.place}. Amplitude: `{term.amplitude}`."
-    if term.channels:
-        place += f" Channels: {', '.join(f'`{name}`' for name in term.channels)}."
+    for what, names in (("Base models", term.bases), ("Channels", term.channels)):
+        if names:
+            place += f" {what}: {', '.join(f'`{name}`' for name in names)}."
     parts = [
         f"# {term.id}\n",
         f"{term.description}\n",

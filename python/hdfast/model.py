@@ -75,7 +75,8 @@ class Model:
         spring: "polynomial" (k1 ... k5 with linear continuation beyond phi_max) or "piecewise" (K1, K2, K3 between the
             torques T1 and T2).
         orders: orders of the kinematic error in cycles per motor revolution: 2, 0.5, "120/121" or a Fraction.
-        terms: ids of physics beyond the nominal model, see `hdfast.terms()`; with the base two_inertia.
+        terms: ids of physics beyond the nominal model, see `hdfast.terms()`; each says which base models it can
+            join.
 
     Raises:
         InputError: naming the argument, its value and what is allowed.
@@ -96,13 +97,14 @@ class Model:
         if isinstance(self.terms, str) or not isinstance(self.terms, Iterable):
             raise InputError(f"terms = {shorten(self.terms)} is not a list of term ids")
         for term in self.terms:
-            if terms()[term].channels:
+            info = terms()[term]
+            if info.channels:
                 raise InputError(
                     f"terms: {term!r} acts on a recorded channel, not on the drive "
-                    f"(allowed: sensors=hdfast.sensors.SensorStage([({term!r}, {terms()[term].channels[0]!r})]))"
+                    f"(allowed: sensors=hdfast.sensors.SensorStage([({term!r}, {info.channels[0]!r})]))"
                 )
-        if self.terms and self.base != "two_inertia":
-            raise InputError(f"terms = {shorten(self.terms)} with base = {self.base!r} (allowed: two_inertia)")
+            if self.base not in info.bases:
+                raise InputError(f"terms: {term!r} with base = {self.base!r} (allowed: {', '.join(info.bases)})")
         if len(set(self.terms)) < len(tuple(self.terms)):
             raise InputError(f"terms = {shorten(self.terms)} names a term twice")
         _check_states(self.terms)

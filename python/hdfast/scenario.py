@@ -23,6 +23,7 @@ from hdfast.scenario_parts import (
     ring_window,
     run_phase,
     scenario_values,
+    torque_track,
     typical_speed,
 )
 from hdfast.segments import MOTION, SPEED, TORQUE, assemble, held, linear
@@ -279,6 +280,8 @@ class Scenario:
         theta_m: Any,
         *,
         smoothing: float | str | None = None,
+        torque: tuple[Any, Any] | None = None,
+        hold: bool = False,
         speed_rpm: float | None = None,
         t_on: float | None = None,
         t_off: float | None = None,
@@ -296,6 +299,9 @@ class Scenario:
             theta_m: motor angle at those times, unwrapped [rad].
             smoothing: None passes through every sample; "auto" smooths by generalised cross-validation; a number is the
                 weight of the squared second derivative (`scipy.interpolate.make_smoothing_spline`) [s^3].
+            torque: motor torque asked of the drive meanwhile, a table (t [s], torque [N m]); it moves nothing, the
+                signal `tau_drive` is what the drive makes of it.
+            hold: False joins the samples of torque and load by straight lines, True holds each until the next.
             speed_rpm: expected speed [r/min], used to place the run phase; default the fastest tenth of the motion.
             t_on: begin of the start phase [s]; default 0.
             t_off: end of the run phase [s]; default t_end.
@@ -316,11 +322,12 @@ class Scenario:
         on = checks.number("t_on", 0.0 if t_on is None else t_on, 0.0, end, "s")
         marks = run_phase(run_window, on, t_off, end, end)
         spline = motion_spline(t, angle, smoothing)
+        tracks = load_tracks(load, held_between=hold) | torque_track(torque, held_between=hold)
         if speed_rpm is None:
             speed_rpm = typical_speed(t, angle) / RPM
         return cls._make(
             "motion",
-            assemble(end, [(0.0, MOTION, False)], load_tracks(load, held_between=False), spline),
+            assemble(end, [(0.0, MOTION, False)], tracks, spline),
             (on, *marks, end),
             initial,
             scenario_values(speed_rpm, load, 0.05, 0.8, 2.0, float(spline(0.0))),
@@ -340,10 +347,11 @@ class Scenario:
 
         Args:
             recording: mapping or table with the columns `t` [s] and, depending on `input`, `motor_torque` [N m],
-                `motor_angle` [rad] or `speed_reference` [rad/s]; `load_torque` [N m] is used when present. Time starts
+                `motor_angle` [rad] or `speed_reference` [rad/s]; `load_torque` [N m] is used when present, with
+                "motor_motion" also `motor_torque` as the torque asked of the drive (signal `tau_drive`). Time starts
                 at the first sample; samples that are NaN are bridged.
             input: "motor_torque", "motor_motion" or "reference".
-            hold: hold samples instead of joining them by straight lines (not for motion).
+            hold: hold samples instead of joining them by straight lines; the angle of a motion is always a spline.
             options: `max_gap` [s], the longest stretch without samples (default 20 times the median step), and the
                 arguments of `torque_profile`, `motion` or `speed_profile`.
 

@@ -49,11 +49,22 @@ def load_tracks(load: Any, *, held_between: bool) -> dict[str, Track]:
     """The load torque: the column `tau_load`, plus a table when `load` is one."""
     tracks = {"set_load": constant(1.0)}
     if isinstance(load, (tuple, list)):
-        if len(load) != 2:
-            raise InputError(f"load = {shorten(load)} is not a number or a pair (t, torque)")
-        t, values = pair("load time", load[0], "load torque", load[1], MAX_TORQUE)
-        tracks["load"] = (held if held_between else linear)(t, values)
+        tracks["load"] = _torque_table("load", "load", load, "a number or a pair (t, torque)", held_between)
     return tracks
+
+
+def torque_track(torque: Any, *, held_between: bool) -> dict[str, Track]:
+    """The motor torque asked for during a prescribed motion, when there is one."""
+    if torque is None:
+        return {}
+    return {"torque": _torque_table("torque", "motor", torque, "a pair (t, torque)", held_between)}
+
+
+def _torque_table(name: str, side: str, table: Any, allowed: str, held_between: bool) -> Track:
+    if not isinstance(table, (tuple, list)) or len(table) != 2:
+        raise InputError(f"{name} = {shorten(table)} is not {allowed}")
+    t, values = pair(f"{side} time", table[0], f"{side} torque", table[1], MAX_TORQUE)
+    return (held if held_between else linear)(t, values)
 
 
 def ramp_up_then_zero(t_on: float, ramp: float, level: float, t_off: float) -> Track:

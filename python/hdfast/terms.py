@@ -28,7 +28,8 @@ class TermParameter:
 class Term:
     """One effect: where it sits, its equation and source, its parameters, and which of them is its amplitude.
 
-    An effect at the place "sensor" acts on channels of a recording and belongs to a `hdfast.sensors.SensorStage`.
+    An effect at the place "sensor" acts on channels of a recording and belongs to a `hdfast.sensors.SensorStage`; all
+    others join the base models in `bases`.
     """
 
     id: str
@@ -40,6 +41,7 @@ class Term:
     parameters: tuple[TermParameter, ...]
     states: tuple[tuple[str, str], ...]
     channels: tuple[str, ...] = ()
+    bases: tuple[str, ...] = ()
 
 
 class TermTable:
@@ -92,4 +94,5 @@ def terms() -> TermTable:
 
 def _term(entry: dict[str, Any]) -> Term:
     parameters = tuple(TermParameter(**parameter) for parameter in entry["parameters"])
-    return Term(**(entry | {"parameters": parameters, "states": tuple(entry["states"])}))
+    tuples = {name: tuple(entry[name]) for name in ("bases", "states")}
+    return Term(**(entry | tuples | {"parameters": parameters}))

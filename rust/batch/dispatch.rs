@@ -3,7 +3,7 @@
 use super::Job;
 use super::job::MethodName;
 use super::worker::{Shared, work};
-use crate::model::{Base, Extended, OneInertia, TwoInertia};
+use crate::model::{Base, Extended, ExtendedRigid, OneInertia, TwoInertia};
 #[cfg(target_arch = "x86_64")]
 use crate::real::{F64x4, F64x8};
 use crate::real::{Pack, Path, Real, Task};
@@ -155,20 +155,21 @@ macro_rules! by_method {
 
 /// Terms come with two of the methods: every further one is one more large kernel to build.
 macro_rules! with_terms {
-    ($job:ident, $path:ty, $scalar:ty) => {
+    ($job:ident, $path:ty, $scalar:ty, $model:ty, $states:literal) => {
         match $job.method {
-            MethodName::Dop853 => work::<$path, $scalar, Extended, Dop853, 13>,
-            _ => work::<$path, $scalar, Extended, Tsit5, 13>,
+            MethodName::Dop853 => work::<$path, $scalar, $model, Dop853, $states>,
+            _ => work::<$path, $scalar, $model, Tsit5, $states>,
         }
     };
 }
 
 macro_rules! by_model {
     ($job:ident, $path:ty, $scalar:ty) => {
-        match $job.layout.base {
-            Base::TwoInertia if !$job.layout.terms.on.is_empty() => with_terms!($job, $path, $scalar),
-            Base::TwoInertia => by_method!($job, $path, $scalar, TwoInertia, 5),
-            Base::OneInertia => by_method!($job, $path, $scalar, OneInertia, 4),
+        match ($job.layout.base, $job.layout.terms.on.is_empty()) {
+            (Base::TwoInertia, true) => by_method!($job, $path, $scalar, TwoInertia, 5),
+            (Base::OneInertia, true) => by_method!($job, $path, $scalar, OneInertia, 4),
+            (Base::TwoInertia, false) => with_terms!($job, $path, $scalar, Extended, 13),
+            (Base::OneInertia, false) => with_terms!($job, $path, $scalar, ExtendedRigid, 12),
         }
     };
 }

@@ -2,7 +2,7 @@
 
 use super::job::{Job, StartKind};
 use super::outputs::{RowOutput, Writer};
-use crate::model::{Model, Row};
+use crate::model::{Base, Model, Row};
 use crate::output::{Reduction, Signal, probe_grid};
 use crate::real::{Path, Task};
 use crate::solve::{Advance, Assignment, Method, Retrace, Rows, Seat, Start, Status};
@@ -76,6 +76,27 @@ impl Queue<'_, '_> {
         Assignment { index, row, program, start, grids: [grid, probe] }
     }
 
+    /// Writes the samples of a row; what the equations pass through at an instant is computed once for all signals.
+    fn write_samples<const N: usize>(&self, seat: &Seat<N>, retrace: &mut dyn Retrace<N>) {
+        let job = self.shared.job;
+        let inverse_ratio = seat.assignment.row.constants.inverse_ratio;
+        let taken = seat.assignment.grids[0].iter().zip(&seat.samples[0]);
+        let mut out: Vec<&mut [f64]> = (0..job.signals.len())
+            // SAFETY: this thread took the row from the queue.
+            .map(|place| unsafe { self.shared.writer.samples(place, seat.assignment.index) })
+            .collect();
+        out.iter_mut().for_each(|values| values[seat.samples[0].len()..].fill(f64::NAN));
+        for (moment, (&time, state)) in taken.enumerate() {
+            let mut rates = None;
+            for (values, signal) in out.iter_mut().zip(&job.signals) {
+                values[moment] = signal.of_state(job.layout.base, state, inverse_ratio).unwrap_or_else(|| {
+                    let rates = rates.get_or_insert_with(|| retrace.rates(seat, time, state));
+                    signal.of_rates(rates, state, inverse_ratio)
+                });
+            }
+        }
+    }
+
     fn settle(&mut self, index: usize) {
         self.in_flight.retain(|row| *row != index);
         self.shared.done.fetch_add(1, Ordering::Relaxed);
@@ -95,20 +116,11 @@ impl<const N: usize> Rows<N> for Queue<'_, '_> {
         if status == Status::Finished {
             Reduction::new(&job.layout, seat, retrace, t, *state).values(&job.metrics, &mut self.metrics);
         }
-        for (place, &signal) in job.signals.iter().enumerate() {
-            // SAFETY: this thread took the row from the queue.
-            let out = unsafe { self.shared.writer.samples(place, index) };
-            let taken = seat.assignment.grids[0].iter().zip(&seat.samples[0]);
-            let filled = taken.len();
-            for (value, (&time, state)) in out.iter_mut().zip(taken) {
-                *value = signal.value(seat, retrace, time, state);
-            }
-            out[filled..].fill(f64::NAN);
-        }
+        self.write_samples(seat, retrace);
         let theta_l = Signal::ThetaL.value(seat, retrace, t, state);
         let two_inertia = [state[0], state[1], theta_l, state[3], state[4 % N]];
         let one_inertia = [state[0], state[1], state[2]];
-        let final_state: &[f64] = if N == 4 { &one_inertia } else { &two_inertia };
+        let final_state: &[f64] = if job.layout.base == Base::OneInertia { &one_inertia } else { &two_inertia };
         let output = RowOutput {
             metrics: &self.metrics,
             final_state,

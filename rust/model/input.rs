@@ -29,7 +29,7 @@ pub struct Input<R: Real> {
 
 /// The inputs at one instant.
 pub struct Inputs<R> {
-    /// Motor torque of torque-driven lanes [N m].
+    /// Motor torque asked for in lanes without speed control [N m].
     pub torque: R,
     /// Speed reference [rad/s].
     pub reference: R,
@@ -62,7 +62,7 @@ impl<R: Real> Input<R> {
         let reference = segment.reference(row);
         let load = segment.load_torque(row);
         let acceleration = match segment.drive {
-            Drive::Motion { angle } => [2.0 * angle[2], 6.0 * angle[3]],
+            Drive::Motion { angle, .. } => [2.0 * angle[2], 6.0 * angle[3]],
             _ => [0.0; 2],
         };
         let lines = Lines {

@@ -12,7 +12,7 @@ pub mod terms;
 mod two_inertia;
 
 pub use constants::{Constants, Row};
-pub use extended::Extended;
+pub use extended::{Extended, ExtendedRigid};
 pub use harmonics::{Harmonics, MAX_POLYNOMIAL_ORDER};
 pub use input::Input;
 pub use layout::{BadParameter, Group, Layout, Parameter, ScenarioColumn};
@@ -30,6 +30,19 @@ pub enum Base {
     TwoInertia,
     /// The rigid limit: one inertia at the motor, with kinematic error.
     OneInertia,
+}
+
+impl Base {
+    /// All base models.
+    pub const ALL: &'static [Self] = &[Self::TwoInertia, Self::OneInertia];
+
+    /// Name users see and type.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::TwoInertia => "two_inertia",
+            Self::OneInertia => "one_inertia",
+        }
+    }
 }
 
 /// Everything a row and its present input contribute to the right-hand side.
@@ -78,8 +91,10 @@ pub struct Rates<R, const N: usize> {
     pub upsilon: R,
     /// Gear torque at the output [N m].
     pub gear_torque: R,
-    /// Motor torque [N m].
+    /// Motor torque; with imposed motion the torque it takes [N m].
     pub motor_torque: R,
+    /// Torque that the drive delivers [N m].
+    pub drive_torque: R,
     /// External load torque [N m].
     pub load_torque: R,
     /// Motor and load shaft.
@@ -95,8 +110,16 @@ pub trait Model<const N: usize> {
 
     /// Where the integrator of the speed controller stands.
     const INTEGRATOR: usize;
+    /// Room for hidden states of terms, at the end of the state.
+    const HIDDEN: usize = 0;
+    /// Positions of the speeds at which dry friction may hold a shaft.
+    const STICKING: &'static [usize] = &[];
+
     /// Whether dry friction may hold a shaft.
-    const STICKS: bool = false;
+    #[inline(always)]
+    fn sticks() -> bool {
+        !Self::STICKING.is_empty()
+    }
 
     /// The state made of theta_m, omega_m, te, omega_l, z.
     fn compose(full: [f64; 5]) -> [f64; N];

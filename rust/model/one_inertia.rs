@@ -36,13 +36,14 @@ impl Model<4> for OneInertia {
         let omega_l = upsilon * omega_m;
 
         let inputs = drive.input.at(t);
-        let (mut motor_torque, z_rate) = controlled(drive, inputs.torque, inputs.reference, omega_m, z);
+        let (drive_torque, z_rate) = controlled(drive, inputs.torque, inputs.reference, omega_m, z);
         let slip = (-c.s).mul_add(upsilon, R::splat(1.0));
         let reflected = upsilon * c.j_l;
         let damping = upsilon.mul_add(upsilon * c.b_l, slip.mul_add(slip * c.b_ml, c.b_m));
         let centrifugal = reflected * curvature * omega_m;
         let resisting = (damping - centrifugal).mul_add(omega_m, upsilon * inputs.load);
         let inertia = upsilon.mul_add(reflected, c.j_m);
+        let mut motor_torque = drive_torque;
         let mut alpha_m = (motor_torque - resisting) / inertia;
         if let Some(motion) = drive.input.motion() {
             alpha_m = R::select(motion, inputs.acceleration, alpha_m);
@@ -62,6 +63,7 @@ impl Model<4> for OneInertia {
             upsilon,
             gear_torque,
             motor_torque,
+            drive_torque,
             load_torque: inputs.load,
             shafts: [Shaft::free(), Shaft::free()],
         }

@@ -15,11 +15,12 @@ impl Line {
     fn plus(self, factor: f64, other: Self) -> Self {
         Self { value: self.value + factor * other.value, slope: self.slope + factor * other.slope }
     }
-
-    fn at(self, elapsed: f64) -> f64 {
-        self.value + self.slope * elapsed
-    }
 }
+
+/// Inputs that meet within this share of their size at a breakpoint do not jump there: tables of slopes round.
+const SAME: f64 = 1e-9;
+/// The same for the acceleration of a spline through recorded angles.
+const SAME_ACCELERATION: f64 = 1e-6;
 
 /// What moves the motor during a segment.
 #[derive(Clone, Copy, Debug)]
@@ -44,6 +45,10 @@ pub enum Drive {
     Motion {
         /// Ascending coefficients [rad] in the time since the segment's start.
         angle: [f64; 4],
+        /// Torque asked of the drive meanwhile [N m].
+        absolute: Line,
+        /// The same in multiples of the row's sustaining torque.
+        sustaining: Line,
     },
 }
 
@@ -66,11 +71,13 @@ impl Segment {
         self.load.plus(row.tau_load, self.load_set)
     }
 
-    /// The motor torque of a torque-driven row.
+    /// The motor torque asked of a row without speed control.
     pub fn motor_torque(&self, row: &Row) -> Line {
         match self.drive {
-            Drive::Torque { absolute, sustaining } => absolute.plus(row.sustaining_torque, sustaining),
-            _ => Line::default(),
+            Drive::Torque { absolute, sustaining } | Drive::Motion { absolute, sustaining, .. } => {
+                absolute.plus(row.sustaining_torque, sustaining)
+            }
+            Drive::Speed { .. } => Line::default(),
         }
     }
 
@@ -120,17 +127,27 @@ impl Program {
     pub fn jumps_at(&self, index: usize, row: &Row) -> bool {
         let (before, after) = (&self.segments[index - 1], &self.segments[index]);
         let elapsed = after.start - before.start;
-        let differs = |left: Line, right: Line| left.at(elapsed) != right.value;
-        match (&before.drive, &after.drive) {
-            (Drive::Torque { .. }, Drive::Torque { .. }) => {
-                differs(before.motor_torque(row), after.motor_torque(row))
-                    || differs(before.load_torque(row), after.load_torque(row))
-            }
-            (Drive::Speed { .. }, Drive::Speed { .. }) => {
-                differs(before.reference(row), after.reference(row))
-                    || differs(before.load_torque(row), after.load_torque(row))
+        let jumps = |left: Line, right: Line| differ([left.value, left.slope * elapsed], right.value, SAME);
+        let driven = match (&before.drive, &after.drive) {
+            (Drive::Torque { .. }, Drive::Torque { .. }) => false,
+            (Drive::Speed { .. }, Drive::Speed { .. }) => jumps(before.reference(row), after.reference(row)),
+            (Drive::Motion { angle: left, .. }, Drive::Motion { angle: right, .. }) => {
+                let [_, b, c, d] = *left;
+                let powers = [elapsed, elapsed * elapsed, elapsed * elapsed * elapsed];
+                differ([left[0], b * powers[0], c * powers[1], d * powers[2]], right[0], SAME)
+                    || differ([b, 2.0 * c * powers[0], 3.0 * d * powers[1]], right[1], SAME)
+                    || differ([2.0 * c, 6.0 * d * powers[0]], 2.0 * right[2], SAME_ACCELERATION)
             }
             _ => true,
-        }
+        };
+        driven
+            || jumps(before.motor_torque(row), after.motor_torque(row))
+            || jumps(before.load_torque(row), after.load_torque(row))
     }
+}
+
+/// Whether a sum is another number, beyond the given share of what was summed.
+fn differ<const N: usize>(parts: [f64; N], other: f64, share: f64) -> bool {
+    let size: f64 = parts.iter().map(|part| part.abs()).sum();
+    (parts.iter().sum::<f64>() - other).abs() > share * (size + other.abs())
 }

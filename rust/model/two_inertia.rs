@@ -35,8 +35,9 @@ impl Model<5> for TwoInertia {
         let gear_torque = c.b_sp.mul_add(windup_rate, spring::torque(drive.spring, c, windup));
 
         let inputs = drive.input.at(t);
-        let (mut motor_torque, z_rate) = controlled(drive, inputs.torque, inputs.reference, omega_m, z);
+        let (drive_torque, z_rate) = controlled(drive, inputs.torque, inputs.reference, omega_m, z);
         let resisting = c.d_mm.mul_add(omega_m, upsilon.mul_add(gear_torque, -(c.d_ml * omega_l)));
+        let mut motor_torque = drive_torque;
         let mut alpha_m = (motor_torque - resisting) * c.inverse_j_m;
         if let Some(motion) = drive.input.motion() {
             alpha_m = R::select(motion, inputs.acceleration, alpha_m);
@@ -55,6 +56,7 @@ impl Model<5> for TwoInertia {
             upsilon,
             gear_torque,
             motor_torque,
+            drive_torque,
             load_torque: inputs.load,
             shafts: [Shaft::free(), Shaft::free()],
         }

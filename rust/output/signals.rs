@@ -1,9 +1,7 @@
 //! Time signals a user can ask for.
 
+use crate::model::{Base, Rates};
 use crate::solve::{Retrace, Seat};
-
-/// Models with at least so many states have te and omega_l among them.
-const TWO_INERTIA: usize = 5;
 
 /// One signal of a trajectory.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -26,13 +24,15 @@ pub enum Signal {
     ThetaE,
     /// Motor torque.
     MotorTorque,
+    /// Torque that the drive delivers.
+    DriveTorque,
     /// Gear torque at the output.
     GearTorque,
 }
 
 impl Signal {
     /// All signals with name, unit and meaning.
-    pub const ALL: [(Self, &str, &str, &str); 10] = [
+    pub const ALL: [(Self, &str, &str, &str); 11] = [
         (Self::ThetaM, "theta_m", "rad", "motor angle"),
         (Self::OmegaM, "omega_m", "rad/s", "motor speed"),
         (Self::ThetaL, "theta_l", "rad", "load angle"),
@@ -42,6 +42,12 @@ impl Signal {
         (Self::WindupRate, "windup_rate", "rad/s", "rate of the windup"),
         (Self::ThetaE, "theta_e", "rad", "kinematic error of the rigid gear at the output"),
         (Self::MotorTorque, "tau_m", "N m", "motor torque; with imposed motion the torque it takes"),
+        (
+            Self::DriveTorque,
+            "tau_drive",
+            "N m",
+            "torque that the drive delivers out of the one asked for; tau_m unless the motion is imposed",
+        ),
         (Self::GearTorque, "gear_torque", "N m", "torque of spring and mesh damping at the output"),
     ];
 
@@ -53,15 +59,24 @@ impl Signal {
     /// The signal at an instant of a row.
     pub fn value<const N: usize>(self, seat: &Seat<N>, retrace: &mut dyn Retrace<N>, t: f64, state: &[f64; N]) -> f64 {
         let inverse_ratio = seat.assignment.row.constants.inverse_ratio;
-        match (self, N) {
-            (Self::ThetaM, _) => return state[0],
-            (Self::OmegaM, _) => return state[1],
-            (Self::ThetaL, TWO_INERTIA..) => return state[0] * inverse_ratio - state[2],
-            (Self::Te, TWO_INERTIA..) => return state[2],
-            (Self::OmegaL, TWO_INERTIA..) => return state[3],
-            _ => {}
+        self.of_state(retrace.base(), state, inverse_ratio)
+            .unwrap_or_else(|| self.of_rates(&retrace.rates(seat, t, state), state, inverse_ratio))
+    }
+
+    /// A signal that is a state, or a sum of states.
+    pub fn of_state<const N: usize>(self, base: Base, state: &[f64; N], inverse_ratio: f64) -> Option<f64> {
+        match (self, base) {
+            (Self::ThetaM, _) => Some(state[0]),
+            (Self::OmegaM, _) => Some(state[1]),
+            (Self::ThetaL, Base::TwoInertia) => Some(state[0] * inverse_ratio - state[2]),
+            (Self::Te, Base::TwoInertia) => Some(state[2]),
+            (Self::OmegaL, Base::TwoInertia) => Some(state[3]),
+            _ => None,
         }
-        let rates = retrace.rates(seat, t, state);
+    }
+
+    /// The signal out of everything that the equations pass through.
+    pub fn of_rates<const N: usize>(self, rates: &Rates<f64, N>, state: &[f64; N], inverse_ratio: f64) -> f64 {
         match self {
             Self::ThetaM => state[0],
             Self::OmegaM => state[1],
@@ -72,6 +87,7 @@ impl Signal {
             Self::WindupRate => rates.windup_rate,
             Self::ThetaE => rates.error,
             Self::MotorTorque => rates.motor_torque,
+            Self::DriveTorque => rates.drive_torque,
             Self::GearTorque => rates.gear_torque,
         }
     }

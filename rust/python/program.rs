@@ -69,7 +69,7 @@ fn segment(row: &[f64; WIDTH]) -> Result<Segment, SetupError> {
     let drive = match row[1] {
         0.0 => Drive::Torque { absolute: line(3), sustaining: line(5) },
         1.0 => Drive::Speed { absolute: line(7), set: line(9), bumpless: row[2] != 0.0 },
-        2.0 => Drive::Motion { angle: [row[15], row[16], row[17], row[18]] },
+        2.0 => Drive::Motion { angle: [row[15], row[16], row[17], row[18]], absolute: line(3), sustaining: line(5) },
         kind => return Err(range("segments", format!("kind {kind}, allowed 0, 1, 2"))),
     };
     Ok(Segment { start: row[0], drive, load: line(11), load_set: line(13) })

@@ -20,11 +20,7 @@ fn unknown(what: &'static str, name: &str) -> SetupError {
 }
 
 pub(super) fn base_of(name: &str) -> Result<Base, SetupError> {
-    match name {
-        "two_inertia" => Ok(Base::TwoInertia),
-        "one_inertia" => Ok(Base::OneInertia),
-        _ => Err(unknown("base", name)),
-    }
+    Base::ALL.iter().copied().find(|base| base.name() == name).ok_or_else(|| unknown("base", name))
 }
 
 pub(super) fn layout_of(base: &str, spring: &str, orders: Vec<f64>, terms: &[String]) -> Result<Layout, SetupError> {
@@ -38,8 +34,8 @@ pub(super) fn layout_of(base: &str, spring: &str, orders: Vec<f64>, terms: &[Str
         return Err(SetupError::Range { what: "orders", detail: format!("{order} is not a positive number") });
     }
     let terms = Choice::of(terms).map_err(|detail| SetupError::Range { what: "terms", detail })?;
-    if base == Base::OneInertia && !terms.on.is_empty() {
-        return Err(SetupError::Range { what: "terms", detail: "allowed with the base two_inertia only".into() });
+    if let Some(term) = terms.terms().find(|term| !term.bases.contains(&base)) {
+        return Err(SetupError::Range { what: "terms", detail: format!("{} with the base {}", term.id, base.name()) });
     }
     Ok(Layout { base, spring, orders, terms })
 }
@@ -135,6 +131,7 @@ pub fn terms(py: Python<'_>) -> PyResult<Vec<Bound<'_, PyDict>>> {
             let item = PyDict::new(py);
             item.set_item("id", term.id)?;
             item.set_item("place", term.place.name())?;
+            item.set_item("bases", term.bases.iter().map(|base| base.name()).collect::<Vec<_>>())?;
             item.set_item("description", term.description)?;
             item.set_item("equation", term.equation)?;
             item.set_item("source", term.source)?;

@@ -4,7 +4,7 @@ use super::Method;
 use super::controller::{Controller, stuck};
 use super::events::Events;
 use super::integrals::{INTEGRALS, Integrands};
-use super::record::{DENSE_TERMS, Dense, Record};
+use super::record::{Dense, Record, lane_coefficients};
 use super::replay::{Replay, Retrace};
 use super::seat::{Assignment, Memory, Seat};
 use super::status::Status;
@@ -132,7 +132,7 @@ impl<'a, P: Path, M: Model<N>, T: Method, const N: usize> Advance<'a, P, M, T, N
             return;
         }
         let mut rates = self.stepper.refresh::<M>(<P::Lanes as Real>::Mask::from_bits(self.stale));
-        if M::STICKS && self.release(&rates) {
+        if M::sticks() && self.release(&rates) {
             rates = self.stepper.refresh::<M>(<P::Lanes as Real>::Mask::from_bits(self.stale));
         }
         for lane in lanes_of(self.stale) {
@@ -221,18 +221,21 @@ impl<'a, P: Path, M: Model<N>, T: Method, const N: usize> Advance<'a, P, M, T, N
         if due == 0 {
             return;
         }
-        let coefficients = self.stepper.dense::<M, T>(step);
+        let inside = due & self.sample.lt(trial.t).to_bits();
+        let coefficients = (inside != 0).then(|| self.stepper.dense::<M, T>(step));
         for lane in lanes_of(due) {
             let Some(seat) = &mut self.seats[lane] else { continue };
-            let (t, step, end) = (self.stepper.t.get(lane), step.get(lane), trial.t.get(lane));
-            let mut own = Dense { t, step, coefficients: [[0.0; DENSE_TERMS]; N] };
-            for index in 0..N {
-                for power in 0..DENSE_TERMS {
-                    own.coefficients[index][power] = coefficients[index][power].get(lane);
+            let (t, end) = (self.stepper.t.get(lane), trial.t.get(lane));
+            if let Some(coefficients) = coefficients.as_ref().filter(|_| inside >> lane & 1 == 1) {
+                let dense = Dense { t, step: step.get(lane), coefficients: lane_coefficients(coefficients, lane) };
+                while seat.next_sample() < end
+                    && let Some(time) = seat.take_sample_time(end)
+                {
+                    seat.push_sample(dense.at((time - t) / dense.step));
                 }
             }
-            while let Some(time) = seat.take_sample_time(end) {
-                seat.push_sample(own.at((time - t) / step));
+            while seat.take_sample_time(end).is_some() {
+                seat.push_sample(std::array::from_fn(|index| trial.state[index].get(lane)));
             }
             self.sample.set(lane, seat.next_sample());
         }
@@ -287,10 +290,11 @@ impl<'a, P: Path, M: Model<N>, T: Method, const N: usize> Advance<'a, P, M, T, N
             if let Some(jumps) = seat.enter_segment(t) {
                 let row = &seat.assignment.row;
                 self.stepper.input.set_lane(lane, seat.segment(), row);
-                if jumps {
-                    let mut state = self.lane_state(lane);
-                    seat.adjust_state::<M>(&mut state, trial.rates.motor_torque.get(lane));
+                let mut state = self.lane_state(lane);
+                if seat.adjust_state::<M>(&mut state, trial.rates.motor_torque.get(lane)) {
                     self.set_lane_state(lane, &state);
+                }
+                if jumps {
                     self.step.set(lane, self.step.get(lane).min(self.first_step(&seat)));
                     self.controller.reset_lane(lane);
                     self.stale |= 1 << lane;

@@ -7,14 +7,12 @@
 use super::Method;
 use super::advance::Advance;
 use super::controller::fit_to_stop;
-use super::record::{DENSE_TERMS, Dense};
+use super::record::{Dense, lane_coefficients};
 use super::root::root;
 use super::stepper::Trial;
 use crate::model::{Model, Rates};
 use crate::real::{Mask, Path, Real, lanes_of};
 
-/// Motor and load speed among the states.
-const SPEEDS: [usize; 2] = [1, 3];
 /// An event is never placed at the very start of a step, so that time always moves.
 const EARLIEST: f64 = 1e-9;
 
@@ -57,7 +55,7 @@ impl<P: Path, M: Model<N>, T: Method, const N: usize> Advance<'_, P, M, T, N> {
     #[inline(always)]
     pub(super) fn next_step(&mut self) -> (P::Lanes, <P::Lanes as Real>::Mask) {
         let (step, landing) = fit_to_stop(self.step, self.stop - self.stepper.t);
-        if !M::STICKS || self.events.lanes == 0 {
+        if !M::sticks() || self.events.lanes == 0 {
             return (step, landing);
         }
         self.events.tried = self.events.lanes;
@@ -76,16 +74,16 @@ impl<P: Path, M: Model<N>, T: Method, const N: usize> Advance<'_, P, M, T, N> {
         trial: &Trial<P::Lanes, N>,
     ) -> <P::Lanes as Real>::Mask {
         let none = <P::Lanes as Real>::Mask::from_bits(0);
-        if !M::STICKS {
+        if !M::sticks() {
             return none;
         }
         let zero = P::Lanes::zero();
         let mut crossed = [0; 2];
-        for shaft in 0..2 {
+        for shaft in 0..M::STICKING.len() {
             let state = &trial.rates.shafts[shaft];
             let direction = self.stepper.directions[shaft];
             let sticky = zero.lt(state.breakaway);
-            let reversed = (direction * trial.state[SPEEDS[shaft]]).lt(zero);
+            let reversed = (direction * trial.state[M::STICKING[shaft]]).lt(zero);
             let pulled = direction.abs().le(zero) & state.breakaway.lt(state.net.abs());
             crossed[shaft] = (accepted & sticky & (reversed | pulled)).to_bits();
         }
@@ -100,7 +98,7 @@ impl<P: Path, M: Model<N>, T: Method, const N: usize> Advance<'_, P, M, T, N> {
                 step: step.get(lane),
                 coefficients: lane_coefficients(&coefficients, lane),
             };
-            let shafts = (0..2).filter(|shaft| crossed[*shaft] >> lane & 1 == 1);
+            let shafts = (0..M::STICKING.len()).filter(|shaft| crossed[*shaft] >> lane & 1 == 1);
             let candidates: Vec<(f64, Event)> = shafts.map(|shaft| self.locate(lane, shaft, &dense, trial)).collect();
             let Some(&(share, event)) = candidates.iter().min_by(|left, right| left.0.total_cmp(&right.0)) else {
                 continue;
@@ -119,8 +117,8 @@ impl<P: Path, M: Model<N>, T: Method, const N: usize> Advance<'_, P, M, T, N> {
     fn locate(&mut self, lane: usize, shaft: usize, dense: &Dense<N>, trial: &Trial<P::Lanes, N>) -> (f64, Event) {
         let direction = self.stepper.directions[shaft].get(lane);
         if direction != 0.0 {
-            let speed = |share: f64| direction * dense.at(share)[SPEEDS[shaft]];
-            let (start, end) = (direction * self.stepper.state[SPEEDS[shaft]].get(lane), speed(1.0));
+            let speed = |share: f64| direction * dense.at(share)[M::STICKING[shaft]];
+            let (start, end) = (direction * self.stepper.state[M::STICKING[shaft]].get(lane), speed(1.0));
             return (root(speed, start.max(0.0), end), Event::Stop(shaft));
         }
         let end = &trial.rates.shafts[shaft];
@@ -141,7 +139,7 @@ impl<P: Path, M: Model<N>, T: Method, const N: usize> Advance<'_, P, M, T, N> {
     /// Shafts whose event has been reached change their direction; a planned step that failed is planned no more.
     #[inline(always)]
     pub(super) fn settle_events(&mut self, accepted: <P::Lanes as Real>::Mask, trial: &Trial<P::Lanes, N>) {
-        if !M::STICKS || self.events.tried == 0 {
+        if !M::sticks() || self.events.tried == 0 {
             return;
         }
         for lane in lanes_of(self.events.tried) {
@@ -152,7 +150,7 @@ impl<P: Path, M: Model<N>, T: Method, const N: usize> Advance<'_, P, M, T, N> {
             }
             match event {
                 Some(Event::Stop(shaft)) => {
-                    self.stepper.state[SPEEDS[shaft]].set(lane, 0.0);
+                    self.stepper.state[M::STICKING[shaft]].set(lane, 0.0);
                     self.stepper.directions[shaft].set(lane, 0.0);
                 }
                 Some(Event::Release(shaft)) => {
@@ -174,10 +172,10 @@ impl<P: Path, M: Model<N>, T: Method, const N: usize> Advance<'_, P, M, T, N> {
     pub(super) fn release(&mut self, rates: &Rates<P::Lanes, N>) -> bool {
         let mut changed = false;
         for lane in lanes_of(self.stale & self.occupied) {
-            for shaft in 0..2 {
+            for shaft in 0..M::STICKING.len() {
                 let state = &rates.shafts[shaft];
                 let (net, breakaway) = (state.net.get(lane), state.breakaway.get(lane));
-                let speed = self.stepper.state[SPEEDS[shaft]].get(lane);
+                let speed = self.stepper.state[M::STICKING[shaft]].get(lane);
                 let held = self.stepper.directions[shaft].get(lane);
                 let direction = match (speed == 0.0, breakaway > 0.0) {
                     (false, _) => speed.signum(),
@@ -191,17 +189,4 @@ impl<P: Path, M: Model<N>, T: Method, const N: usize> Advance<'_, P, M, T, N> {
         }
         changed
     }
-}
-
-fn lane_coefficients<R: Real, const N: usize>(
-    coefficients: &[[R; DENSE_TERMS]; N],
-    lane: usize,
-) -> [[f64; DENSE_TERMS]; N] {
-    let mut own = [[0.0; DENSE_TERMS]; N];
-    for index in 0..N {
-        for power in 0..DENSE_TERMS {
-            own[index][power] = coefficients[index][power].get(lane);
-        }
-    }
-    own
 }

@@ -1,5 +1,7 @@
 //! What is remembered of a row's steps while it runs.
 
+use crate::real::Real;
+
 /// The end of one accepted step.
 #[derive(Clone, Copy, Debug)]
 pub struct Record<const N: usize> {
@@ -38,4 +40,18 @@ impl<const N: usize> Dense<N> {
     pub fn at(&self, share: f64) -> [f64; N] {
         self.coefficients.map(|c| c.iter().rev().fold(0.0, |sum, &x| sum * share + x))
     }
+}
+
+/// The coefficients of one lane.
+pub fn lane_coefficients<R: Real, const N: usize>(
+    coefficients: &[[R; DENSE_TERMS]; N],
+    lane: usize,
+) -> [[f64; DENSE_TERMS]; N] {
+    let mut own = [[0.0; DENSE_TERMS]; N];
+    for index in 0..N {
+        for power in 0..DENSE_TERMS {
+            own[index][power] = coefficients[index][power].get(lane);
+        }
+    }
+    own
 }

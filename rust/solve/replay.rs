@@ -5,7 +5,7 @@ use super::seat::{Seat, Start};
 use super::stepper::Stepper;
 use super::watch::WATCHED;
 use super::{Integrands, Method};
-use crate::model::{Drive, Harmonics, Layout, Model, Rates, Row, spring};
+use crate::model::{Base, Drive, Harmonics, Layout, Model, Rates, Row, spring};
 use crate::real::{Path, Task};
 use std::marker::PhantomData;
 
@@ -13,8 +13,10 @@ use std::marker::PhantomData;
 pub trait Retrace<const N: usize> {
     /// A step from a record as polynomials.
     fn dense(&mut self, seat: &Seat<N>, start: &Record<N>, step: f64) -> Dense<N>;
-    /// Everything the equations pass through at an instant.
+    /// Everything the equations pass through at an instant; a shaft slides the way it moves.
     fn rates(&mut self, seat: &Seat<N>, t: f64, state: &[f64; N]) -> Rates<f64, N>;
+    /// Which base model it is.
+    fn base(&self) -> Base;
     /// The kinematic error [rad] and its slope at a motor angle.
     fn kinematic_error(&self, angle: f64) -> (f64, f64);
 }
@@ -42,7 +44,8 @@ impl<P: Path, M: Model<N>, T: Method, const N: usize> Replay<P, M, T, N> {
     /// Everything the equations pass through at an instant, with shafts that slide in given directions.
     pub fn rates_in(&mut self, seat: &Seat<N>, t: f64, state: &[f64; N], directions: [f64; 2]) -> Rates<f64, N> {
         self.stepper.directions = directions;
-        self.rates(seat, t, state)
+        self.stepper.input.set_lane(0, seat.segment_before(t), &seat.assignment.row);
+        P::enter(Instant::<M, N> { stepper: &self.stepper, t, state, model: PhantomData })
     }
 
     /// The state at time 0 of a row just loaded.
@@ -50,7 +53,7 @@ impl<P: Path, M: Model<N>, T: Method, const N: usize> Replay<P, M, T, N> {
         let row = &seat.assignment.row;
         let c = &row.constants;
         let (angle, speed) = match seat.segment().drive {
-            Drive::Motion { angle } => (angle[0], angle[1]),
+            Drive::Motion { angle, .. } => (angle[0], angle[1]),
             _ => (row.theta_m0, 0.0),
         };
         let full = match seat.assignment.start {
@@ -82,13 +85,22 @@ impl<P: Path, M: Model<N>, T: Method, const N: usize> Retrace<N> for Replay<P, M
     }
 
     fn rates(&mut self, seat: &Seat<N>, t: f64, state: &[f64; N]) -> Rates<f64, N> {
-        self.stepper.input.set_lane(0, seat.segment_before(t), &seat.assignment.row);
-        P::enter(Instant::<M, N> { stepper: &self.stepper, t, state, model: PhantomData })
+        let way = |shaft: usize| M::STICKING.get(shaft).map_or(0.0, |&speed| sign(state[speed]));
+        self.rates_in(seat, t, state, [way(0), way(1)])
+    }
+
+    fn base(&self) -> Base {
+        M::BASE
     }
 
     fn kinematic_error(&self, angle: f64) -> (f64, f64) {
         P::enter(KinematicError(&self.stepper.harmonics, angle))
     }
+}
+
+/// +1, -1, or 0 at zero.
+fn sign(value: f64) -> f64 {
+    if value == 0.0 { 0.0 } else { value.signum() }
 }
 
 struct KinematicError<'a>(&'a Harmonics<f64>, f64);

@@ -233,21 +233,24 @@ impl<const N: usize> Seat<N> {
     }
 
     /// What a new segment does to the state: imposed angles, and an integrator that takes over without a jump.
-    pub fn adjust_state<M: Model<N>>(&self, state: &mut [f64; N], torque: f64) {
+    /// True where it does anything.
+    pub fn adjust_state<M: Model<N>>(&self, state: &mut [f64; N], torque: f64) -> bool {
         let row = &self.assignment.row;
         match self.segment().drive {
-            Drive::Motion { angle } => {
+            Drive::Motion { angle, .. } => {
                 if M::BASE == Base::TwoInertia {
                     state[2] += (angle[0] - state[0]) * row.constants.inverse_ratio;
                 }
                 state[0] = angle[0];
                 state[1] = angle[1];
+                true
             }
             Drive::Speed { bumpless: true, .. } if row.constants.k_i > 0.0 => {
                 let error = self.segment().reference(row).value - state[1];
                 state[M::INTEGRATOR] = (torque - row.constants.k_p * error) / row.constants.k_i;
+                true
             }
-            _ => {}
+            _ => false,
         }
     }
 

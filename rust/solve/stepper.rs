@@ -4,7 +4,7 @@ use super::Method;
 use super::integrals::{INTEGRALS, Integrands};
 use super::record::DENSE_TERMS;
 use super::watch::{Watch, WatchList};
-use crate::model::terms::{HIDDEN, Terms};
+use crate::model::terms::Terms;
 use crate::model::{Constants, Drivetrain, Harmonics, Input, Layout, Model, Rates, Row, SpringLaw};
 use crate::real::{Mask, Real};
 
@@ -83,10 +83,10 @@ impl<R: Real, const N: usize> Stepper<R, N> {
     ) -> Self {
         let mut scales = M::SCALES;
         let hidden = layout.terms.terms().flat_map(|term| term.states).map(|state| state.scale);
-        for (scale, own) in scales[N - if M::STICKS { HIDDEN } else { 0 }..].iter_mut().zip(hidden) {
+        for (scale, own) in scales[N - M::HIDDEN..].iter_mut().zip(hidden) {
             *scale = own;
         }
-        let unused = if M::STICKS { HIDDEN - layout.terms.state_count } else { 0 };
+        let unused = M::HIDDEN.saturating_sub(layout.terms.state_count);
         Self {
             t: R::zero(),
             state: [R::zero(); N],

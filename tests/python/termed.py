@@ -116,9 +116,9 @@ def with_company(terms):
     return on, {name: value for term in on for name, value in VALUES[term].items()}
 
 
-def simulate(p, terms, scenario, t, signals=TRAJECTORY, start=None, rtol=1e-10):
+def simulate(p, terms, scenario, t, signals=TRAJECTORY, start=None, rtol=1e-10, base="two_inertia"):
     """One row of the engine as an array (signals, times), from rest at zero angles unless `start` says otherwise."""
-    model = hdfast.Model(terms=terms)
+    model = hdfast.Model(base=base, terms=terms)
     state = np.zeros((1, len(model.states)))
     if start is not None:
         state[0, : len(start)] = start

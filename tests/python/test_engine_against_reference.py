@@ -32,6 +32,7 @@ SIGNALS = {  # size against which differences are measured
     "windup_rate": 0.05,
     "theta_e": 2e-5,
     "tau_m": 0.05,
+    "tau_drive": 0.05,
     "gear_torque": 2.0,
 }
 STEADFAST = {  # metrics whose conditioning does not depend on the row, with the size of their differences
@@ -90,9 +91,9 @@ def tables(draw):
     values = np.array(draw(st.lists(between(-1.0, 1.0), min_size=len(t), max_size=len(t))))
     options = {"t_end": t_end, "t_on": 0.0, "t_off": 0.7 * t_end, "load": draw(between(-60.0, 60.0))}
     kind = draw(st.sampled_from(["torque", "speed", "motion"]))
-    if kind == "motion":
-        return hdfast.Scenario.motion(t, 30.0 * t + 0.5 * values, **options)
     options["hold"] = draw(st.booleans())
+    if kind == "motion":
+        return hdfast.Scenario.motion(t, 30.0 * t + 0.5 * values, torque=(t, 0.1 * values), **options)
     options["theta_m0"] = draw(between(-10.0, 10.0))
     if kind == "torque":
         return hdfast.Scenario.torque_profile(t, 0.1 * values, **options)

@@ -132,6 +132,11 @@ def test_exact_replay_of_torque():
 def test_exact_replay_of_motion_and_reference():
     scenario = Scenario.replay(RECORDING, input="motor_motion")
     assert scenario.segments[50, MOTION_COLUMN + 1] == pytest.approx(10)
+    assert value(scenario, "torque", 0.505) == pytest.approx(0.505 / 1.99)
+    held = Scenario.replay(RECORDING, input="motor_motion", hold=True)
+    assert value(held, "torque", 0.505) == pytest.approx(50 / 199)
+    silent = {name: values for name, values in RECORDING.items() if name != "motor_torque"}
+    assert value(Scenario.replay(silent, input="motor_motion"), "torque", 0.505) == 0
     scenario = Scenario.replay(RECORDING, input="reference", hold=True)
     assert value(scenario, "reference", 1.234) == 10
 
@@ -197,7 +202,7 @@ def test_exact_replay_takes_tables():
         (lambda: Scenario.motion(range(6), range(6), smoothing="lots"), "smoothing"),
         (lambda: Scenario.replay({"t": [0, 1]}), "no column 'motor_torque'"),
         (lambda: Scenario.replay(RECORDING, input="torque"), "did you mean 'motor_torque'"),
-        (lambda: Scenario.replay(RECORDING, input="motor_motion", hold=True), "hold"),
+        (lambda: Scenario.motion(range(6), range(6), torque=0.2), "torque = 0.2 is not a pair"),
         (lambda: Scenario.replay({**RECORDING, "motor_torque": [1.0]}), "shape"),
         (lambda: Scenario.replay({**RECORDING, "motor_torque": np.full(200, np.nan)}), "no finite"),
         (lambda: Scenario.replay(17), "recording"),

@@ -73,7 +73,7 @@ def test_exact_toml_switches_terms_on(tmp_path):
     [
         ({"terms": ["coulomb"]}, "coulomb_friction"),
         ({"terms": ["coulomb_friction", "coulomb_friction"]}, "twice"),
-        ({"terms": ["coulomb_friction"], "base": "one_inertia"}, "two_inertia"),
+        ({"terms": ["coulomb_friction", "backlash"], "base": "one_inertia"}, "'backlash'.*two_inertia"),
         ({"terms": [term.id for term in hdfast.terms() if term.states and not term.channels]}, "at most 8"),
         ({"terms": ["clock_skew"]}, r"hdfast.sensors.SensorStage\(\[\('clock_skew', 'motor_angle'\)\]\)"),
     ],

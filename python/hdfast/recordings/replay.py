@@ -31,9 +31,9 @@ def replay(cls: type[Scenario], recording: Any, input_name: str, hold: bool, opt
     if "load_torque" in columns and "load" not in options:
         options["load"] = _channel(_time(columns["t"]), columns["load_torque"], "load_torque", gap)
     if source == "motor_angle":
-        if hold:
-            raise InputError("hold = True has no meaning for a recorded motion (allowed: False)")
-        return cls.motion(t, values, **options)
+        if "motor_torque" in columns and "torque" not in options:
+            options["torque"] = _channel(_time(columns["t"]), columns["motor_torque"], "motor_torque", gap)
+        return cls.motion(t, values, hold=hold, **options)
     if source == "speed_reference":
         return cls.speed_profile(t, speed=values, hold=hold, **options)
     if "motor_angle" in columns:

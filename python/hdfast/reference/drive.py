@@ -105,6 +105,10 @@ class Drive:
             return self._needed_torque(t, y, segment), 0.0
         return segment.tau_at(t), 0.0
 
+    def drive_torque(self, t: float, y: list[float], segment: Segment) -> float:
+        """Torque that the drive delivers [N m]: with prescribed motion the one it is asked for meanwhile."""
+        return segment.tau_at(t) if segment.kind == MOTION else self.motor_torque(t, y, segment)[0]
+
     def _needed_torque(self, t: float, y: list[float], segment: Segment) -> float:
         theta, omega, acceleration = segment.motion_at(t)
         if self.rigid:

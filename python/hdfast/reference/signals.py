@@ -15,6 +15,7 @@ NAMES = [
     "windup_rate",
     "theta_e",
     "tau_m",
+    "tau_drive",
     "gear_torque",
 ]
 
@@ -56,6 +57,8 @@ def signal(drive: Drive, name: str, t: float, y: Vector, segment: Segment) -> fl
             return drive.kinematic_error(y[0])[0]
         case "tau_m":
             return drive.motor_torque(t, y, segment)[0]
+        case "tau_drive":
+            return drive.drive_torque(t, y, segment)
         case "gear_torque":
             return drive.gear_torque(t, y, segment)
     raise ValueError(f"signal must be one of {', '.join(NAMES)}, got {name!r}")

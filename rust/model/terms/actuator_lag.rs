@@ -1,6 +1,7 @@
 //! A current loop of finite bandwidth.
 
 use super::{Actuator, Hidden, Motion, Place, Term, TermInfo, TermParameter, TermState};
+use crate::model::Base;
 use crate::real::Real;
 
 /// See [`Term::INFO`].
@@ -10,6 +11,7 @@ impl Term for ActuatorLag {
     const INFO: TermInfo = TermInfo {
         id: "actuator_lag",
         place: Place::Actuator,
+        bases: Base::ALL,
         description: "Lag of first order between commanded and actual torque: the current loop, or the winding.",
         equation: "tau_e dtau_a/dt = tau_c - tau_a",
         source: "current loops of 300 to 1000 Hz; L/R for a winding without loop",

@@ -1,6 +1,7 @@
 //! Friction that differs between the directions.
 
 use super::{Dry, Hidden, Motion, Place, Term, TermInfo, TermParameter};
+use crate::model::Base;
 use crate::real::Real;
 
 /// See [`Term::INFO`].
@@ -10,6 +11,7 @@ impl Term for AsymmetricFriction {
     const INFO: TermInfo = TermInfo {
         id: "asymmetric_friction",
         place: Place::Motor,
+        bases: Base::ALL,
         description: "Dry level and viscous drag of the motor shaft that differ between the directions; at rest the \
             hold is shifted to match.",
         equation: "T_c -> T_c (1 + eps_c sgn(omega_m)), B -> B (1 + eps_B sgn(omega_m)), that is tau_fm += eps_c \

@@ -1,6 +1,7 @@
 //! A clearance that the spring has to cross.
 
 use super::{Gear, Hidden, Motion, Place, Term, TermInfo, TermParameter};
+use crate::model::Base;
 use crate::real::Real;
 
 /// See [`Term::INFO`].
@@ -10,6 +11,7 @@ impl Term for Backlash {
     const INFO: TermInfo = TermInfo {
         id: "backlash",
         place: Place::Mesh,
+        bases: &[Base::TwoInertia],
         description: "Clearance between wave generator and output: the spring carries nothing inside the gap.",
         equation: "tau_s(dz(phi)), dz = phi - b sgn(phi) outside abs(phi) <= b, else 0",
         source: "Nordin, Gutman 2002; half of the 8 arcsec of an Oldham coupling at ratio 120",

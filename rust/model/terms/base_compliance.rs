@@ -1,6 +1,7 @@
 //! A housing that turns on its foundation.
 
 use super::{Hidden, Mesh, Motion, Place, Reaction, Term, TermInfo, TermParameter, TermState};
+use crate::model::Base;
 use crate::real::Real;
 
 /// See [`Term::INFO`].
@@ -10,6 +11,7 @@ impl Term for BaseCompliance {
     const INFO: TermInfo = TermInfo {
         id: "base_compliance",
         place: Place::Structure,
+        bases: &[Base::TwoInertia],
         description: "Housing on a spring: turns under the gear torque and adds its angle to the windup; the angles \
             stay absolute.",
         equation: "J_b domega_b/dt = -(1 - 1/i) T_g - c_b omega_b - k_b theta_b; phi = theta_m/i + (1 - 1/i) \

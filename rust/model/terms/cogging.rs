@@ -1,6 +1,7 @@
 //! Detents of magnets and slots.
 
 use super::{Actuator, Hidden, Motion, Place, Term, TermInfo, TermParameter};
+use crate::model::Base;
 use crate::real::Real;
 
 /// See [`Term::INFO`].
@@ -10,6 +11,7 @@ impl Term for Cogging {
     const INFO: TermInfo = TermInfo {
         id: "cogging",
         place: Place::Motor,
+        bases: Base::ALL,
         description: "Detent torque between magnets and slots, the same at any current; ripple of the speed falls as \
             speed grows.",
         equation: "tau_a += T_1 sin(n theta_m + psi_1) + T_2 sin(2 n theta_m + psi_2)",

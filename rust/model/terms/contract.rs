@@ -1,6 +1,7 @@
 //! What a term may say and do.
 
 use super::Place;
+use crate::model::Base;
 use crate::real::Real;
 
 /// A parameter of a term.
@@ -75,6 +76,8 @@ pub struct TermInfo {
     pub id: &'static str,
     /// Where in the drive it sits.
     pub place: Place,
+    /// The base models it can join.
+    pub bases: &'static [Base],
     /// One sentence.
     pub description: &'static str,
     /// Equation in plain text.
@@ -128,6 +131,10 @@ pub struct Mesh<R> {
     pub error: R,
     /// Derivative of the kinematic error.
     pub error_slope: R,
+    /// Derivative of that slope with respect to the motor angle; only the rigid gear reads it.
+    pub error_curvature: R,
+    /// Derivative of that slope with respect to the motor speed [s]; only the rigid gear reads it.
+    pub slope_by_speed: R,
     /// Windup added by the structure [rad], and its rate.
     pub added_windup: R,
     /// Rate of the added windup [rad/s].
@@ -168,7 +175,7 @@ pub struct Dry<R> {
     pub resisting: R,
     /// Viscous coefficient already in force on the shaft [N m s/rad].
     pub viscous: R,
-    /// Gear torque [N m at the output].
+    /// Gear torque [N m at the output]; motor friction may be linear in it and in its size, no more.
     pub gear_torque: R,
 }
 

@@ -1,6 +1,7 @@
 //! Dry friction of constant level on the motor shaft, with true sticking.
 
 use super::{Dry, Hidden, Motion, Place, Term, TermInfo, TermParameter};
+use crate::model::Base;
 use crate::real::Real;
 
 /// See [`Term::INFO`].
@@ -10,6 +11,7 @@ impl Term for CoulombFriction {
     const INFO: TermInfo = TermInfo {
         id: "coulomb_friction",
         place: Place::Motor,
+        bases: Base::ALL,
         description: "Dry friction of constant level on the motor shaft; stops the shaft exactly and holds it until \
             breakaway.",
         equation: "tau_fm += T_c sgn(omega_m); at rest any torque up to T_c",

@@ -1,6 +1,7 @@
 //! Dry friction with the jump at standstill smoothed away: the shaft creeps where it should stick.
 
 use super::{Dry, Hidden, Motion, Place, Term, TermInfo, TermParameter};
+use crate::model::Base;
 use crate::real::Real;
 
 /// See [`Term::INFO`].
@@ -10,6 +11,7 @@ impl Term for CoulombFrictionSmooth {
     const INFO: TermInfo = TermInfo {
         id: "coulomb_friction_smooth",
         place: Place::Motor,
+        bases: Base::ALL,
         description: "Dry friction of constant level on the motor shaft, smoothed around standstill: creeps instead \
             of sticking.",
         equation: "tau_fm += T_c tanh(omega_m / omega_eps)",

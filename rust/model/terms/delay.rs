@@ -1,6 +1,7 @@
 //! A command that arrives late.
 
 use super::{Actuator, Hidden, Motion, Place, Term, TermInfo, TermParameter, TermState};
+use crate::model::Base;
 use crate::real::Real;
 
 /// See [`Term::INFO`].
@@ -10,6 +11,7 @@ impl Term for Delay {
     const INFO: TermInfo = TermInfo {
         id: "delay",
         place: Place::Actuator,
+        bases: Base::ALL,
         description: "Dead time of the drive as an all-pass of order 2: right phase up to about 2/tau_d, a spike of \
             a third of tau_d at an edge.",
         equation: "tau_a / tau_c = (1 - s tau_d/2 + s^2 tau_d^2/12) / (1 + s tau_d/2 + s^2 tau_d^2/12)",

@@ -1,6 +1,7 @@
 //! A torque of fixed frequency from outside.
 
 use super::{Hidden, Load, Motion, Place, Term, TermInfo, TermParameter};
+use crate::model::Base;
 use crate::real::Real;
 
 /// See [`Term::INFO`].
@@ -10,6 +11,7 @@ impl Term for ExternalPeriodicTorque {
     const INFO: TermInfo = TermInfo {
         id: "external_periodic_torque",
         place: Place::Load,
+        bases: Base::ALL,
         description: "Torque of fixed frequency on the output, whatever the speed.",
         equation: "tau_load += A sin(2 pi f t + psi)",
         source: "neighbouring machines and mains, often 50 or 60 Hz and multiples",

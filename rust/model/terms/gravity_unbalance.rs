@@ -1,6 +1,7 @@
 //! A payload off the axis.
 
 use super::{Hidden, Load, Motion, Place, Term, TermInfo, TermParameter};
+use crate::model::Base;
 use crate::real::Real;
 
 /// See [`Term::INFO`].
@@ -10,6 +11,7 @@ impl Term for GravityUnbalance {
     const INFO: TermInfo = TermInfo {
         id: "gravity_unbalance",
         place: Place::Load,
+        bases: Base::ALL,
         description: "Weight of a payload off the output axis, in phase with the output angle.",
         equation: "tau_load += T_g sin(theta_l + psi), T_g = m g r",
         source: "pendulum; 3e-6 to 3e-4 rad of windup",

@@ -1,6 +1,7 @@
 //! Windup that returns on another path, whatever the rate.
 
 use super::{Gear, Hidden, Motion, Place, Term, TermInfo, TermParameter, TermState};
+use crate::model::Base;
 use crate::real::Real;
 
 /// See [`Term::INFO`].
@@ -10,6 +11,7 @@ impl Term for Hysteresis {
     const INFO: TermInfo = TermInfo {
         id: "hysteresis",
         place: Place::Mesh,
+        bases: &[Base::TwoInertia],
         description: "Rate-independent hysteresis of the flexspline (normalised Bouc-Wen): the loop area grows with \
             amplitude and saturates.",
         equation: "tau_h = T_h zeta; dzeta/dt = [dphi/dt - beta abs(dphi/dt) abs(zeta)^(n-1) zeta - (1 - beta) \

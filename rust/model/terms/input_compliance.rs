@@ -1,6 +1,7 @@
 //! A rotor that is not the wave generator.
 
 use super::{Actuator, Hidden, Motion, Place, Term, TermInfo, TermParameter, TermState};
+use crate::model::Base;
 use crate::real::Real;
 
 /// See [`Term::INFO`].
@@ -10,6 +11,7 @@ impl Term for InputCompliance {
     const INFO: TermInfo = TermInfo {
         id: "input_compliance",
         place: Place::Motor,
+        bases: &[Base::TwoInertia],
         description: "Coupling between rotor and wave generator; angle and speed of the motor are those of the wave \
             generator.",
         equation: "J_r domega_r/dt = tau_a - tau_k, tau_k = k_ci u + c_ci (omega_r - omega_m), du/dt = omega_r - \

@@ -1,6 +1,7 @@
 //! A payload behind a coupling.
 
 use super::{Hidden, Load, Motion, Place, Term, TermInfo, TermParameter, TermState};
+use crate::model::Base;
 use crate::real::Real;
 
 /// See [`Term::INFO`].
@@ -10,6 +11,7 @@ impl Term for LoadCompliance {
     const INFO: TermInfo = TermInfo {
         id: "load_compliance",
         place: Place::Load,
+        bases: &[Base::TwoInertia],
         description: "Output coupling or torque cell between the output and a payload, which takes its share of the \
             inertia and all load torque.",
         equation: "J_2 domega_2/dt = tau_k - tau_load, tau_k = K_c u + c_c (omega_l - omega_2), du/dt = omega_l - \

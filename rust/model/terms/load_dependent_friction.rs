@@ -1,6 +1,7 @@
 //! Mesh friction in proportion to the torque carried.
 
 use super::{Dry, Hidden, Motion, Place, Term, TermInfo, TermParameter};
+use crate::model::Base;
 use crate::real::Real;
 
 /// See [`Term::INFO`].
@@ -10,6 +11,7 @@ impl Term for LoadDependentFriction {
     const INFO: TermInfo = TermInfo {
         id: "load_dependent_friction",
         place: Place::Mesh,
+        bases: Base::ALL,
         description: "Dry friction in proportion to the gear torque, with shares of their own for driving and back- \
             driving; sticks truly.",
         equation: "tau_fm += (c / i) abs(T_g) sgn(omega_m), c = c_drive where T_g omega_m > 0, else c_back",

@@ -1,6 +1,7 @@
 //! Ripple of the machine that loads the drive.
 
 use super::{Hidden, Load, Motion, Place, Term, TermInfo, TermParameter};
+use crate::model::Base;
 use crate::real::Real;
 
 /// See [`Term::INFO`].
@@ -10,6 +11,7 @@ impl Term for LoadMotorRipple {
     const INFO: TermInfo = TermInfo {
         id: "load_motor_ripple",
         place: Place::Load,
+        bases: Base::ALL,
         description: "Ripple of the load torque over the output angle, in proportion to it.",
         equation: "tau_load -> tau_load [1 + r cos(q theta_l + psi)]",
         source: "load machines, 0.5 to 2 % of their torque",

@@ -1,6 +1,7 @@
 //! Dry friction of bearing and seal at the output, with true sticking.
 
 use super::{Dry, Hidden, Motion, Place, Term, TermInfo, TermParameter};
+use crate::model::Base;
 use crate::real::Real;
 
 /// See [`Term::INFO`].
@@ -10,6 +11,7 @@ impl Term for LoadSideFriction {
     const INFO: TermInfo = TermInfo {
         id: "load_side_friction",
         place: Place::Load,
+        bases: Base::ALL,
         description: "Dry friction of constant level on the output; shifts the windup with direction and holds the \
             output until breakaway.",
         equation: "tau_fl += T_cl sgn(omega_l); at rest any torque up to T_cl",

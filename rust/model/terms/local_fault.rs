@@ -1,6 +1,7 @@
 //! A damaged spot that passes once per cycle.
 
 use super::{Hidden, Mesh, Motion, Place, Term, TermInfo, TermParameter};
+use crate::model::Base;
 use crate::real::Real;
 
 /// See [`Term::INFO`].
@@ -10,6 +11,7 @@ impl Term for LocalFault {
     const INFO: TermInfo = TermInfo {
         id: "local_fault",
         place: Place::Mesh,
+        bases: Base::ALL,
         description: "Pulses of the kinematic error where a damaged lobe, tooth or bearing element passes.",
         equation: "theta_e += A exp[(cos(n theta_m + psi) - 1) / w^2]",
         source: "GDUT harmonic-drive dataset for the effect; von Mises pulse of width w",
@@ -39,5 +41,7 @@ impl Term for LocalFault {
         let pulse = p[0] * ((cosine - R::splat(1.0)) * sharpness).exp();
         mesh.error = mesh.error + pulse;
         mesh.error_slope = mesh.error_slope - p[1] * sine * sharpness * pulse;
+        let bend = sharpness * (sine * sine * sharpness - cosine);
+        mesh.error_curvature = (p[1] * p[1] * pulse).mul_add(bend, mesh.error_curvature);
     }
 }

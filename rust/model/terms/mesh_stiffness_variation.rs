@@ -1,6 +1,7 @@
 //! A stiffness that varies over a turn, with the reactions that keep the energy.
 
 use super::{Gear, Hidden, Motion, Place, Term, TermInfo, TermParameter};
+use crate::model::Base;
 use crate::real::Real;
 
 /// See [`Term::INFO`].
@@ -10,6 +11,7 @@ impl Term for MeshStiffnessVariation {
     const INFO: TermInfo = TermInfo {
         id: "mesh_stiffness_variation",
         place: Place::Mesh,
+        bases: &[Base::TwoInertia],
         description: "Stiffness that varies twice per motor revolution and once per output revolution, with the \
             reactions that conserve energy.",
         equation: "tau_s -> tau_s f, f = 1 + eps_2 cos(2 theta_m + psi_2) + eps_o cos(theta_l + psi_o); V_s \

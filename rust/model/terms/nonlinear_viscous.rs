@@ -1,6 +1,7 @@
 //! Oil drag that is not proportional to speed.
 
 use super::{Dry, Hidden, Motion, Place, Term, TermInfo, TermParameter};
+use crate::model::Base;
 use crate::real::Real;
 
 /// Speed at which the drag torque is given [rad/s].
@@ -15,6 +16,7 @@ impl Term for NonlinearViscous {
     const INFO: TermInfo = TermInfo {
         id: "nonlinear_viscous",
         place: Place::Motor,
+        bases: Base::ALL,
         description: "Viscous drag on the motor shaft that grows as a power of speed; proportional to it below 0.1 \
             rad/s.",
         equation: "tau_fm += T_p (omega_m / 100 rad/s) [(omega_m^2 + (0.1 rad/s)^2) / (100 rad/s)^2]^((p - 1)/2)",

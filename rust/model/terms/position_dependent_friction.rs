@@ -1,6 +1,7 @@
 //! Friction that varies over a turn.
 
 use super::{Dry, Hidden, Motion, Place, Term, TermInfo, TermParameter};
+use crate::model::Base;
 use crate::real::Real;
 
 /// See [`Term::INFO`].
@@ -10,6 +11,7 @@ impl Term for PositionDependentFriction {
     const INFO: TermInfo = TermInfo {
         id: "position_dependent_friction",
         place: Place::Mesh,
+        bases: Base::ALL,
         description: "The friction of all terms before it varies with the motor angle; odd under reversal, unlike a \
             kinematic error.",
         equation: "tau_fm -> tau_fm [1 + c cos(n theta_m + psi)]",

@@ -1,6 +1,7 @@
 //! Bristle friction: springs before it slides.
 
 use super::{Dry, Hidden, Motion, Place, Term, TermInfo, TermParameter, TermState};
+use crate::model::Base;
 use crate::real::Real;
 
 /// See [`Term::INFO`].
@@ -10,6 +11,7 @@ impl Term for PreslidingFriction {
     const INFO: TermInfo = TermInfo {
         id: "presliding_friction",
         place: Place::Motor,
+        bases: Base::ALL,
         description: "LuGre friction on the motor shaft: elastic bristles that bend before they slide, with damping \
             that never feeds energy in.",
         equation: "dz/dt = omega_m - sigma_0 abs(omega_m) z / g; tau_fm += sigma_0 z + sigma_1 (dz/dt) / (1 + \

@@ -1,6 +1,7 @@
 //! What an unbalanced rotor does to its bracket.
 
 use super::{Hidden, Motion, Place, Reaction, Term, TermInfo, TermParameter};
+use crate::model::Base;
 use crate::real::Real;
 
 /// See [`Term::INFO`].
@@ -10,6 +11,7 @@ impl Term for RotorUnbalanceReaction {
     const INFO: TermInfo = TermInfo {
         id: "rotor_unbalance_reaction",
         place: Place::Motor,
+        bases: &[Base::TwoInertia],
         description: "Centrifugal force of the rotor on the bracket, as a torque on the housing; without \
             base_compliance it moves nothing.",
         equation: "torque on the housing = U omega_m^2 cos(theta_m + psi), U = unbalance times lever of the bracket",

@@ -1,6 +1,7 @@
 //! A spring that is softer near zero torque.
 
 use super::{Gear, Hidden, Motion, Place, Term, TermInfo, TermParameter};
+use crate::model::Base;
 use crate::real::Real;
 
 /// See [`Term::INFO`].
@@ -10,6 +11,7 @@ impl Term for SoftWindup {
     const INFO: TermInfo = TermInfo {
         id: "soft_windup",
         place: Place::Mesh,
+        bases: &[Base::TwoInertia],
         description: "Lower stiffness around zero windup, as teeth come into full contact only under torque.",
         equation: "tau_s -> tau_s - delta_K phi_0 tanh(phi / phi_0), delta_K = K_1 - K_0",
         source: "catalogue stiffness curves; K_0/K_1 of 0.5 to 0.9 up to 1 to 2 N m",

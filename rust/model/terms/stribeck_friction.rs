@@ -1,6 +1,7 @@
 //! Dry friction that falls from breakaway to sliding with speed.
 
 use super::{Dry, Hidden, Motion, Place, Term, TermInfo, TermParameter};
+use crate::model::Base;
 use crate::real::Real;
 
 /// See [`Term::INFO`].
@@ -10,6 +11,7 @@ impl Term for StribeckFriction {
     const INFO: TermInfo = TermInfo {
         id: "stribeck_friction",
         place: Place::Motor,
+        bases: Base::ALL,
         description: "Dry friction on the motor shaft that falls from breakaway to sliding level as speed grows; \
             sticks truly.",
         equation: "tau_fm += T_c [1 + (r_s - 1) exp(-abs(omega_m / omega_s)^delta)] sgn(omega_m); at rest any \

@@ -2,6 +2,7 @@
 
 use super::line::add_line;
 use super::{Hidden, Mesh, Motion, Place, Term, TermInfo, TermParameter};
+use crate::model::Base;
 use crate::real::Real;
 
 /// See [`Term::INFO`].
@@ -11,6 +12,7 @@ impl Term for TeBeat {
     const INFO: TermInfo = TermInfo {
         id: "te_beat",
         place: Place::Mesh,
+        bases: Base::ALL,
         description: "The line of two lobes passing the circular spline, which beats with order 2 twice per output \
             revolution.",
         equation: "theta_e += A_cos cos(n theta_m) + A_sin sin(n theta_m), n = 2 - 2/i",

@@ -2,6 +2,7 @@
 
 use super::line::add_line;
 use super::{Hidden, Mesh, Motion, Place, Term, TermInfo, TermParameter};
+use crate::model::Base;
 use crate::real::Real;
 
 /// See [`Term::INFO`].
@@ -11,6 +12,7 @@ impl Term for TeHarmonic {
     const INFO: TermInfo = TermInfo {
         id: "te_harmonic",
         place: Place::Mesh,
+        bases: Base::ALL,
         description: "One more line of the kinematic error, at any order.",
         equation: "theta_e += A_cos cos(n theta_m) + A_sin sin(n theta_m)",
         source: "Ghorbel, Gandhi, Alpeter 2001; Tuttle, Seering 1996; 1 to 30 arcsec",

@@ -1,6 +1,7 @@
 //! A kinematic error that depends on the direction of travel.
 
 use super::{Hidden, Mesh, Motion, Place, Term, TermInfo, TermParameter, TermState};
+use crate::model::Base;
 use crate::real::Real;
 
 /// Speed over which the direction changes [rad/s].
@@ -18,6 +19,7 @@ impl Term for TeHysteresis {
     const INFO: TermInfo = TermInfo {
         id: "te_hysteresis",
         place: Place::Mesh,
+        bases: Base::ALL,
         description: "Kinematic error that differs by direction: after a reversal it settles over an angle of the \
             motor, not over a time.",
         equation: "theta_e += delta xi; dxi/dtheta_m = s (s - xi) / Theta, s = tanh(omega_m / 0.05 rad/s)",
@@ -48,6 +50,10 @@ impl Term for TeHysteresis {
         let slope = toward * (toward - hidden.states[0]) / p[1];
         mesh.error = p[0].mul_add(hidden.states[0], mesh.error);
         mesh.error_slope = p[0].mul_add(slope, mesh.error_slope);
+        mesh.error_curvature = mesh.error_curvature - p[0] * toward * slope / p[1];
+        let turning = (-toward).mul_add(toward, R::splat(1.0)) * R::splat(1.0 / SMOOTHING);
+        let settling = (toward + toward - hidden.states[0]) / p[1];
+        mesh.slope_by_speed = (p[0] * turning).mul_add(settling, mesh.slope_by_speed);
         hidden.rates[0] = slope * motion.omega_m;
     }
 }

@@ -2,6 +2,7 @@
 
 use super::line::add_line;
 use super::{Hidden, Mesh, Motion, Place, Term, TermInfo, TermParameter};
+use crate::model::Base;
 use crate::real::Real;
 
 /// See [`Term::INFO`].
@@ -11,6 +12,7 @@ impl Term for TeLoadDependence {
     const INFO: TermInfo = TermInfo {
         id: "te_load_dependence",
         place: Place::Mesh,
+        bases: Base::ALL,
         description: "A line of the kinematic error in proportion to the load torque in force, which is taken to \
             change slowly.",
         equation: "theta_e += tau_load [A_cos cos(n theta_m) + A_sin sin(n theta_m)]",

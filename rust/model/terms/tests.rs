@@ -20,6 +20,7 @@ impl<R: Real> Answer<R> {
     fn numbers(&self) -> Vec<R> {
         let Self { actuator, mesh, gear, motor, load, output, reaction, .. } = self;
         let mut numbers = vec![actuator.torque, actuator.inertia, mesh.error, mesh.error_slope];
+        numbers.extend([mesh.error_curvature, mesh.slope_by_speed]);
         numbers.extend([mesh.added_windup, mesh.added_windup_rate, gear.spring_windup, gear.stiffness_factor]);
         numbers.extend([gear.added_torque, gear.motor_reaction, gear.load_reaction, load.torque, load.inertia]);
         numbers.extend([motor.level, motor.breakaway, motor.resisting, output.level, output.breakaway]);
@@ -67,6 +68,8 @@ fn answer<R: Real>(terms: &Terms<R>, moment: &Moment) -> Answer<R> {
         mesh: Mesh {
             error: s(1e-5),
             error_slope: s(2e-5),
+            error_curvature: s(0.0),
+            slope_by_speed: s(0.0),
             added_windup: s(0.0),
             added_windup_rate: s(0.0),
             load_torque: s(20.0),
@@ -285,6 +288,36 @@ fn exact_slope_of_the_kinematic_error() {
                     (slope - numerical).abs() < 1e-6 * slope.abs().max(1e-4),
                     "{id} {values:?}: {slope} {numerical}"
                 );
+            }
+        }
+    }
+}
+
+/// Curvature and dependence on speed against differences of the slope, along the motor angle and the memory with it.
+#[test]
+fn exact_rates_of_the_slope() {
+    for id in ["te_harmonic", "te_load_dependence", "te_beat", "tooth_passage", "local_fault", "te_hysteresis"] {
+        let term = info(id);
+        for values in corners(term, |parameter| parameter.plausible) {
+            let terms = terms_with(&[id], &values);
+            for step in 0..40 {
+                let at = Moment { theta_m: 0.173 * f64::from(step), omega_m: 0.03, ..MOMENT };
+                let found = answer(&terms, &at);
+                let per_angle = if term.states.is_empty() { 0.0 } else { found.rates[1][0] / at.omega_m };
+                let slope = |angle: f64, speed: f64| {
+                    let hidden = at.hidden + per_angle * angle;
+                    let moment = Moment { theta_m: at.theta_m + angle, omega_m: at.omega_m + speed, hidden, ..at };
+                    answer(&terms, &moment).mesh.error_slope
+                };
+                let difference = |along: &dyn Fn(f64) -> f64| {
+                    (8.0 * (along(1e-5) - along(-1e-5)) - (along(2e-5) - along(-2e-5))) / 12e-5
+                };
+                let curvature = difference(&|angle| slope(angle, 0.0));
+                let by_speed = difference(&|speed| slope(0.0, speed));
+                let Mesh { error_curvature, slope_by_speed, .. } = found.mesh;
+                let close = |one: f64, other: f64| (one - other).abs() < 1e-5 * one.abs().max(1e-3);
+                assert!(close(error_curvature, curvature), "{id} {values:?}: {error_curvature} {curvature}");
+                assert!(close(slope_by_speed, by_speed), "{id} {values:?}: {slope_by_speed} {by_speed}");
             }
         }
     }

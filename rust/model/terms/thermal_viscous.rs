@@ -1,6 +1,7 @@
 //! Oil that thins as the drive warms.
 
 use super::{Dry, Hidden, Motion, Place, Term, TermInfo, TermParameter, TermState};
+use crate::model::Base;
 use crate::real::Real;
 
 /// See [`Term::INFO`].
@@ -10,6 +11,7 @@ impl Term for ThermalViscous {
     const INFO: TermInfo = TermInfo {
         id: "thermal_viscous",
         place: Place::Motor,
+        bases: Base::ALL,
         description: "Viscous drag that falls as the lost power warms the drive; the warming starts at the ambient \
             temperature.",
         equation: "B -> B exp(-beta (theta_a + w - 20)); C dw/dt = P_loss - C w / tau_w, P_loss the friction \

@@ -2,6 +2,7 @@
 
 use super::line::add_line;
 use super::{Hidden, Mesh, Motion, Place, Term, TermInfo, TermParameter};
+use crate::model::Base;
 use crate::real::Real;
 
 /// See [`Term::INFO`].
@@ -11,6 +12,7 @@ impl Term for ToothPassage {
     const INFO: TermInfo = TermInfo {
         id: "tooth_passage",
         place: Place::Mesh,
+        bases: Base::ALL,
         description: "Lines of the teeth passing one lobe and both lobes.",
         equation: "theta_e += A_1 cos(z theta_m + psi_1) + A_2 cos(2 z theta_m + psi_2)",
         source: "tooth counts of the unit, 240 on the flexspline at ratio 121; amplitudes below 1 to 3 arcsec",

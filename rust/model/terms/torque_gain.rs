@@ -1,6 +1,7 @@
 //! A torque constant that is not what it should be.
 
 use super::{Actuator, Hidden, Motion, Place, Term, TermInfo, TermParameter};
+use crate::model::Base;
 use crate::real::Real;
 
 /// See [`Term::INFO`].
@@ -10,6 +11,7 @@ impl Term for TorqueGain {
     const INFO: TermInfo = TermInfo {
         id: "torque_gain",
         place: Place::Actuator,
+        bases: Base::ALL,
         description: "Torque constant off by a factor, and falling towards the peak current.",
         equation: "tau_a = (1 + eps) (1 - s_k min((tau_c / tau_peak)^2, 1)) tau_c",
         source: "tolerance of torque constants +-5 to 10 %; magnetic saturation 10 to 20 % at peak current",

@@ -1,6 +1,7 @@
 //! Torque ripple of the currents.
 
 use super::{Actuator, Hidden, Motion, Place, Term, TermInfo, TermParameter};
+use crate::model::Base;
 use crate::real::Real;
 
 /// See [`Term::INFO`].
@@ -10,6 +11,7 @@ impl Term for TorqueRipple {
     const INFO: TermInfo = TermInfo {
         id: "torque_ripple",
         place: Place::Actuator,
+        bases: Base::ALL,
         description: "Ripple from current offset, gain mismatch and dead time, at 1, 2 and 6 times the pole pairs.",
         equation: "tau_a = tau_c [1 + r_2 cos(2 p theta_m + psi_2) + r_6 cos(6 p theta_m + psi_6)] + tau_off \
             cos(p theta_m + psi_1)",

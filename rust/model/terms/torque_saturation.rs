@@ -1,6 +1,7 @@
 //! What current limit and supply voltage leave of a command.
 
 use super::{Actuator, Hidden, Motion, Place, Term, TermInfo, TermParameter};
+use crate::model::Base;
 use crate::real::Real;
 
 /// See [`Term::INFO`].
@@ -10,6 +11,7 @@ impl Term for TorqueSaturation {
     const INFO: TermInfo = TermInfo {
         id: "torque_saturation",
         place: Place::Actuator,
+        bases: Base::ALL,
         description: "Torque limit of the drive, lowered at speed by the supply voltage.",
         equation: "tau_a = clip(tau_c, +-min(tau_limit, tau_stall (1 - abs(omega_m) / omega_free))), at least 0",
         source: "voltage line k_t (V - k_e abs(omega)) / R with stall torque k_t V / R and free speed V / k_e; \

@@ -1,6 +1,7 @@
 //! Creep of the flexspline under load.
 
 use super::{Gear, Hidden, Motion, Place, Term, TermInfo, TermParameter, TermState};
+use crate::model::Base;
 use crate::real::Real;
 
 /// See [`Term::INFO`].
@@ -10,6 +11,7 @@ impl Term for Viscoelastic {
     const INFO: TermInfo = TermInfo {
         id: "viscoelastic",
         place: Place::Mesh,
+        bases: &[Base::TwoInertia],
         description: "Two Maxwell branches beside the spring, a short and a long one: creep under load and nearly \
             constant phase lag.",
         equation: "tau_h = (K_v / 2) [(phi - q_1) + (phi - q_2)]; dq_1/dt = (phi - q_1) / tau_short, dq_2/dt = \

@@ -1,6 +1,7 @@
 //! What the first hours of running change.
 
 use super::{Dry, Hidden, Mesh, Motion, Place, Term, TermInfo, TermParameter};
+use crate::model::Base;
 use crate::real::Real;
 
 /// How much of the running in is done.
@@ -16,6 +17,7 @@ impl Term for WearRunIn {
     const INFO: TermInfo = TermInfo {
         id: "wear_run_in",
         place: Place::Mesh,
+        bases: Base::ALL,
         description: "Friction of the motor shaft falls and the kinematic error changes with the hours run before \
             the recording.",
         equation: "tau_fm + B omega_m -> (1 - c_f u) (tau_fm + B omega_m), theta_e -> (1 + c_e u) theta_e, u = 1 \
@@ -48,6 +50,8 @@ impl Term for WearRunIn {
         let factor = p[1].mul_add(done(p), R::splat(1.0));
         mesh.error = mesh.error * factor;
         mesh.error_slope = mesh.error_slope * factor;
+        mesh.error_curvature = mesh.error_curvature * factor;
+        mesh.slope_by_speed = mesh.slope_by_speed * factor;
     }
 
     #[inline(always)]

@@ -261,12 +261,20 @@ class LeftOut:
             rates[self.places["base_compliance"]] = speed, acceleration
         return rates, (net_m, net_l), bands
 
+    def sticky(self):
+        """Whether motor and output can stick."""
+        return bool(DRY_MOTOR & self.on), "load_side_friction" in self.on
+
+    def start(self):
+        """At rest, motor and output at zero angle."""
+        return np.zeros(self.size)
+
     def solve(self, t_eval, torques, method="DOP853", rtol=1e-11, max_step=2e-3):
         """theta_m, omega_m, theta_l, omega_l at the given times, from rest; `torques` = (until, motor torque), ..."""
-        sticky = (bool(DRY_MOTOR & self.on), "load_side_friction" in self.on)
+        sticky = self.sticky()
         scales = np.full(self.size, 1e-3)
         scales[[0, 1, 2, 3]] = 1e-2, 1e-2, 1e-5, 1e-4
-        x, out = np.zeros(self.size), np.full((4, len(t_eval)), np.nan)
+        x, out = self.start(), np.full((4, len(t_eval)), np.nan)
         t, directions = t_eval[0], (0, 0)
         for end, self.command in torques:
             directions = self.directions(t, x, sticky, directions)

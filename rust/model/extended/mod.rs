@@ -1,0 +1,131 @@
+//! The base models with the physics they leave out.
+//!
+//! States: those of the base model, then the hidden states of the terms that are on.
+
+mod elastic;
+mod rigid;
+
+pub use elastic::Extended;
+pub use rigid::ExtendedRigid;
+
+use super::input::Inputs;
+use super::terms::{Actuator, Dry, HIDDEN, Load, Mesh, Motion};
+use super::two_inertia::controlled;
+use super::{Drivetrain, Shaft};
+use crate::real::{Mask, Real};
+
+/// Both sides of the gear at one instant, and what the terms make of them.
+struct Sides<'a, R: Real> {
+    drive: &'a Drivetrain<'a, R>,
+    inputs: Inputs<R>,
+    motion: Motion<R>,
+    hidden: [R; HIDDEN],
+    hidden_rates: [R; HIDDEN],
+}
+
+impl<'a, R: Real> Sides<'a, R> {
+    #[inline(always)]
+    fn new(drive: &'a Drivetrain<'a, R>, motion: Motion<R>, hidden: &[R]) -> Self {
+        let mut own = [R::zero(); HIDDEN];
+        own.copy_from_slice(hidden);
+        let inputs = drive.input.at(motion.t);
+        Self { drive, inputs, motion, hidden: own, hidden_rates: [R::zero(); HIDDEN] }
+    }
+
+    /// The torque that the drive delivers and the inertia it turns, and the rate of the speed controller.
+    #[inline(always)]
+    fn actuator(&mut self, z: R) -> (Actuator<R>, R) {
+        let Inputs { torque, reference, .. } = self.inputs;
+        let (commanded, z_rate) = controlled(self.drive, torque, reference, self.motion.omega_m, z);
+        let mut actuator = Actuator { torque: commanded, inertia: self.drive.constants.j_m };
+        self.drive.terms.actuator(&self.motion, &mut actuator, &self.hidden, &mut self.hidden_rates);
+        (actuator, z_rate)
+    }
+
+    #[inline(always)]
+    fn mesh(&mut self, error_curvature: R) -> Mesh<R> {
+        let (error, error_slope) = self.drive.harmonics.value_and_slope(self.motion.theta_m);
+        let zero = R::zero();
+        let mut mesh = Mesh {
+            error,
+            error_slope,
+            error_curvature,
+            slope_by_speed: zero,
+            added_windup: zero,
+            added_windup_rate: zero,
+            load_torque: self.inputs.load,
+        };
+        self.drive.terms.mesh(&self.motion, &mut mesh, &self.hidden, &mut self.hidden_rates);
+        mesh
+    }
+
+    #[inline(always)]
+    fn load(&mut self) -> Load<R> {
+        let mut load = Load { torque: self.inputs.load, inertia: self.drive.constants.j_l };
+        self.drive.terms.load(&self.motion, &mut load, &self.hidden, &mut self.hidden_rates);
+        load
+    }
+
+    #[inline(always)]
+    fn motor_friction(&mut self, direction: R, gear_torque: R) -> Dry<R> {
+        let mut dry = dry(direction, self.drive.constants.d_mm, gear_torque);
+        self.drive.terms.motor_friction(&self.motion, &mut dry, &self.hidden, &mut self.hidden_rates);
+        dry
+    }
+
+    #[inline(always)]
+    fn load_friction(&mut self, direction: R) -> Dry<R> {
+        let mut dry = dry(direction, self.drive.constants.d_ll, R::zero());
+        self.drive.terms.load_friction(&self.motion, &mut dry, &self.hidden, &mut self.hidden_rates);
+        dry
+    }
+
+    /// The way the motor slides: that of its friction, or that of a motion it is forced into.
+    #[inline(always)]
+    fn motor_direction(&self) -> R {
+        let Some(imposed) = self.drive.input.motion() else { return self.drive.directions[0] };
+        R::select(imposed, sign(self.motion.omega_m), self.drive.directions[0])
+    }
+
+    /// How a motor moves that is driven by the actuator against a torque and dry friction.
+    #[inline(always)]
+    fn motor(&self, actuator: &Actuator<R>, resisting: R, dry: &Dry<R>, inertia: R) -> Motor<R> {
+        let shaft = Shaft { net: actuator.torque - resisting, breakaway: dry.breakaway };
+        let mut motor = Motor { shaft, alpha: acceleration(shaft.net, dry, inertia), torque: actuator.torque };
+        if let Some(imposed) = self.drive.input.motion() {
+            motor.alpha = R::select(imposed, self.inputs.acceleration, motor.alpha);
+            let needed = dry.direction.mul_add(dry.level, inertia.mul_add(motor.alpha, resisting));
+            motor.torque = R::select(imposed, needed, motor.torque);
+            motor.shaft.breakaway = R::select(imposed, R::zero(), motor.shaft.breakaway);
+        }
+        motor
+    }
+}
+
+/// The motor's shaft, acceleration and torque.
+struct Motor<R> {
+    shaft: Shaft<R>,
+    alpha: R,
+    torque: R,
+}
+
+#[inline(always)]
+fn dry<R: Real>(direction: R, viscous: R, gear_torque: R) -> Dry<R> {
+    let zero = R::zero();
+    Dry { level: zero, breakaway: zero, direction, resisting: zero, viscous, gear_torque }
+}
+
+/// Acceleration of a shaft that slides in its direction, or is held.
+#[inline(always)]
+fn acceleration<R: Real>(net: R, dry: &Dry<R>, inertia: R) -> R {
+    let held = dry.direction.abs().le(R::zero()) & R::zero().lt(dry.breakaway);
+    let sliding = (net - dry.direction * dry.level) / inertia;
+    if held.any() { R::select(held, R::zero(), sliding) } else { sliding }
+}
+
+/// +1, -1, or 0 at zero.
+#[inline(always)]
+fn sign<R: Real>(value: R) -> R {
+    let (zero, one) = (R::zero(), R::splat(1.0));
+    R::select(zero.lt(value), one, R::select(value.lt(zero), -one, zero))
+}

@@ -1,0 +1,187 @@
+//! The rigid limit with terms: one shaft, on which the friction of the output acts through the local ratio.
+//!
+//! The load turns at `omega_l = Y omega_m` and accelerates by `arm alpha_m - curvature omega_m^2`, `arm` being
+//! `d omega_l / d omega_m`. The gear torque follows from the load's balance, friction on the motor may follow from the
+//! gear torque, and both from the acceleration: for a given direction of sliding and sign of the gear torque all of it
+//! is linear, and the sign is known beforehand.
+
+use super::{Motor, Sides, sign};
+use crate::model::terms::{Dry, HIDDEN, Motion, Terms};
+use crate::model::{Base, Drivetrain, Model, Rates, Shaft};
+use crate::real::{Mask, Real};
+
+const OWN: usize = 4;
+const ALL: usize = OWN + HIDDEN;
+
+/// The one-inertia model with terms. States as in [`crate::model::OneInertia`].
+pub struct ExtendedRigid;
+
+impl Model<ALL> for ExtendedRigid {
+    const BASE: Base = Base::OneInertia;
+    const INTEGRATOR: usize = 2;
+    const HIDDEN: usize = HIDDEN;
+    const STICKING: &'static [usize] = &[1];
+    const SCALES: [f64; ALL] = [0.1, 0.1, 1e-2, 1e-8, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0];
+
+    fn compose(full: [f64; 5]) -> [f64; ALL] {
+        std::array::from_fn(|index| [full[0], full[1], full[4]].get(index).copied().unwrap_or(0.0))
+    }
+
+    fn begin(terms: &Terms<f64>, inverse_ratio: f64, state: &mut [f64; ALL]) {
+        let [theta_m, omega_m, ..] = *state;
+        let (theta_l, omega_l) = (theta_m * inverse_ratio, omega_m * inverse_ratio);
+        let motion = Motion { t: 0.0, theta_m, omega_m, theta_l, omega_l, inverse_ratio };
+        let mut hidden = [0.0; HIDDEN];
+        terms.begin(&motion, &mut hidden);
+        state[OWN..].copy_from_slice(&hidden);
+    }
+
+    #[inline(always)]
+    fn sizes<R: Real>(state: &[R; ALL], _windup: R) -> [R; ALL] {
+        let mut sizes = *state;
+        for size in &mut sizes {
+            *size = size.abs();
+        }
+        sizes[0] = R::zero();
+        sizes[3] = R::zero();
+        sizes
+    }
+
+    #[inline(always)]
+    fn rates<R: Real>(drive: &Drivetrain<R>, t: R, state: &[R; ALL]) -> Rates<R, ALL> {
+        let [theta_m, omega_m, z, ..] = *state;
+        let c = drive.constants;
+        let zero = R::zero();
+        let (theta_l, omega_l) = (theta_m * c.inverse_ratio, omega_m * c.inverse_ratio);
+        let motion = Motion { t, theta_m, omega_m, theta_l, omega_l, inverse_ratio: c.inverse_ratio };
+        let mut sides = Sides::new(drive, motion, &state[OWN..]);
+        let (actuator, z_rate) = sides.actuator(z);
+
+        let mesh = sides.mesh(drive.harmonics.curvature(theta_m));
+        let upsilon = c.inverse_ratio - mesh.error_slope;
+        let omega_l = upsilon * omega_m;
+        sides.motion.theta_l = theta_l - mesh.error;
+        sides.motion.omega_l = omega_l;
+
+        let load = sides.load();
+        let direction = sides.motor_direction();
+        let side = sign(upsilon);
+        let on_load = sides.load_friction(direction * side);
+        let arm = (-mesh.slope_by_speed).mul_add(omega_m, upsilon);
+        let bend = mesh.error_curvature * omega_m * omega_m;
+        let steady = c.d_ll.mul_add(omega_l, load.torque + on_load.resisting) - c.d_ml * omega_m;
+        let gear = RigidGear {
+            upsilon,
+            reflected: load.inertia * arm,
+            steady: (-load.inertia).mul_add(bend, steady),
+            on_load,
+            side,
+            actuator_inertia: actuator.inertia,
+            free: actuator.torque - c.d_mm.mul_add(omega_m, -(c.d_ml * omega_l)),
+        };
+        let on_motor = gear.motor_friction(&mut sides, direction);
+
+        let resisting = upsilon.mul_add(gear.steady, on_motor.resisting) + (actuator.torque - gear.free);
+        let on_shaft = Dry {
+            level: upsilon.abs().mul_add(on_load.level, on_motor.level),
+            breakaway: upsilon.abs().mul_add(on_load.breakaway, on_motor.breakaway),
+            ..on_motor
+        };
+        let Motor { shaft, alpha: alpha_m, torque: motor_torque } =
+            sides.motor(&actuator, resisting, &on_shaft, gear.inertia());
+        let alpha_l = arm.mul_add(alpha_m, -bend);
+
+        let mut slope = [zero; ALL];
+        slope[..OWN].copy_from_slice(&[omega_m, alpha_m, z_rate, mesh.error]);
+        slope[OWN..].copy_from_slice(&sides.hidden_rates);
+        Rates {
+            slope,
+            error: mesh.error,
+            windup: zero,
+            windup_rate: zero,
+            te: mesh.error,
+            omega_l,
+            alpha_l,
+            upsilon,
+            gear_torque: gear.torque(direction, alpha_m, &shaft),
+            motor_torque,
+            drive_torque: actuator.torque,
+            load_torque: load.torque,
+            shafts: [shaft, Shaft::free()],
+        }
+    }
+}
+
+/// What the gear has to carry, without the acceleration that is yet to be found.
+struct RigidGear<R> {
+    upsilon: R,
+    /// Gear torque per acceleration of the motor [kg m^2].
+    reflected: R,
+    /// Gear torque without acceleration and dry friction [N m at the output].
+    steady: R,
+    on_load: Dry<R>,
+    /// The way the output turns when the motor turns forward.
+    side: R,
+    actuator_inertia: R,
+    /// Torque on the motor without gear and friction [N m].
+    free: R,
+}
+
+impl<R: Real> RigidGear<R> {
+    /// All inertia in the motor coordinate [kg m^2].
+    #[inline(always)]
+    fn inertia(&self) -> R {
+        self.upsilon.mul_add(self.reflected, self.actuator_inertia)
+    }
+
+    /// Gear torque of a shaft that slides without acceleration.
+    #[inline(always)]
+    fn sliding(&self, direction: R) -> R {
+        (direction * self.side).mul_add(self.on_load.level, self.steady)
+    }
+
+    /// Gear torque at an acceleration. At rest it is not determined: friction on both sides of the gear then
+    /// carries the same share of what it can hold.
+    #[inline(always)]
+    fn torque(&self, direction: R, alpha: R, shaft: &Shaft<R>) -> R {
+        let sliding = self.reflected.mul_add(alpha, self.sliding(direction));
+        let held = direction.abs().le(R::zero()) & R::zero().lt(shaft.breakaway);
+        if !held.any() {
+            return sliding;
+        }
+        let share = shaft.net / shaft.breakaway;
+        R::select(held, (share * self.side).mul_add(self.on_load.breakaway, self.steady), sliding)
+    }
+
+    /// Friction on the motor at the gear torque that belongs to it.
+    #[inline(always)]
+    fn motor_friction(&self, sides: &mut Sides<R>, direction: R) -> Dry<R> {
+        let zero = R::zero();
+        let torque_of = |dry: &Dry<R>| direction.mul_add(dry.level, dry.resisting);
+        let unloaded = torque_of(&sides.motor_friction(direction, zero));
+        let sliding = self.sliding(direction);
+        let inertia = self.inertia();
+        let moving = self.actuator_inertia * sliding + self.reflected * (self.free - unloaded);
+        let first = moving / inertia;
+
+        let resting = direction.abs().le(zero);
+        let pushed = sign((-self.upsilon).mul_add(self.steady, self.free)) * self.side;
+        let about_to_slide = pushed.mul_add(self.on_load.breakaway, self.steady);
+        let mut known = resting;
+        let mut gear_torque = R::select(resting, about_to_slide, first);
+        if let Some(imposed) = sides.drive.input.motion() {
+            let imposed_torque = self.reflected.mul_add(sides.inputs.acceleration, sliding);
+            gear_torque = R::select(imposed, imposed_torque, gear_torque);
+            known = known | imposed;
+        }
+        let dry = sides.motor_friction(direction, gear_torque);
+        let grown = torque_of(&dry) - unloaded;
+        let loop_closes = !known & zero.lt(grown.abs());
+        if !loop_closes.any() {
+            return dry;
+        }
+        let closed = (self.reflected * grown / moving) + R::splat(1.0);
+        let solved = R::select(zero.lt(closed), gear_torque / closed, R::splat(f64::NAN));
+        sides.motor_friction(direction, R::select(loop_closes, solved, gear_torque))
+    }
+}

@@ -85,7 +85,9 @@ impl Queue<'_, '_> {
             // SAFETY: this thread took the row from the queue.
             .map(|place| unsafe { self.shared.writer.samples(place, seat.assignment.index) })
             .collect();
-        out.iter_mut().for_each(|values| values[seat.samples[0].len()..].fill(f64::NAN));
+        for values in &mut out {
+            values[seat.samples[0].len()..].fill(f64::NAN);
+        }
         for (moment, (&time, state)) in taken.enumerate() {
             let mut rates = None;
             for (values, signal) in out.iter_mut().zip(&job.signals) {

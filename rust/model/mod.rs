@@ -61,6 +61,15 @@ pub struct Drivetrain<'a, R: Real> {
     pub directions: &'a [R; 2],
 }
 
+/// Energy [J] in a state.
+#[derive(Clone, Copy)]
+pub struct Energies<R> {
+    /// Of both inertias and the gear spring.
+    pub mechanical: R,
+    /// Stored in terms.
+    pub terms: R,
+}
+
 /// What dry friction has to hold on a shaft.
 #[derive(Clone, Copy)]
 pub struct Shaft<R> {
@@ -97,6 +106,8 @@ pub struct Rates<R, const N: usize> {
     pub drive_torque: R,
     /// External load torque [N m].
     pub load_torque: R,
+    /// Power that terms take from both inertias and the gear spring [W].
+    pub term_power: R,
     /// Motor and load shaft.
     pub shafts: [Shaft<R>; 2],
 }
@@ -132,6 +143,23 @@ pub trait Model<const N: usize> {
 
     /// The right-hand side at time `t`.
     fn rates<R: Real>(drive: &Drivetrain<R>, t: R, state: &[R; N]) -> Rates<R, N>;
+
+    /// The energy at time `t`.
+    #[inline(always)]
+    fn energies<R: Real>(drive: &Drivetrain<R>, t: R, state: &[R; N]) -> Energies<R> {
+        let rates = Self::rates(drive, t, state);
+        let c = drive.constants;
+        let elastic = spring::energy(drive.spring, c, rates.windup);
+        Energies { mechanical: elastic + kinetic([c.j_m, c.j_l], [state[1], rates.omega_l]), terms: R::zero() }
+    }
+}
+
+/// Energy of motion [J] of motor and load.
+#[inline(always)]
+fn kinetic<R: Real>(inertias: [R; 2], speeds: [R; 2]) -> R {
+    let [j_m, j_l] = inertias;
+    let [omega_m, omega_l] = speeds;
+    R::splat(0.5) * (j_m * omega_m).mul_add(omega_m, j_l * omega_l * omega_l)
 }
 
 impl<R: Real> Shaft<R> {

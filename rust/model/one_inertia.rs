@@ -65,6 +65,7 @@ impl Model<4> for OneInertia {
             motor_torque,
             drive_torque,
             load_torque: inputs.load,
+            term_power: R::zero(),
             shafts: [Shaft::free(), Shaft::free()],
         }
     }

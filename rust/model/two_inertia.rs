@@ -58,6 +58,7 @@ impl Model<5> for TwoInertia {
             motor_torque,
             drive_torque,
             load_torque: inputs.load,
+            term_power: R::zero(),
             shafts: [Shaft::free(), Shaft::free()],
         }
     }

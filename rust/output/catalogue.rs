@@ -80,6 +80,8 @@ pub enum Metric {
     EnergyIn(Phase),
     /// Energy lost in one damper.
     Loss(Integral, Phase),
+    /// Energy lost in terms.
+    LossInTerms,
     /// What the energy balance lacks.
     EnergyResidual,
     /// Time outside the range of the fitted spring.
@@ -241,10 +243,11 @@ impl Metric {
             ]);
         }
         table.extend([
+            entry("loss_terms", "J", "energy lost in terms from the beginning to the end; below 0 where they lessen the drag of B_m and B_ml", Self::LossInTerms),
             entry(
                 "energy_residual",
                 "1",
-                "what the energy balance lacks, as a share of the energy exchanged; not with terms",
+                "what the energy balance lacks, as a share of the energy exchanged",
                 Self::EnergyResidual,
             ),
             entry(
@@ -287,7 +290,9 @@ impl Metric {
                 demand.integrands.ring = true;
                 demand.integrands.speed = true;
             }
-            Self::EnergyIn(_) | Self::Loss(..) | Self::EnergyResidual => demand.integrands.energy = true,
+            Self::EnergyIn(_) | Self::Loss(..) | Self::LossInTerms | Self::EnergyResidual => {
+                demand.integrands.energy = true;
+            }
             Self::PeakWindup | Self::InitialTePeak | Self::TimeOutsideRange => watch(demand, Watched::Windup),
             Self::TePeak(_) | Self::TePeakToPeak(_) => watch(demand, Watched::Te),
             Self::SpeedRipple => watch(demand, Watched::OmegaL),

@@ -78,8 +78,8 @@ impl<'a, const N: usize> Reduction<'a, N> {
                 self.integral(Integral::MotorPower, phase) - self.integral(Integral::LoadPower, phase)
             }
             Metric::Loss(which, phase) => self.integral(which, phase),
-            Metric::EnergyResidual if !self.layout.terms.on.is_empty() => f64::NAN,
-            Metric::EnergyResidual => energy::residual(self.layout, self.seat, self.retrace, self.end.0, &self.end.1),
+            Metric::EnergyResidual => energy::residual(self.seat, self.retrace, (self.end.0, &self.end.1)),
+            Metric::LossInTerms => energy::lost_in_terms(self.seat, self.retrace, (self.end.0, &self.end.1)),
             Metric::TimeOutsideRange => self.seat.outside,
             Metric::UpsilonMin => self.upsilon_min(),
         }

@@ -4,7 +4,7 @@ use crate::model::{Constants, Rates};
 use crate::real::Real;
 
 /// How many quadratures there are.
-pub const INTEGRALS: usize = 11;
+pub const INTEGRALS: usize = 12;
 
 /// What each quadrature integrates over time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -32,6 +32,8 @@ pub enum Integral {
     LoadLoss,
     /// Power lost in B_sp.
     MeshLoss,
+    /// Power taken by terms.
+    TermPower,
 }
 
 /// Which quadratures a sweep needs.
@@ -89,6 +91,7 @@ impl Integrands {
             put(Integral::WaveGeneratorLoss, weight * c.b_ml * slip, slip);
             put(Integral::LoadLoss, weight * c.b_l * rates.omega_l, rates.omega_l);
             put(Integral::MeshLoss, weight * c.b_sp * rates.windup_rate, rates.windup_rate);
+            put(Integral::TermPower, weight, rates.term_power);
         }
     }
 }

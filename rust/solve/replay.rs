@@ -5,7 +5,7 @@ use super::seat::{Seat, Start};
 use super::stepper::Stepper;
 use super::watch::WATCHED;
 use super::{Integrands, Method};
-use crate::model::{Base, Drive, Harmonics, Layout, Model, Rates, Row, spring};
+use crate::model::{Base, Drive, Energies, Harmonics, Layout, Model, Rates, Row, spring};
 use crate::real::{Path, Task};
 use std::marker::PhantomData;
 
@@ -15,6 +15,8 @@ pub trait Retrace<const N: usize> {
     fn dense(&mut self, seat: &Seat<N>, start: &Record<N>, step: f64) -> Dense<N>;
     /// Everything the equations pass through at an instant; a shaft slides the way it moves.
     fn rates(&mut self, seat: &Seat<N>, t: f64, state: &[f64; N]) -> Rates<f64, N>;
+    /// The energy at an instant.
+    fn energies(&mut self, seat: &Seat<N>, t: f64, state: &[f64; N]) -> Energies<f64>;
     /// Which base model it is.
     fn base(&self) -> Base;
     /// The kinematic error [rad] and its slope at a motor angle.
@@ -89,6 +91,11 @@ impl<P: Path, M: Model<N>, T: Method, const N: usize> Retrace<N> for Replay<P, M
         self.rates_in(seat, t, state, [way(0), way(1)])
     }
 
+    fn energies(&mut self, seat: &Seat<N>, t: f64, state: &[f64; N]) -> Energies<f64> {
+        self.stepper.input.set_lane(0, seat.segment_before(t), &seat.assignment.row);
+        P::enter(Energy::<M, N> { stepper: &self.stepper, t, state, model: PhantomData })
+    }
+
     fn base(&self) -> Base {
         M::BASE
     }
@@ -144,5 +151,21 @@ impl<M: Model<N>, const N: usize> Task for Instant<'_, M, N> {
     #[inline(always)]
     fn run(self) -> Self::Output {
         self.stepper.rates::<M>(self.t, self.state)
+    }
+}
+
+struct Energy<'a, M, const N: usize> {
+    stepper: &'a Stepper<f64, N>,
+    t: f64,
+    state: &'a [f64; N],
+    model: PhantomData<M>,
+}
+
+impl<M: Model<N>, const N: usize> Task for Energy<'_, M, N> {
+    type Output = Energies<f64>;
+
+    #[inline(always)]
+    fn run(self) -> Self::Output {
+        self.stepper.energies::<M>(self.t, self.state)
     }
 }

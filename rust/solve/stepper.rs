@@ -5,7 +5,7 @@ use super::integrals::{INTEGRALS, Integrands};
 use super::record::DENSE_TERMS;
 use super::watch::{Watch, WatchList};
 use crate::model::terms::Terms;
-use crate::model::{Constants, Drivetrain, Harmonics, Input, Layout, Model, Rates, Row, SpringLaw};
+use crate::model::{Constants, Drivetrain, Energies, Harmonics, Input, Layout, Model, Rates, Row, SpringLaw};
 use crate::real::{Mask, Real};
 
 /// Slopes kept of a step: the largest method has 13 stages and 3 more for its dense output.
@@ -109,16 +109,25 @@ impl<R: Real, const N: usize> Stepper<R, N> {
     }
 
     #[inline(always)]
-    pub fn rates<M: Model<N>>(&self, t: R, state: &[R; N]) -> Rates<R, N> {
-        let drive = Drivetrain {
+    fn drive(&self) -> Drivetrain<'_, R> {
+        Drivetrain {
             constants: &self.constants,
             harmonics: &self.harmonics,
             input: &self.input,
             spring: self.spring,
             terms: &self.terms,
             directions: &self.directions,
-        };
-        M::rates(&drive, t, state)
+        }
+    }
+
+    #[inline(always)]
+    pub fn rates<M: Model<N>>(&self, t: R, state: &[R; N]) -> Rates<R, N> {
+        M::rates(&self.drive(), t, state)
+    }
+
+    #[inline(always)]
+    pub fn energies<M: Model<N>>(&self, t: R, state: &[R; N]) -> Energies<R> {
+        M::energies(&self.drive(), t, state)
     }
 
     /// Evaluates the first slope anew in the given lanes.

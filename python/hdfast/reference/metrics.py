@@ -37,6 +37,7 @@ class Metrics:
             "speed_ripple": lambda: self.peak_to_peak("omega_l", "run"),
             "speed_ripple_rms": lambda: self.deviation("run", 1),
             "residual_ring": self.residual_ring,
+            "loss_terms": lambda: 0.0,
             "energy_residual": self.energy_residual,
             "time_outside_range": self.time_outside_range,
             "upsilon_min": self.upsilon_min,

@@ -2,7 +2,7 @@
 
 use super::{Motor, Sides, acceleration};
 use crate::model::terms::{Gear, HIDDEN, Motion, Reaction, Terms};
-use crate::model::{Base, Drivetrain, Model, Rates, Shaft, spring};
+use crate::model::{Base, Drivetrain, Energies, Model, Rates, Shaft, kinetic, spring};
 use crate::real::Real;
 
 const OWN: usize = 5;
@@ -44,63 +44,81 @@ impl Model<ALL> for Extended {
 
     #[inline(always)]
     fn rates<R: Real>(drive: &Drivetrain<R>, t: R, state: &[R; ALL]) -> Rates<R, ALL> {
-        let [theta_m, omega_m, te, omega_l, z, ..] = *state;
-        let c = drive.constants;
-        let zero = R::zero();
-        let theta_l = theta_m.mul_add(c.inverse_ratio, -te);
-        let motion = Motion { t, theta_m, omega_m, theta_l, omega_l, inverse_ratio: c.inverse_ratio };
-        let mut sides = Sides::new(drive, motion, &state[OWN..]);
-        let (actuator, z_rate) = sides.actuator(z);
+        evaluate(drive, t, state).rates
+    }
 
-        let mesh = sides.mesh(zero);
-        let windup = te - mesh.error + mesh.added_windup;
-        let upsilon = c.inverse_ratio - mesh.error_slope;
-        let windup_rate = upsilon.mul_add(omega_m, mesh.added_windup_rate - omega_l);
-        let mut gear = Gear {
-            spring_windup: windup,
-            stiffness_factor: R::splat(1.0),
-            added_torque: zero,
-            motor_reaction: zero,
-            load_reaction: zero,
-            windup,
-            windup_rate,
-        };
-        drive.terms.gear(&sides.motion, &mut gear, &sides.hidden, &mut sides.hidden_rates);
-        let stored = spring::energy(drive.spring, c, gear.spring_windup);
-        let elastic = gear.stiffness_factor * spring::torque(drive.spring, c, gear.spring_windup);
-        let gear_torque = c.b_sp.mul_add(windup_rate, elastic + gear.added_torque);
-
-        let on_motor = sides.motor_friction(sides.motor_direction(), gear_torque);
-        let load = sides.load();
-        let on_load = sides.load_friction(drive.directions[1]);
-        drive.terms.reaction(&sides.motion, &mut Reaction { gear_torque }, &sides.hidden, &mut sides.hidden_rates);
-
-        let resisting = c.d_mm.mul_add(omega_m, upsilon.mul_add(gear_torque, -(c.d_ml * omega_l)));
-        let resisting = stored.mul_add(gear.motor_reaction, resisting + on_motor.resisting);
-        let Motor { shaft, alpha: alpha_m, torque: motor_torque } =
-            sides.motor(&actuator, resisting, &on_motor, actuator.inertia);
-        let driving = c.d_ml.mul_add(omega_m, gear_torque) - c.d_ll.mul_add(omega_l, load.torque);
-        let output =
-            Shaft { net: driving - stored * gear.load_reaction - on_load.resisting, breakaway: on_load.breakaway };
-        let alpha_l = acceleration(output.net, &on_load, load.inertia);
-
-        let mut slope = [zero; ALL];
-        slope[..OWN].copy_from_slice(&[omega_m, alpha_m, c.inverse_ratio.mul_add(omega_m, -omega_l), alpha_l, z_rate]);
-        slope[OWN..].copy_from_slice(&sides.hidden_rates);
-        Rates {
-            slope,
-            error: mesh.error,
-            windup,
-            windup_rate,
-            te,
-            omega_l,
-            alpha_l,
-            upsilon,
-            gear_torque,
-            motor_torque,
-            drive_torque: actuator.torque,
-            load_torque: load.torque,
-            shafts: [shaft, output],
+    #[inline(always)]
+    fn energies<R: Real>(drive: &Drivetrain<R>, t: R, state: &[R; ALL]) -> Energies<R> {
+        let Instant { rates, gear, inertias, hidden } = evaluate(drive, t, state);
+        let elastic = gear.stiffness_factor * spring::energy(drive.spring, drive.constants, gear.spring_windup);
+        Energies {
+            mechanical: elastic + kinetic(inertias, [state[1], rates.omega_l]),
+            terms: drive.terms.stored(&gear, &hidden),
         }
     }
+}
+
+/// The rates with what else is known at that instant.
+struct Instant<R> {
+    rates: Rates<R, ALL>,
+    gear: Gear<R>,
+    inertias: [R; 2],
+    hidden: [R; HIDDEN],
+}
+
+#[inline(always)]
+fn evaluate<R: Real>(drive: &Drivetrain<R>, t: R, state: &[R; ALL]) -> Instant<R> {
+    let [theta_m, omega_m, te, omega_l, z, ..] = *state;
+    let c = drive.constants;
+    let zero = R::zero();
+    let theta_l = theta_m.mul_add(c.inverse_ratio, -te);
+    let motion = Motion { t, theta_m, omega_m, theta_l, omega_l, inverse_ratio: c.inverse_ratio };
+    let mut sides = Sides::new(drive, motion, &state[OWN..]);
+    let (actuator, z_rate) = sides.actuator(z);
+
+    let mesh = sides.mesh(zero);
+    let windup = te - mesh.error + mesh.added_windup;
+    let upsilon = c.inverse_ratio - mesh.error_slope;
+    let windup_rate = upsilon.mul_add(omega_m, mesh.added_windup_rate - omega_l);
+    let mut gear = Gear::new(windup, windup_rate);
+    drive.terms.gear(&sides.motion, &mut gear, &sides.hidden, &mut sides.hidden_rates);
+    let stored = spring::energy(drive.spring, c, gear.spring_windup);
+    let elastic = gear.stiffness_factor * spring::torque(drive.spring, c, gear.spring_windup);
+    let gear_torque = c.b_sp.mul_add(windup_rate, elastic + gear.added_torque);
+
+    let on_motor = sides.motor_friction(sides.motor_direction(), gear_torque);
+    let load = sides.load();
+    let on_load = sides.load_friction(drive.directions[1]);
+    drive.terms.reaction(&sides.motion, &mut Reaction { gear_torque }, &sides.hidden, &mut sides.hidden_rates);
+
+    let resisting = c.d_mm.mul_add(omega_m, upsilon.mul_add(gear_torque, -(c.d_ml * omega_l)));
+    let resisting = stored.mul_add(gear.motor_reaction, resisting + on_motor.resisting);
+    let Motor { shaft, alpha: alpha_m, torque: motor_torque } =
+        sides.motor(&actuator, resisting, &on_motor, actuator.inertia);
+    let driving = c.d_ml.mul_add(omega_m, gear_torque) - c.d_ll.mul_add(omega_l, load.torque);
+    let output = Shaft { net: driving - stored * gear.load_reaction - on_load.resisting, breakaway: on_load.breakaway };
+    let alpha_l = acceleration(output.net, &on_load, load.inertia);
+
+    let friction = on_motor.torque() * omega_m + on_load.torque() * omega_l;
+    let on_housing = gear_torque * mesh.added_windup_rate;
+    let mut slope = [zero; ALL];
+    slope[..OWN].copy_from_slice(&[omega_m, alpha_m, c.inverse_ratio.mul_add(omega_m, -omega_l), alpha_l, z_rate]);
+    slope[OWN..].copy_from_slice(&sides.hidden_rates);
+    let rates = Rates {
+        slope,
+        error: mesh.error,
+        windup,
+        windup_rate,
+        te,
+        omega_l,
+        alpha_l,
+        upsilon,
+        gear_torque,
+        motor_torque,
+        drive_torque: actuator.torque,
+        load_torque: load.torque,
+        term_power: gear.added_torque.mul_add(windup_rate, friction - on_housing),
+        shafts: [shaft, output],
+    };
+    Instant { rates, gear, inertias: [actuator.inertia, load.inertia], hidden: sides.hidden }
 }

@@ -6,8 +6,8 @@
 //! is linear, and the sign is known beforehand.
 
 use super::{Motor, Sides, sign};
-use crate::model::terms::{Dry, HIDDEN, Motion, Terms};
-use crate::model::{Base, Drivetrain, Model, Rates, Shaft};
+use crate::model::terms::{Dry, Gear, HIDDEN, Motion, Terms};
+use crate::model::{Base, Drivetrain, Energies, Model, Rates, Shaft, kinetic};
 use crate::real::{Mask, Real};
 
 const OWN: usize = 4;
@@ -49,67 +49,90 @@ impl Model<ALL> for ExtendedRigid {
 
     #[inline(always)]
     fn rates<R: Real>(drive: &Drivetrain<R>, t: R, state: &[R; ALL]) -> Rates<R, ALL> {
-        let [theta_m, omega_m, z, ..] = *state;
-        let c = drive.constants;
-        let zero = R::zero();
-        let (theta_l, omega_l) = (theta_m * c.inverse_ratio, omega_m * c.inverse_ratio);
-        let motion = Motion { t, theta_m, omega_m, theta_l, omega_l, inverse_ratio: c.inverse_ratio };
-        let mut sides = Sides::new(drive, motion, &state[OWN..]);
-        let (actuator, z_rate) = sides.actuator(z);
+        evaluate(drive, t, state).rates
+    }
 
-        let mesh = sides.mesh(drive.harmonics.curvature(theta_m));
-        let upsilon = c.inverse_ratio - mesh.error_slope;
-        let omega_l = upsilon * omega_m;
-        sides.motion.theta_l = theta_l - mesh.error;
-        sides.motion.omega_l = omega_l;
-
-        let load = sides.load();
-        let direction = sides.motor_direction();
-        let side = sign(upsilon);
-        let on_load = sides.load_friction(direction * side);
-        let arm = (-mesh.slope_by_speed).mul_add(omega_m, upsilon);
-        let bend = mesh.error_curvature * omega_m * omega_m;
-        let steady = c.d_ll.mul_add(omega_l, load.torque + on_load.resisting) - c.d_ml * omega_m;
-        let gear = RigidGear {
-            upsilon,
-            reflected: load.inertia * arm,
-            steady: (-load.inertia).mul_add(bend, steady),
-            on_load,
-            side,
-            actuator_inertia: actuator.inertia,
-            free: actuator.torque - c.d_mm.mul_add(omega_m, -(c.d_ml * omega_l)),
-        };
-        let on_motor = gear.motor_friction(&mut sides, direction);
-
-        let resisting = upsilon.mul_add(gear.steady, on_motor.resisting) + (actuator.torque - gear.free);
-        let on_shaft = Dry {
-            level: upsilon.abs().mul_add(on_load.level, on_motor.level),
-            breakaway: upsilon.abs().mul_add(on_load.breakaway, on_motor.breakaway),
-            ..on_motor
-        };
-        let Motor { shaft, alpha: alpha_m, torque: motor_torque } =
-            sides.motor(&actuator, resisting, &on_shaft, gear.inertia());
-        let alpha_l = arm.mul_add(alpha_m, -bend);
-
-        let mut slope = [zero; ALL];
-        slope[..OWN].copy_from_slice(&[omega_m, alpha_m, z_rate, mesh.error]);
-        slope[OWN..].copy_from_slice(&sides.hidden_rates);
-        Rates {
-            slope,
-            error: mesh.error,
-            windup: zero,
-            windup_rate: zero,
-            te: mesh.error,
-            omega_l,
-            alpha_l,
-            upsilon,
-            gear_torque: gear.torque(direction, alpha_m, &shaft),
-            motor_torque,
-            drive_torque: actuator.torque,
-            load_torque: load.torque,
-            shafts: [shaft, Shaft::free()],
+    #[inline(always)]
+    fn energies<R: Real>(drive: &Drivetrain<R>, t: R, state: &[R; ALL]) -> Energies<R> {
+        let Instant { rates, inertias, hidden } = evaluate(drive, t, state);
+        Energies {
+            mechanical: kinetic(inertias, [state[1], rates.omega_l]),
+            terms: drive.terms.stored(&Gear::new(R::zero(), R::zero()), &hidden),
         }
     }
+}
+
+/// The rates with what else is known at that instant.
+struct Instant<R> {
+    rates: Rates<R, ALL>,
+    inertias: [R; 2],
+    hidden: [R; HIDDEN],
+}
+
+#[inline(always)]
+fn evaluate<R: Real>(drive: &Drivetrain<R>, t: R, state: &[R; ALL]) -> Instant<R> {
+    let [theta_m, omega_m, z, ..] = *state;
+    let c = drive.constants;
+    let zero = R::zero();
+    let (theta_l, omega_l) = (theta_m * c.inverse_ratio, omega_m * c.inverse_ratio);
+    let motion = Motion { t, theta_m, omega_m, theta_l, omega_l, inverse_ratio: c.inverse_ratio };
+    let mut sides = Sides::new(drive, motion, &state[OWN..]);
+    let (actuator, z_rate) = sides.actuator(z);
+
+    let mesh = sides.mesh(drive.harmonics.curvature(theta_m));
+    let upsilon = c.inverse_ratio - mesh.error_slope;
+    let omega_l = upsilon * omega_m;
+    sides.motion.theta_l = theta_l - mesh.error;
+    sides.motion.omega_l = omega_l;
+
+    let load = sides.load();
+    let direction = sides.motor_direction();
+    let side = sign(upsilon);
+    let on_load = sides.load_friction(direction * side);
+    let arm = (-mesh.slope_by_speed).mul_add(omega_m, upsilon);
+    let bend = mesh.error_curvature * omega_m * omega_m;
+    let steady = c.d_ll.mul_add(omega_l, load.torque + on_load.resisting) - c.d_ml * omega_m;
+    let gear = RigidGear {
+        upsilon,
+        reflected: load.inertia * arm,
+        steady: (-load.inertia).mul_add(bend, steady),
+        on_load,
+        side,
+        actuator_inertia: actuator.inertia,
+        free: actuator.torque - c.d_mm.mul_add(omega_m, -(c.d_ml * omega_l)),
+    };
+    let on_motor = gear.motor_friction(&mut sides, direction);
+
+    let resisting = upsilon.mul_add(gear.steady, on_motor.resisting) + (actuator.torque - gear.free);
+    let on_shaft = Dry {
+        level: upsilon.abs().mul_add(on_load.level, on_motor.level),
+        breakaway: upsilon.abs().mul_add(on_load.breakaway, on_motor.breakaway),
+        ..on_motor
+    };
+    let Motor { shaft, alpha: alpha_m, torque: motor_torque } =
+        sides.motor(&actuator, resisting, &on_shaft, gear.inertia());
+    let alpha_l = arm.mul_add(alpha_m, -bend);
+
+    let mut slope = [zero; ALL];
+    slope[..OWN].copy_from_slice(&[omega_m, alpha_m, z_rate, mesh.error]);
+    slope[OWN..].copy_from_slice(&sides.hidden_rates);
+    let rates = Rates {
+        slope,
+        error: mesh.error,
+        windup: zero,
+        windup_rate: zero,
+        te: mesh.error,
+        omega_l,
+        alpha_l,
+        upsilon,
+        gear_torque: gear.torque(direction, alpha_m, &shaft),
+        motor_torque,
+        drive_torque: actuator.torque,
+        load_torque: load.torque,
+        term_power: on_motor.torque() * omega_m + on_load.torque() * omega_l,
+        shafts: [shaft, Shaft::free()],
+    };
+    Instant { rates, inertias: [actuator.inertia, load.inertia], hidden: sides.hidden }
 }
 
 /// What the gear has to carry, without the acceleration that is yet to be found.
@@ -157,8 +180,7 @@ impl<R: Real> RigidGear<R> {
     #[inline(always)]
     fn motor_friction(&self, sides: &mut Sides<R>, direction: R) -> Dry<R> {
         let zero = R::zero();
-        let torque_of = |dry: &Dry<R>| direction.mul_add(dry.level, dry.resisting);
-        let unloaded = torque_of(&sides.motor_friction(direction, zero));
+        let unloaded = sides.motor_friction(direction, zero).torque();
         let sliding = self.sliding(direction);
         let inertia = self.inertia();
         let moving = self.actuator_inertia * sliding + self.reflected * (self.free - unloaded);
@@ -175,7 +197,7 @@ impl<R: Real> RigidGear<R> {
             known = known | imposed;
         }
         let dry = sides.motor_friction(direction, gear_torque);
-        let grown = torque_of(&dry) - unloaded;
+        let grown = dry.torque() - unloaded;
         let loop_closes = !known & zero.lt(grown.abs());
         if !loop_closes.any() {
             return dry;

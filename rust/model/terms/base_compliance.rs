@@ -1,6 +1,6 @@
 //! A housing that turns on its foundation.
 
-use super::{Hidden, Mesh, Motion, Place, Reaction, Term, TermInfo, TermParameter, TermState};
+use super::{Gear, Hidden, Mesh, Motion, Place, Reaction, Term, TermInfo, TermParameter, TermState};
 use crate::model::Base;
 use crate::real::Real;
 
@@ -35,6 +35,12 @@ impl Term for BaseCompliance {
             TermState { name: "omega_b", unit: "rad/s", scale: 1e-3 },
         ],
     };
+
+    #[inline(always)]
+    fn stored<R: Real>(p: &[R], _gear: &Gear<R>, states: &[R]) -> R {
+        let (angle, speed) = (states[0], states[1]);
+        R::splat(0.5) * (p[0] * angle).mul_add(angle, p[2] * speed * speed)
+    }
 
     #[inline(always)]
     fn mesh<R: Real>(_p: &[R], motion: &Motion<R>, mesh: &mut Mesh<R>, hidden: Hidden<R>) {

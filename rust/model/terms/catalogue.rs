@@ -58,6 +58,21 @@ macro_rules! catalog {
                 )*
                 let _ = index;
             }
+
+            /// Energy [J] stored in all of them together.
+            pub fn stored(&self, gear: &Gear<R>, states: &[R; HIDDEN]) -> R {
+                let mut index = 0;
+                let mut energy = R::zero();
+                $(
+                    if self.is_on(index) {
+                        let first = self.first_state[index].min(HIDDEN);
+                        energy = energy + super::$module::$term::stored(self.values_of(index), gear, &states[first..]);
+                    }
+                    index += 1;
+                )*
+                let _ = index;
+                energy
+            }
         }
     };
     (@hook $hook:ident($place:ident: $type:ty) [$($term:ident $module:ident)*]) => {

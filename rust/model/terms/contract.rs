@@ -162,6 +162,23 @@ pub struct Gear<R> {
     pub windup_rate: R,
 }
 
+impl<R: Real> Gear<R> {
+    /// The gear at a windup, before the terms have their say.
+    #[inline(always)]
+    pub fn new(windup: R, windup_rate: R) -> Self {
+        let zero = R::zero();
+        Self {
+            spring_windup: windup,
+            stiffness_factor: R::splat(1.0),
+            added_torque: zero,
+            motor_reaction: zero,
+            load_reaction: zero,
+            windup,
+            windup_rate,
+        }
+    }
+}
+
 /// Dry friction on one shaft: a level that opposes the motion, or holds it.
 #[derive(Clone, Copy)]
 pub struct Dry<R> {
@@ -177,6 +194,14 @@ pub struct Dry<R> {
     pub viscous: R,
     /// Gear torque [N m at the output]; motor friction may be linear in it and in its size, no more.
     pub gear_torque: R,
+}
+
+impl<R: Real> Dry<R> {
+    /// Resisting torque of a shaft that slides [N m].
+    #[inline(always)]
+    pub fn torque(&self) -> R {
+        self.direction.mul_add(self.level, self.resisting)
+    }
 }
 
 /// What the gear does to the structure.
@@ -202,6 +227,12 @@ pub trait Term {
     /// Sets the hidden states of a drive that begins in this motion; zero where it does nothing.
     #[inline(always)]
     fn begin<R: Real>(p: &[R], motion: &Motion<R>, states: &mut [R]) {}
+    /// Energy [J] stored in the term; what it takes beyond that is lost and never negative. Springs and masses beyond
+    /// the motor and the output belong to what drives them, not to the balance of the gear.
+    #[inline(always)]
+    fn stored<R: Real>(p: &[R], gear: &Gear<R>, states: &[R]) -> R {
+        R::zero()
+    }
     /// Shapes the motor torque.
     #[inline(always)]
     fn actuator<R: Real>(p: &[R], motion: &Motion<R>, actuator: &mut Actuator<R>, hidden: Hidden<R>) {}

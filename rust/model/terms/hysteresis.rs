@@ -36,6 +36,11 @@ impl Term for Hysteresis {
     };
 
     #[inline(always)]
+    fn stored<R: Real>(p: &[R], _gear: &Gear<R>, states: &[R]) -> R {
+        R::splat(0.5) * p[0] * p[1] * states[0] * states[0]
+    }
+
+    #[inline(always)]
     fn gear<R: Real>(p: &[R], _motion: &Motion<R>, gear: &mut Gear<R>, hidden: Hidden<R>) {
         let [torque, windup, dissipating, sharpness] = [p[0], p[1], p[2], p[3]];
         let (zeta, rate) = (hidden.states[0], gear.windup_rate);

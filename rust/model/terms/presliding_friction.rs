@@ -1,6 +1,6 @@
 //! Bristle friction: springs before it slides.
 
-use super::{Dry, Hidden, Motion, Place, Term, TermInfo, TermParameter, TermState};
+use super::{Dry, Gear, Hidden, Motion, Place, Term, TermInfo, TermParameter, TermState};
 use crate::model::Base;
 use crate::real::Real;
 
@@ -39,6 +39,11 @@ impl Term for PreslidingFriction {
         ],
         states: &[TermState { name: "z", unit: "rad", scale: 1e-3 }],
     };
+
+    #[inline(always)]
+    fn stored<R: Real>(p: &[R], _gear: &Gear<R>, states: &[R]) -> R {
+        R::splat(0.5) * p[0] * states[0] * states[0]
+    }
 
     #[inline(always)]
     fn motor_friction<R: Real>(p: &[R], motion: &Motion<R>, dry: &mut Dry<R>, hidden: Hidden<R>) {

@@ -28,6 +28,14 @@ impl Term for SoftWindup {
     };
 
     #[inline(always)]
+    fn stored<R: Real>(p: &[R], gear: &Gear<R>, _states: &[R]) -> R {
+        // ln cosh x = |x| + ln(1 + exp(-2 |x|)) - ln 2
+        let x = (gear.spring_windup / p[1]).abs();
+        let ln_cosh = x + ((x * R::splat(-2.0)).exp() + R::splat(1.0)).ln() - R::splat(std::f64::consts::LN_2);
+        -(p[0] * p[1] * p[1] * ln_cosh)
+    }
+
+    #[inline(always)]
     fn gear<R: Real>(p: &[R], _motion: &Motion<R>, gear: &mut Gear<R>, _hidden: Hidden<R>) {
         let missing = p[0] * p[1] * (gear.spring_windup / p[1]).tanh();
         gear.added_torque = gear.added_torque - missing;

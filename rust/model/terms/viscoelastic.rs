@@ -36,6 +36,12 @@ impl Term for Viscoelastic {
     };
 
     #[inline(always)]
+    fn stored<R: Real>(p: &[R], gear: &Gear<R>, states: &[R]) -> R {
+        let (short, long) = (gear.windup - states[0], gear.windup - states[1]);
+        R::splat(0.25) * p[0] * short.mul_add(short, long * long)
+    }
+
+    #[inline(always)]
     fn gear<R: Real>(p: &[R], _motion: &Motion<R>, gear: &mut Gear<R>, hidden: Hidden<R>) {
         let short = gear.windup - hidden.states[0];
         let long = gear.windup - hidden.states[1];

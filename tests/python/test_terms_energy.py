@@ -1,0 +1,62 @@
+"""The balance of energy with any set of terms."""
+
+from __future__ import annotations
+
+import hdfast
+import numpy as np
+import pytest
+from drives import SCENARIO, parameters
+from termed import COMBINATIONS, LOAD, RUN, VALUES, torque_steps, with_company
+
+METRICS = ["energy_in", "loss_terms", "loss_motor", "loss_wave_generator", "energy_residual"]
+# terms that may lessen the viscous drag, and with it what the audit books on B_m and B_ml
+LESSEN = {"wear_run_in", "thermal_viscous", "asymmetric_friction"}
+RIGID = {term.id for term in hdfast.terms() if "one_inertia" in term.bases}
+
+
+def audit(terms, base, scenario, **options):
+    on, values = with_company(terms)
+    row = {name: value for name, value in parameters(**values).items() if name not in SCENARIO}
+    model = hdfast.Model(base, terms=on)
+    run = hdfast.simulate(row, model=model, scenario=scenario, metrics=METRICS, **options)
+    assert run.status == "finished", run.message
+    return run.metrics
+
+
+@pytest.mark.parametrize("base", ["two_inertia", "one_inertia"])
+@pytest.mark.parametrize("terms", [[term] for term in VALUES] + COMBINATIONS, ids="+".join)
+def test_exact_energy_audit_with_terms(terms, base):
+    """What motor and load put in is stored or lost, and no set of terms loses less than nothing."""
+    terms = [term for term in terms if base == "two_inertia" or term in RIGID]
+    if not terms:
+        pytest.skip("nothing of it on a rigid gear")
+    found = audit(terms, base, torque_steps(RUN, LOAD), rtol=1e-8)
+    assert found["energy_residual"] < 3e-6
+    lost = found["loss_terms"]
+    if LESSEN & set(terms):
+        lost += found["loss_motor"] + found["loss_wave_generator"]
+    assert lost >= -1e-9 * abs(found["energy_in"])
+
+
+def test_exact_energy_audit_of_an_imposed_motion():
+    terms = ["coulomb_friction", "load_side_friction", "hysteresis", "base_compliance", "torque_gain"]
+    t = np.linspace(0.0, 1.0, 201)
+    scenario = hdfast.Scenario.motion(t, 5.0 * np.sin(6.0 * t), torque=(t, 0.1 * t), load=LOAD)
+    found = audit(terms, "two_inertia", scenario, rtol=1e-8)
+    assert found["energy_residual"] < 3e-6
+    assert found["loss_terms"] > 0.0
+
+
+def test_exact_heat_of_a_stopped_drive():
+    """A drive at rest again, all springs relaxed, has lost in dampers and terms all that was put in."""
+    names = [*METRICS, "loss_load", "loss_mesh"]
+    run = hdfast.simulate(
+        {"te_scale": 0.0, "T_c": 0.04},
+        model=hdfast.Model(terms=["coulomb_friction"]),
+        scenario=hdfast.Scenario.start_stop(t_end=3.0),
+        metrics=names,
+        rtol=1e-8,
+    )
+    lost = sum(run.metrics[name] for name in names if name.startswith("loss"))
+    assert run.metrics["loss_terms"] > 0.1 * run.metrics["energy_in"]
+    np.testing.assert_allclose(lost, run.metrics["energy_in"], rtol=2e-6)

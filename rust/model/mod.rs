@@ -108,6 +108,8 @@ pub struct Rates<R, const N: usize> {
     pub load_torque: R,
     /// Power that terms take from both inertias and the gear spring [W].
     pub term_power: R,
+    /// What is left before hidden states jump; below 0 they have to.
+    pub reserve: R,
     /// Motor and load shaft.
     pub shafts: [Shaft<R>; 2],
 }
@@ -143,6 +145,9 @@ pub trait Model<const N: usize> {
 
     /// The right-hand side at time `t`.
     fn rates<R: Real>(drive: &Drivetrain<R>, t: R, state: &[R; N]) -> Rates<R, N>;
+
+    /// Lets hidden states jump whose reserve is used up.
+    fn jump(_drive: &Drivetrain<f64>, _t: f64, _state: &mut [f64; N]) {}
 
     /// The energy at time `t`.
     #[inline(always)]

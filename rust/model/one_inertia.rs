@@ -66,6 +66,7 @@ impl Model<4> for OneInertia {
             drive_torque,
             load_torque: inputs.load,
             term_power: R::zero(),
+            reserve: R::splat(f64::INFINITY),
             shafts: [Shaft::free(), Shaft::free()],
         }
     }

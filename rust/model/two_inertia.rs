@@ -59,6 +59,7 @@ impl Model<5> for TwoInertia {
             drive_torque,
             load_torque: inputs.load,
             term_power: R::zero(),
+            reserve: R::splat(f64::INFINITY),
             shafts: [Shaft::free(), Shaft::free()],
         }
     }

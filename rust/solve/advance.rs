@@ -371,16 +371,16 @@ impl<'a, P: Path, M: Model<N>, T: Method, const N: usize> Advance<'a, P, M, T, N
     }
 
     #[inline(always)]
-    fn lane_directions(&self, lane: usize) -> [f64; 2] {
+    pub(super) fn lane_directions(&self, lane: usize) -> [f64; 2] {
         [self.stepper.directions[0].get(lane), self.stepper.directions[1].get(lane)]
     }
 
     #[inline(always)]
-    fn lane_state(&self, lane: usize) -> [f64; N] {
+    pub(super) fn lane_state(&self, lane: usize) -> [f64; N] {
         std::array::from_fn(|index| self.stepper.state[index].get(lane))
     }
 
-    fn set_lane_state(&mut self, lane: usize, state: &[f64; N]) {
+    pub(super) fn set_lane_state(&mut self, lane: usize, state: &[f64; N]) {
         for (lanes, &value) in self.stepper.state.iter_mut().zip(state) {
             lanes.set(lane, value);
         }

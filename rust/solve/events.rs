@@ -1,4 +1,4 @@
-//! Dry friction that really sticks: stops and breakaways are located inside the step and landed on.
+//! Dry friction that really sticks, and states that jump: both are located inside the step and landed on.
 //!
 //! A shaft slides in a direction or is held. The step in which a sliding shaft reverses, or in which a held shaft
 //! is pulled harder than its friction can hold, is repeated so that it ends exactly there; then the shaft's
@@ -7,6 +7,7 @@
 use super::Method;
 use super::advance::Advance;
 use super::controller::fit_to_stop;
+use super::integrals::Integral;
 use super::record::{Dense, lane_coefficients};
 use super::root::root;
 use super::stepper::Trial;
@@ -23,6 +24,8 @@ enum Event {
     Stop(usize),
     /// The shaft breaks away.
     Release(usize),
+    /// Hidden states jump.
+    Jump,
 }
 
 /// Steps that are being repeated to end on an event.
@@ -87,7 +90,8 @@ impl<P: Path, M: Model<N>, T: Method, const N: usize> Advance<'_, P, M, T, N> {
             let pulled = direction.abs().le(zero) & state.breakaway.lt(state.net.abs());
             crossed[shaft] = (accepted & sticky & (reversed | pulled)).to_bits();
         }
-        let lanes = (crossed[0] | crossed[1]) & self.occupied & !self.events.lanes;
+        let jumping = (accepted & trial.rates.reserve.lt(zero)).to_bits();
+        let lanes = (crossed[0] | crossed[1] | jumping) & self.occupied & !self.events.lanes;
         if lanes == 0 {
             return none;
         }
@@ -99,7 +103,12 @@ impl<P: Path, M: Model<N>, T: Method, const N: usize> Advance<'_, P, M, T, N> {
                 coefficients: lane_coefficients(&coefficients, lane),
             };
             let shafts = (0..M::STICKING.len()).filter(|shaft| crossed[*shaft] >> lane & 1 == 1);
-            let candidates: Vec<(f64, Event)> = shafts.map(|shaft| self.locate(lane, shaft, &dense, trial)).collect();
+            let mut candidates: Vec<(f64, Event)> =
+                shafts.map(|shaft| self.locate(lane, shaft, &dense, trial)).collect();
+            if jumping >> lane & 1 == 1 {
+                let at_end = trial.rates.reserve.get(lane);
+                candidates.push((self.use_up(lane, &dense, at_end, |rates| rates.reserve), Event::Jump));
+            }
             let Some(&(share, event)) = candidates.iter().min_by(|left, right| left.0.total_cmp(&right.0)) else {
                 continue;
             };
@@ -123,17 +132,33 @@ impl<P: Path, M: Model<N>, T: Method, const N: usize> Advance<'_, P, M, T, N> {
         }
         let end = &trial.rates.shafts[shaft];
         let margin = end.breakaway.get(lane) - end.net.get(lane).abs();
-        let directions = [self.stepper.directions[0].get(lane), self.stepper.directions[1].get(lane)];
-        let Some(seat) = self.seats[lane].take() else { return (1.0, Event::Release(shaft)) };
+        let held = |rates: &Rates<f64, N>| rates.shafts[shaft].breakaway - rates.shafts[shaft].net.abs();
+        (self.use_up(lane, dense, margin, held), Event::Release(shaft))
+    }
+
+    /// Where in the step a reserve is used up.
+    fn use_up(&mut self, lane: usize, dense: &Dense<N>, at_end: f64, reserve: impl Fn(&Rates<f64, N>) -> f64) -> f64 {
+        let directions = self.lane_directions(lane);
+        let Some(seat) = self.seats[lane].take() else { return 1.0 };
         self.replay.load(&seat, self.harmonics);
-        let mut reserve = |share: f64| {
-            let rates = self.replay.rates_in(&seat, dense.t + share * dense.step, &dense.at(share), directions);
-            rates.shafts[shaft].breakaway - rates.shafts[shaft].net.abs()
+        let mut left = |share: f64| {
+            reserve(&self.replay.rates_in(&seat, dense.t + share * dense.step, &dense.at(share), directions))
         };
-        let start = reserve(0.0);
-        let share = if start <= 0.0 { EARLIEST } else { root(&mut reserve, start, margin) };
+        let start = left(0.0);
+        let share = if start <= 0.0 { EARLIEST } else { root(&mut left, start, at_end) };
         self.seats[lane] = Some(seat);
-        (share, Event::Release(shaft))
+        share
+    }
+
+    /// Lets hidden states jump; what mechanical energy goes with it counts as taken by terms.
+    fn jump(&mut self, lane: usize) {
+        let Some(seat) = self.seats[lane].take() else { return };
+        self.replay.load(&seat, self.harmonics);
+        let (after, lost) = self.replay.jump(&seat, self.stepper.t.get(lane), &self.lane_state(lane));
+        self.set_lane_state(lane, &after);
+        let taken = &mut self.stepper.integrals[Integral::TermPower as usize];
+        taken.set(lane, taken.get(lane) + lost);
+        self.seats[lane] = Some(seat);
     }
 
     /// Shafts whose event has been reached change their direction; a planned step that failed is planned no more.
@@ -157,6 +182,7 @@ impl<P: Path, M: Model<N>, T: Method, const N: usize> Advance<'_, P, M, T, N> {
                     let net = trial.rates.shafts[shaft].net.get(lane);
                     self.stepper.directions[shaft].set(lane, net.signum());
                 }
+                Some(Event::Jump) => self.jump(lane),
                 None => continue,
             }
             self.stale |= 1 << lane;

@@ -50,6 +50,15 @@ impl<P: Path, M: Model<N>, T: Method, const N: usize> Replay<P, M, T, N> {
         P::enter(Instant::<M, N> { stepper: &self.stepper, t, state, model: PhantomData })
     }
 
+    /// The state after a jump of hidden states at the end of a step, and the energy that went with it [J].
+    pub fn jump(&mut self, seat: &Seat<N>, t: f64, state: &[f64; N]) -> ([f64; N], f64) {
+        let before = self.energies(seat, t, state).mechanical;
+        let mut after = *state;
+        P::enter(Jump::<M, N> { stepper: &self.stepper, t, state: &mut after, model: PhantomData });
+        let lost = before - self.energies(seat, t, &after).mechanical;
+        (after, lost)
+    }
+
     /// The state at time 0 of a row just loaded.
     pub fn start(&self, seat: &Seat<N>) -> [f64; N] {
         let row = &seat.assignment.row;
@@ -167,5 +176,21 @@ impl<M: Model<N>, const N: usize> Task for Energy<'_, M, N> {
     #[inline(always)]
     fn run(self) -> Self::Output {
         self.stepper.energies::<M>(self.t, self.state)
+    }
+}
+
+struct Jump<'a, M, const N: usize> {
+    stepper: &'a Stepper<f64, N>,
+    t: f64,
+    state: &'a mut [f64; N],
+    model: PhantomData<M>,
+}
+
+impl<M: Model<N>, const N: usize> Task for Jump<'_, M, N> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        M::jump(&self.stepper.drive(), self.t, self.state);
     }
 }

@@ -109,7 +109,7 @@ impl<R: Real, const N: usize> Stepper<R, N> {
     }
 
     #[inline(always)]
-    fn drive(&self) -> Drivetrain<'_, R> {
+    pub fn drive(&self) -> Drivetrain<'_, R> {
         Drivetrain {
             constants: &self.constants,
             harmonics: &self.harmonics,

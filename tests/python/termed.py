@@ -41,6 +41,8 @@ VALUES = {
         "tooth_passage_psi_2": -0.8,
     },
     "local_fault": {"fault_height": 1e-4, "local_fault_order": 2.0, "local_fault_psi": 0.5, "fault_width": 0.4},
+    "coupling_slip": {"T_slip": 9.0, "relief": 0.6},
+    "ratcheting": {"T_rat": 9.0, "spline_teeth": 9000.0},
     "backlash": {"half_gap": 5e-5},
     "soft_windup": {"delta_K": 1.2e4, "phi_0": 6e-5},
     "mesh_stiffness_variation": {

@@ -423,3 +423,30 @@ def test_exact_dry_friction_follows_an_imposed_motion_that_trembles_at_rest() ->
     assert result.steps.max() < 4 * len(t)
     added = result.samples["tau_m"][1] - result.samples["tau_m"][0]
     np.testing.assert_allclose(added, 0.03, rtol=1e-9)
+
+
+# jumps
+
+
+def test_exact_slip_leaves_a_share_of_the_windup():
+    """A load step swings a locked drive once beyond what the coupling holds; relieved, r T_slip/k stays for ever."""
+    values = {"T_slip": 20.0, "relief": 0.5}
+    p = linear(**values, B_sp=0.0, B_l=20.0)
+    t = np.array([0.0, 0.99, 2.0])
+    scenario = held_input(2.0, ([0.0, 1.0, 1.1, 2.0], [12.0, 12.0, 0.0, 0.0]))
+    windup = simulate(p, ["coupling_slip"], scenario, t, ["windup"], rtol=1e-9)[0]
+    np.testing.assert_allclose(windup[1:], np.array([12.0 + 0.5 * 20.0, 0.5 * 20.0]) / p["k1"], rtol=1e-6)
+
+
+def test_exact_ratcheting_moves_by_whole_teeth():
+    """A locked drive is overloaded and relieved: it comes to rest a whole number of pitches away, in the load's way."""
+    p = linear(T_rat=300.0, spline_teeth=242.0, B_l=300.0)
+    t = np.array([0.0, 2.9, 6.0])
+    for way in (1.0, -1.0):
+        scenario = held_input(6.0, ([0.0, 3.0, 3.05, 6.0], [0.0, way * 305.0, 0.0, 0.0]))
+        te = simulate(p, ["ratcheting"], scenario, t, ["te"], rtol=1e-8)[0]
+        teeth = te[-1] * 242.0 / math.tau
+        assert abs(teeth) > 0.5
+        np.testing.assert_allclose(teeth, round(teeth), atol=1e-6)
+        assert np.sign(teeth) == way
+        np.testing.assert_allclose(te[1], way * 305.0 * 2.9 / 3.0 / p["k1"], rtol=2e-2)

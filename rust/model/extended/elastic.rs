@@ -47,6 +47,12 @@ impl Model<ALL> for Extended {
         evaluate(drive, t, state).rates
     }
 
+    fn jump(drive: &Drivetrain<f64>, t: f64, state: &mut [f64; ALL]) {
+        let Instant { rates, gear, mut hidden, .. } = evaluate(drive, t, state);
+        drive.terms.jump(&gear, rates.gear_torque, &mut hidden);
+        state[OWN..].copy_from_slice(&hidden);
+    }
+
     #[inline(always)]
     fn energies<R: Real>(drive: &Drivetrain<R>, t: R, state: &[R; ALL]) -> Energies<R> {
         let Instant { rates, gear, inertias, hidden } = evaluate(drive, t, state);
@@ -118,6 +124,7 @@ fn evaluate<R: Real>(drive: &Drivetrain<R>, t: R, state: &[R; ALL]) -> Instant<R
         drive_torque: actuator.torque,
         load_torque: load.torque,
         term_power: gear.added_torque.mul_add(windup_rate, friction - on_housing),
+        reserve: drive.terms.reserve(&gear, gear_torque, &sides.hidden),
         shafts: [shaft, output],
     };
     Instant { rates, gear, inertias: [actuator.inertia, load.inertia], hidden: sides.hidden }

@@ -130,6 +130,7 @@ fn evaluate<R: Real>(drive: &Drivetrain<R>, t: R, state: &[R; ALL]) -> Instant<R
         drive_torque: actuator.torque,
         load_torque: load.torque,
         term_power: on_motor.torque() * omega_m + on_load.torque() * omega_l,
+        reserve: R::splat(f64::INFINITY),
         shafts: [shaft, Shaft::free()],
     };
     Instant { rates, inertias: [actuator.inertia, load.inertia], hidden: sides.hidden }

@@ -73,6 +73,42 @@ macro_rules! catalog {
                 let _ = index;
                 energy
             }
+
+            /// The least reserve of any of them before a jump.
+            #[inline(always)]
+            pub fn reserve(&self, gear: &Gear<R>, gear_torque: R, states: &[R; HIDDEN]) -> R {
+                let mut index = 0;
+                let mut least = R::splat(f64::INFINITY);
+                $(
+                    if <super::$module::$term as Term>::JUMPS && self.is_on(index) {
+                        let own = &states[self.first_state[index].min(HIDDEN)..];
+                        least = least.min(super::$module::$term::reserve(self.values_of(index), gear, gear_torque, own));
+                    }
+                    index += 1;
+                )*
+                let _ = index;
+                least
+            }
+        }
+
+        impl Terms<f64> {
+            /// Lets the one with the least reserve jump.
+            pub fn jump(&self, gear: &Gear<f64>, gear_torque: f64, states: &mut [f64; HIDDEN]) {
+                let least = self.reserve(gear, gear_torque, states);
+                let mut index = 0;
+                $(
+                    if <super::$module::$term as Term>::JUMPS && self.is_on(index) {
+                        let own = &mut states[self.first_state[index].min(HIDDEN)..];
+                        let values = self.values_of(index);
+                        if super::$module::$term::reserve(values, gear, gear_torque, own) <= least {
+                            super::$module::$term::jump(values, gear, gear_torque, own);
+                            return;
+                        }
+                    }
+                    index += 1;
+                )*
+                let _ = index;
+            }
         }
     };
     (@hook $hook:ident($place:ident: $type:ty) [$($term:ident $module:ident)*]) => {
@@ -123,6 +159,8 @@ catalog! {
     TeHysteresis in te_hysteresis,
     ToothPassage in tooth_passage,
     LocalFault in local_fault,
+    CouplingSlip in coupling_slip,
+    Ratcheting in ratcheting,
     Backlash in backlash,
     SoftWindup in soft_windup,
     MeshStiffnessVariation in mesh_stiffness_variation,

@@ -223,6 +223,8 @@ pub struct Load<R> {
 pub trait Term {
     /// What it says of itself.
     const INFO: TermInfo;
+    /// Whether its states jump.
+    const JUMPS: bool = false;
 
     /// Sets the hidden states of a drive that begins in this motion; zero where it does nothing.
     #[inline(always)]
@@ -233,6 +235,13 @@ pub trait Term {
     fn stored<R: Real>(p: &[R], gear: &Gear<R>, states: &[R]) -> R {
         R::zero()
     }
+    /// What is left before the term's states jump; where it falls below 0 they do. In any unit.
+    #[inline(always)]
+    fn reserve<R: Real>(p: &[R], gear: &Gear<R>, gear_torque: R, states: &[R]) -> R {
+        R::splat(f64::INFINITY)
+    }
+    /// The jump, where the reserve has been used up.
+    fn jump(p: &[f64], gear: &Gear<f64>, gear_torque: f64, states: &mut [f64]) {}
     /// Shapes the motor torque.
     #[inline(always)]
     fn actuator<R: Real>(p: &[R], motion: &Motion<R>, actuator: &mut Actuator<R>, hidden: Hidden<R>) {}

@@ -17,6 +17,8 @@ HIDDEN = {
     "presliding_friction": 1,
     "thermal_viscous": 1,
     "hysteresis": 1,
+    "coupling_slip": 1,
+    "ratcheting": 2,
     "viscoelastic": 2,
     "te_hysteresis": 1,
     "actuator_lag": 1,
@@ -98,8 +100,13 @@ class LeftOut:
         """T_g and the torques on motor and load that belong to a varying stiffness."""
         p = self.p
         seen = windup
+        if "coupling_slip" in self.on:
+            seen -= self.hidden("coupling_slip", x)[0]
+        if "ratcheting" in self.on:
+            jumped, riding = self.hidden("ratcheting", x)
+            seen = 0.0 if riding else seen - jumped
         if "backlash" in self.on:
-            seen = np.sign(windup) * max(abs(windup) - p["half_gap"], 0.0)
+            seen = np.sign(seen) * max(abs(seen) - p["half_gap"], 0.0)
         torque, reactions = self.spring(seen), np.zeros(2)
         if "mesh_stiffness_variation" in self.on:
             at_motor = p["eps_2"] * np.exp(1j * (2 * x[0] + p["mesh_stiffness_variation_psi_2"]))
@@ -224,18 +231,41 @@ class LeftOut:
             torque, inertia = coupling, inertia - far
         return torque, inertia
 
+    def windup(self, x, rates):
+        """Windup, its rate, and the local ratio."""
+        i = self.p["ratio"]
+        error, slope = self.kinematic_error(x, rates)
+        local_ratio = 1 / i - slope
+        windup, rate = x[0] / i - error - x[2], local_ratio * x[1] - x[3]
+        if "base_compliance" in self.on:
+            angle, speed = self.hidden("base_compliance", x)
+            windup, rate = windup + (i - 1) / i * angle, rate + (i - 1) / i * speed
+        return windup, rate, local_ratio
+
+    def overload(self, x):
+        """What is left before the coupling slips or the teeth jump, and the state after it."""
+        p, after, unused = self.p, x.copy(), np.zeros(self.size)
+        windup, rate, _ = self.windup(x, unused)
+        T_g = self.gear_torque(x, windup, rate, unused)[0]
+        if "coupling_slip" in self.on:
+            place = self.places["coupling_slip"]
+            after[place] = (1 - p["relief"]) * x[place] + p["relief"] * windup
+            return p["T_slip"] - abs(T_g), after
+        place = self.places["ratcheting"]
+        (jumped, riding), pitch = x[place], 2 * np.pi / p["spline_teeth"]
+        if not riding:
+            after[place] = jumped, np.sign(T_g)
+            return p["T_rat"] - abs(T_g), after
+        ridden = riding * (windup - jumped)
+        after[place] = jumped + (riding * pitch if ridden > pitch / 2 else 0.0), 0.0
+        return min(ridden, pitch - ridden), after
+
     def balance(self, t, x, directions):
         """Rates with shafts sliding in given directions (0: held), and for each shaft its net torque and its band."""
         p = self.p
         rates = np.zeros(self.size)
         i = p["ratio"]
-        error, slope = self.kinematic_error(x, rates)
-        local_ratio = 1 / i - slope
-        windup = x[0] / i - error - x[2]
-        rate = local_ratio * x[1] - x[3]
-        if "base_compliance" in self.on:
-            angle, speed = self.hidden("base_compliance", x)
-            windup, rate = windup + (i - 1) / i * angle, rate + (i - 1) / i * speed
+        windup, rate, local_ratio = self.windup(x, rates)
         T_g, reactions = self.gear_torque(x, windup, rate, rates)
         torque, inertia = self.drive(x, rates)
         load, far_inertia = self.output(t, x, rates)
@@ -276,6 +306,14 @@ class LeftOut:
         scales[[0, 1, 2, 3]] = 1e-2, 1e-2, 1e-5, 1e-4
         x, out = self.start(), np.full((4, len(t_eval)), np.nan)
         t, directions = t_eval[0], (0, 0)
+        overloaded = []
+        if {"coupling_slip", "ratcheting"} & self.on:
+
+            def overload(t, x):
+                return self.overload(x)[0]
+
+            overload.terminal, overload.direction = True, -1
+            overloaded = [overload]
         for end, self.command in torques:
             directions = self.directions(t, x, sticky, directions)
             while t < end:
@@ -288,13 +326,15 @@ class LeftOut:
                     atol=rtol * scales,
                     dense_output=True,
                     max_step=max_step,
-                    events=self.events(sticky, directions),
+                    events=self.events(sticky, directions) + overloaded,
                 )
                 inside = (t_eval >= t) & (t_eval <= part.t[-1])
                 if inside.any():
                     out[:, inside] = part.sol(t_eval[inside])[:4]
                 t, x = part.t[-1], part.y[:, -1].copy()
                 if part.status == 1:
+                    if overloaded and len(part.t_events[-1]):
+                        x = self.overload(x)[1]
                     for shaft in (0, 1):
                         if sticky[shaft] and abs(x[1 + 2 * shaft]) < 1e-7 * (1 if shaft == 0 else 1e-2):
                             x[1 + 2 * shaft] = 0.0
@@ -340,4 +380,4 @@ class LeftOut:
                 event.terminal = True
                 event.direction = -way if way else -1
                 found.append(event)
-        return found or None
+        return found

@@ -63,7 +63,24 @@ def _creep(case: Case) -> Curve:
     return t - 5.0, 1e6 * run["te"]
 
 
+def _struck(case: Case, top: float, damping: float) -> Curve:
+    """Input locked; the load is raised to `top` within a second and taken away again."""
+    held = np.linspace(0.0, 2.5, 9)
+    t = np.linspace(0.8, 2.5, 1201)
+    load = ([0.0, 1.0, 1.02, 2.5], [0.0, top, 0.0, 0.0])
+    damped = Case(case.terms, {**case.values, "B_l": damping})
+    return t, 1e6 * damped.run(Scenario.motion(held, 0.0 * held, load=load), t, ["te"])["te"]
+
+
 MESH = {
+    "coupling_slip": Signature(
+        "Input locked, torque raised just beyond what the coupling holds and taken away: the angle does not come back.",
+        "time [s]", TE, compare(partial(_struck, top=101.0, damping=20.0), "coupling_slip", {}),
+    ),
+    "ratcheting": Signature(
+        "Input locked, overloaded and relieved: the output rests whole teeth further, 1.49 deg each.",
+        "time [s]", TE, compare(partial(_struck, top=355.0, damping=300.0), "ratcheting", {}),
+    ),
     "te_harmonic": Signature(
         "15 r/min over one output turn: one more sharp line beside order 1, here 10 µrad at order 120/121.",
         ORDER, "TE amplitude [µrad]",

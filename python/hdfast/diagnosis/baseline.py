@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from hdfast.diagnosis.plant import TORQUE_OFFSET, TORQUE_SCALE, Free, Structure
 from hdfast.params import params
 from hdfast.recordings import Campaign
+from hdfast.sensors import SensorFacts, stage_of
+from hdfast.terms import terms
 
 OFFSET_SHARE = 0.05
 SIGNED = ("k2", "k3", "k4", "k5")
@@ -14,6 +18,8 @@ SIGNED = ("k2", "k3", "k4", "k5")
 
 def baseline(campaign: Campaign, torque_spread: float) -> Structure:
     """The campaign's model; what its priors leave open is fitted, and so are scale and zero of the motor torque.
+
+    A term's parameter goes by its long name, with the term's id before it.
 
     Args:
         campaign: the checked campaign.
@@ -24,12 +30,28 @@ def baseline(campaign: Campaign, torque_spread: float) -> Structure:
         Free(TORQUE_OFFSET, 0.0, OFFSET_SHARE * torque_spread, False, "N m"),
     ]
     fixed = {}
-    for row in params(campaign.model):
+    table = params(campaign.model)
+    long = {
+        table.canonical(f"{term}_{parameter.name}"): f"{term}_{parameter.name}"
+        for term in campaign.model.terms
+        for parameter in terms()[term].parameters
+    }
+    for row in table:
         prior = campaign.priors[row.name]
-        fixed[row.name] = prior.value
+        name = long.get(row.name, row.name)
+        fixed[name] = prior.value
         if prior.sigma == 0.0 or not np.isfinite(prior.sigma):
             continue
         positive = prior.value > 0.0 and not row.name.startswith(("te_", *SIGNED)) and "psi" not in row.name
         sigma = prior.sigma / prior.value if positive else prior.sigma
-        free.append(Free(row.name, prior.value, float(sigma), positive, row.unit))
-    return Structure(campaign.model, fixed, tuple(free))
+        free.append(Free(name, prior.value, float(sigma), positive, row.unit))
+    stage = stage_of({name: _lasting(facts) for name, facts in campaign.sensors.items()})
+    for effect, channel in stage.effects:
+        names = [f"{channel}_{effect}_{parameter.name}" for parameter in terms()[effect].parameters]
+        fixed |= {name: float(stage.value(name)) for name in names}
+    return Structure(campaign.model, fixed, tuple(free), tuple(stage.effects))
+
+
+def _lasting(facts: SensorFacts) -> SensorFacts:
+    """What a sensor does to the signal beyond noise and rounding, which the weights stand for."""
+    return replace(facts, resolution=None, noise=None, averaged=None)

@@ -23,6 +23,7 @@ class Candidate:
         place: motor, mesh, load, actuator, sensor or structure.
         terms: terms to switch on.
         orders: orders to add to the kinematic error.
+        sensors: (effect, channel) pairs to add to the sensor stage.
         fixed: values of its parameters that are not fitted.
         free: fitted parameters, their values a typical size.
         amplitude: name of the parameter that says how large the effect is.
@@ -39,6 +40,7 @@ class Candidate:
     free: tuple[Free, ...]
     amplitude: str
     orders: tuple[str, ...] = ()
+    sensors: tuple[tuple[str, str], ...] = ()
     fixed: Mapping[str, float] = field(default_factory=dict)
     waves: tuple[str, str] | None = None
     spans: tuple[str, ...] = ()
@@ -58,7 +60,7 @@ class Candidate:
 
     def added_to(self, structure: Structure) -> Structure:
         """The structure with this effect."""
-        return structure.with_terms(self.terms, self.orders, self.fixed, self.free)
+        return structure.with_terms(self.terms, self.orders, self.sensors, self.fixed, self.free)
 
     def settings(self) -> list[dict[str, float]]:
         """Values of its parameters at which its signatures are taken, one per column."""

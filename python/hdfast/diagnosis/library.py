@@ -31,6 +31,7 @@ class Sizes:
         orders: orders the baseline already has.
         lines: orders per motor revolution at which the mismatch has lines.
         tones: frequencies at which it has lines [Hz].
+        channels: recorded channels that are compared.
     """
 
     motor_torque: float
@@ -44,6 +45,7 @@ class Sizes:
     orders: tuple[float, ...]
     lines: tuple[float, ...]
     tones: tuple[float, ...]
+    channels: tuple[str, ...]
 
     @property
     def windup(self) -> float:
@@ -56,7 +58,7 @@ def library(sizes: Sizes) -> list[Candidate]:
     found = [*_friction(sizes), *_load(sizes), *_actuator(sizes), *_lines(sizes)]
     if sizes.elastic:
         found += _mesh(sizes)
-    return found
+    return found + _sensors(sizes)
 
 
 def _one(
@@ -335,6 +337,55 @@ def _mesh(s: Sizes) -> list[Candidate]:
             for order in (1.0, 2.0)
         ]
     return found
+
+
+def _sensors(s: Sizes) -> list[Candidate]:
+    """Effects of the sensors on each compared channel; where they stand on the motor angle they are motion."""
+    time = 0.1 / s.corner
+    found = []
+    for channel in s.channels:
+        found += [
+            _sensed("sensor_delay", channel, [_positive("tau_y", time, "s", sigma=1.5)]),
+            _sensed("sensor_lowpass", channel, [_positive("tau_s", time, "s", sigma=1.5)]),
+        ]
+    if "load_angle" in s.channels:
+        found += [
+            _sensed(
+                "encoder_eccentricity",
+                "load_angle",
+                [_positive("eccentricity", 2e-6, "m", sigma=1.5), _phase("psi")],
+                waves=("eccentricity", "psi"),
+            ),
+            _sensed("clock_skew", "load_angle", [_signed("skew", 5e-5, 2e-4, "1")]),
+            _sensed("ratio_error", "load_angle", [_signed("ratio_error", 1e-4, 1e-3, "1")]),
+            _sensed("sensor_offset_drift", "load_angle", [_signed("drift", 0.1 * s.windup, s.windup, "rad/s")]),
+        ]
+    if "output_torque" in s.channels:
+        size = 0.01 * s.motor_torque * s.ratio
+        found.append(_sensed("sensor_offset_drift", "output_torque", [_signed("drift", size, 10.0 * size, "N m/s")]))
+    return found
+
+
+def _sensed(effect: str, channel: str, free: Iterable[Free], *, waves: tuple[str, str] | None = None) -> Candidate:
+    term = terms()[effect]
+
+    def own(name: str) -> str:
+        return f"{channel}_{effect}_{name}"
+
+    named = tuple(replace(one, name=own(one.name)) for one in free)
+    amplitude = term.amplitude if own(term.amplitude) in {one.name for one in named} else "drift"
+    fixed = {own(p.name): 0.0 if p.name in ("offset", "clock_offset", "psi") else p.default for p in term.parameters}
+    return Candidate(
+        effect=effect,
+        place=term.place,
+        terms=(),
+        sensors=((effect, channel),),
+        free=named,
+        amplitude=own(amplitude),
+        fixed={name: value for name, value in fixed.items() if name not in {one.name for one in named}},
+        waves=None if waves is None else (own(waves[0]), own(waves[1])),
+        shape=f"on {channel}",
+    )
 
 
 def _distinct(values: Sequence[float], most: int) -> list[float]:

@@ -7,10 +7,11 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from hdfast import catalogue
 from hdfast.checks import Floats
 from hdfast.diagnosis.prepare import Band, Unit
 from hdfast.model import Model
+from hdfast.result import SweepResult
+from hdfast.sensors import SensorStage
 from hdfast.sweep import sweep
 
 SIGNALS = {"te": "te", "output_torque": "gear_torque"}
@@ -57,11 +58,13 @@ class Structure:
         model: base, spring, orders of the kinematic error, terms.
         fixed: values of parameters that are not fitted.
         free: the fitted parameters.
+        sensors: (effect, channel) pairs of the sensor stage.
     """
 
     model: Model
     fixed: Mapping[str, float]
     free: tuple[Free, ...]
+    sensors: tuple[tuple[str, str], ...] = ()
 
     @property
     def names(self) -> list[str]:
@@ -83,15 +86,21 @@ class Structure:
         return {free.name: free.from_coordinate(coordinates[..., j]) for j, free in enumerate(self.free)}
 
     def with_terms(
-        self, terms: Sequence[str], orders: Sequence[str], fixed: Mapping[str, float], free: Sequence[Free]
+        self,
+        terms: Sequence[str],
+        orders: Sequence[str],
+        sensors: Sequence[tuple[str, str]],
+        fixed: Mapping[str, float],
+        free: Sequence[Free],
     ) -> Structure:
-        """More terms, more orders of the kinematic error, and their parameters."""
+        """More terms, more orders of the kinematic error, more sensor effects, and their parameters."""
         model = replace(
             self.model,
             terms=(*self.model.terms, *(term for term in terms if term not in self.model.terms)),
             orders=(*self.model.orders, *(order for order in orders if order not in self.model.orders)),
         )
-        return Structure(model, {**self.fixed, **fixed}, (*self.free, *free))
+        stage = (*self.sensors, *(pair for pair in sensors if pair not in self.sensors))
+        return Structure(model, {**self.fixed, **fixed}, (*self.free, *free), stage)
 
 
 @dataclass(frozen=True, eq=False)
@@ -120,48 +129,76 @@ class Plant:
             structure: the equations.
             coordinates: (M, P) values of the free parameters.
         """
-        count, units = len(coordinates), len(self.units)
         values = structure.values(coordinates)
-        columns: dict[str, Floats | float] = dict(structure.fixed)
-        columns |= {name: np.repeat(column, units) for name, column in values.items() if name not in NUISANCE}
+        stage = SensorStage(structure.sensors, rate=self.band.rate)
+        ones = np.ones(len(coordinates))
+        scale = values.get(TORQUE_SCALE, ones)[:, None]
+        offset = values.get(TORQUE_OFFSET, 0.0 * ones)[:, None]
+        own = tuple(f"{channel}_{effect}_" for effect, channel in structure.sensors)
+        sensed = {name: value for name, value in {**structure.fixed, **values}.items() if own and name.startswith(own)}
+        left = {*NUISANCE, *sensed}
+        result = self._simulate(
+            structure.model,
+            {name: value for name, value in structure.fixed.items() if name not in left},
+            {name: column for name, column in values.items() if name not in left},
+            len(coordinates),
+        )
+        found = []
+        for index, unit in enumerate(self.units):
+            rows, n = slice(index, None, len(self.units)), len(unit.t)
+            wrong = (result.status[rows] != 0)[:, None]
+            signals = {name: np.where(wrong, 0.0, sample[rows, :n]) for name, sample in result.samples.items()}
+            needed = (signals["tau_m"] + offset) / scale
+            read = stage.apply(unit.t, {"motor_torque": needed}, sensed) if stage.effects else {"motor_torque": needed}
+            delivered = signals["tau_drive"]
+            differences = {"motor_torque": (delivered - read["motor_torque"]) / _gain(delivered, unit)}
+            if "te" in unit.measured:
+                differences["te"] = unit.measured["te"] - _te(unit, signals["te"], stage, sensed)
+            if "output_torque" in unit.measured:
+                torque = {"output_torque": signals["gear_torque"]}
+                sampled = stage.apply(unit.t, torque, sensed) if stage.effects else torque
+                differences["output_torque"] = unit.measured["output_torque"] - sampled["output_torque"]
+            found.append({channel: np.where(wrong, np.nan, own) for channel, own in differences.items()})
+        return found
+
+    def _simulate(
+        self, model: Model, fixed: Mapping[str, float], values: Mapping[str, Floats], count: int
+    ) -> SweepResult:
+        """Rows in the order parameter set by parameter set, recording by recording."""
+        units = len(self.units)
         which = np.tile(np.arange(units), count)
-        if not any(np.ndim(column) for column in columns.values()):
-            columns["te_scale"] = np.ones(count * units)
-        channels = [channel for channel in self.channels if channel != "motor_torque"]
-        shim = "tau_drive" in catalogue.signals()
-        signals = ["tau_m", *(["tau_drive"] if shim else []), *(SIGNALS[channel] for channel in channels)]
-        result = sweep(
+        columns: dict[str, Floats | float] = {"te_scale": np.ones(count * units)}
+        columns |= dict(fixed)
+        columns |= {name: np.repeat(column, units) for name, column in values.items()}
+        columns["te_scale"] = np.broadcast_to(columns["te_scale"], (count * units,)).astype(np.float64)
+        if "thermal_viscous" in model.terms:
+            warmth = [unit.temperature for unit in self.units]
+            known = [float(np.mean(own)) for own in warmth if own is not None]
+            if len(known) == units:
+                columns["thermal_viscous_ambient_temperature"] = np.tile(known, count)
+        return sweep(
             columns,
-            model=structure.model,
+            model=model,
             scenario=[unit.scenario for unit in self.units],
             scenario_index=which,
             t_eval=[unit.t for unit in self.units],
             t_eval_index=which,
-            signals=signals,
+            signals=["tau_m", "tau_drive", *(SIGNALS[one] for one in self.channels if one in SIGNALS)],
             metrics=[],
             method="tsit5",
             rtol=RTOL,
             max_steps=100_000,
             threads=self.threads,
         )
-        failed = result.status != 0
-        scale = values.get(TORQUE_SCALE, np.ones(count))[:, None]
-        offset = values.get(TORQUE_OFFSET, np.zeros(count))[:, None]
-        found = []
-        for index, unit in enumerate(self.units):
-            rows, n = slice(index, None, units), len(unit.t)
-            wrong = failed[rows]
 
-            def sampled(name: str, rows: slice = rows, n: int = n, wrong: Floats = wrong) -> Floats:
-                return np.where(wrong[:, None], np.nan, result.samples[name][rows, :n])
 
-            delivered = sampled("tau_drive") if shim else unit.measured["motor_torque"]
-            differences = {"motor_torque": (delivered - (sampled("tau_m") + offset) / scale) / _gain(delivered, unit)}
-            for channel in channels:
-                if channel in unit.measured:
-                    differences[channel] = unit.measured[channel] - sampled(SIGNALS[channel])
-            found.append(differences)
-        return found
+def _te(unit: Unit, error: Floats, stage: SensorStage, sensed: Mapping[str, Floats | float]) -> Floats:
+    """Transmission error as the load's sensor shows it."""
+    if "load_angle" not in stage.channels:
+        return error
+    load = unit.turned - error
+    read: Floats = stage.apply(unit.t, {"load_angle": load}, sensed)["load_angle"]
+    return error + load - read
 
 
 def _gain(delivered: Floats, unit: Unit) -> Floats:

@@ -49,6 +49,7 @@ class Unit:
         offset: time of the first sample in the recording [s].
         t: times from 0 on [s], shape (n,).
         angle, speed, acceleration: smoothed motor motion [rad, rad/s, rad/s^2], shape (n,).
+        turned: motor angle over the ratio [rad], shape (n,).
         measured: what is compared, by channel: motor_torque [N m], te [rad], output_torque [N m], each (n,).
         judged: which samples of a channel count, each (n,).
         load_torque: external torque on the load [N m], shape (n,).
@@ -61,6 +62,7 @@ class Unit:
     offset: float
     t: Floats = field(repr=False)
     angle: Floats = field(repr=False)
+    turned: Floats = field(repr=False)
     speed: Floats = field(repr=False)
     acceleration: Floats = field(repr=False)
     measured: Mapping[str, Floats] = field(repr=False)
@@ -145,6 +147,7 @@ def prepare(source: Source, band: Band, ratio: float) -> Unit:
         offset=float(recording["t"][0]),
         t=t,
         angle=angle,
+        turned=angle / ratio,
         speed=speed,
         acceleration=acceleration,
         measured=measured,

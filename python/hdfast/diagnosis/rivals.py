@@ -76,8 +76,9 @@ def stand(bench: Bench, search: Search, folds: Index, rng: np.random.Generator) 
 
 
 def _owned(trial: Trial) -> list[str]:
-    """What to take out of the structure to be without an effect: its terms, or its orders of the kinematic error."""
-    return [*trial.candidate.terms, *trial.candidate.orders]
+    """What to take out of the structure to be without an effect: terms, orders of the kinematic error, sensors."""
+    sensors = [f"{channel}_{effect}" for effect, channel in trial.candidate.sensors]
+    return [*trial.candidate.terms, *trial.candidate.orders, *sensors]
 
 
 def _challengers(trial: Trial, seen: Round, names: set[str]) -> list[Trial]:

@@ -130,23 +130,31 @@ def signatures(bench: Bench, fit: Fit, candidates: Sequence[Candidate]) -> list[
 
 def screen(bench: Bench, fit: Fit, found: Sequence[Signature], rng: np.random.Generator) -> Screen:
     """Largest block statistics with family-wise p values from sign flips of whole blocks, leverage corrected."""
-    layout = bench.layout
     if not found:
         return Screen({}, {}, np.inf)
-    projector = Projector(fit, layout)
-    residual = fit.weights.normalise(layout, fit.mismatch)
+    residual = fit.weights.normalise(bench.layout, fit.mismatch)
+    projector = Projector(fit, bench.layout)
+    observed, largest = block_statistics(bench.layout, projector, [one.left for one in found], residual, rng)
+    statistic = {one.candidate.label: value for one, value in zip(found, observed, strict=True)}
+    p = {label: (1.0 + float(np.sum(largest >= value))) / (FLIPS + 1.0) for label, value in statistic.items()}
+    return Screen(statistic, p, float(np.quantile(largest, 0.99)))
+
+
+def block_statistics(
+    layout: Layout, projector: Projector, left: Sequence[Floats], residual: Floats, rng: np.random.Generator
+) -> tuple[list[float], Floats]:
+    """Studentised block score of each projected signature (N, d), and the largest under each of `FLIPS` sign flips."""
     corrected = projector.levered(residual)
     signs = rng.choice(np.array([-1.0, 1.0]), size=(FLIPS, layout.blocks))
     largest = np.zeros(FLIPS)
-    observed: dict[str, float] = {}
-    for one in found:
-        own = layout.sums(one.left * residual[:, None])
-        null = layout.sums(one.left * corrected[:, None])
+    observed = []
+    for one in left:
+        own = layout.sums(one * residual[:, None])
+        null = layout.sums(one * corrected[:, None])
         spread = null.T @ null
         inverse = np.linalg.inv(spread + 1e-12 * np.trace(spread) * np.eye(len(spread)))
         total = own.sum(axis=0)
-        observed[one.candidate.label] = float(np.sqrt(total @ inverse @ total))
+        observed.append(float(np.sqrt(total @ inverse @ total)))
         flipped = signs @ null
         largest = np.maximum(largest, np.sqrt(np.einsum("fi,ij,fj->f", flipped, inverse, flipped)))
-    p = {label: (1.0 + float(np.sum(largest >= value))) / (FLIPS + 1.0) for label, value in observed.items()}
-    return Screen(observed, p, float(np.quantile(largest, 0.99)))
+    return observed, largest

@@ -175,7 +175,8 @@ def without(current: Fit, parts: Sequence[str]) -> tuple[Structure, Floats]:
         orders=tuple(order for order in structure.model.orders if order not in orders),
     )
     fixed = {name: value for name, value in structure.fixed.items() if not name.startswith(own) and name not in lines}
-    reduced = replace(structure, model=model, fixed=fixed, free=tuple(structure.free[j] for j in keep))
+    sensors = tuple(pair for pair in structure.sensors if f"{pair[1]}_{pair[0]}" not in parts)
+    reduced = replace(structure, model=model, fixed=fixed, free=tuple(structure.free[j] for j in keep), sensors=sensors)
     return reduced, current.coordinates[keep]
 
 

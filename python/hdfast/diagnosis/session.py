@@ -164,6 +164,7 @@ def candidates(bench: Bench, current: Fit, ratio: float) -> list[Candidate]:
         orders=tuple(model.order_values),
         lines=tuple(lines[:MOST_LINES]),
         tones=tuple(tones[: MOST_LINES // 2]),
+        channels=tuple("load_angle" if channel == "te" else channel for channel in bench.plant.channels),
     )
     return library(sizes)
 

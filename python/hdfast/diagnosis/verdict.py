@@ -209,8 +209,9 @@ def _effect(one: Standing, verdict: Verdict, sigma: Mapping[str, float]) -> dict
     final = verdict.session.search.final
     candidate = one.trial.candidate
     seen = next(r for r in verdict.session.search.rounds if r.accepted is one.trial)
-    parameters = {
-        free.name.removeprefix(f"{candidate.effect}_"): {
+    prefixes = [f"{channel}_{effect}_" for effect, channel in candidate.sensors] or [f"{candidate.effect}_"]
+    parameters: dict[str, Any] = {
+        free.name.removeprefix(prefixes[0]): {
             "value": final.value(free.name),
             "sigma": sigma[free.name],
             "unit": free.unit,
@@ -219,7 +220,7 @@ def _effect(one: Standing, verdict: Verdict, sigma: Mapping[str, float]) -> dict
         if free.name in sigma
     }
     parameters |= {
-        name.removeprefix(f"{candidate.effect}_"): {"value": value, "sigma": 0.0, "unit": ""}
+        name.removeprefix(prefixes[0]): {"value": value, "sigma": 0.0, "unit": ""}
         for name, value in candidate.fixed.items()
     }
     if candidate.orders:

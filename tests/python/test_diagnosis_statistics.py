@@ -1,0 +1,97 @@
+"""The linear algebra and the statistics behind a diagnosis, against dense formulas and counted errors."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from hdfast.diagnosis.evidence import Layout, Weights
+from hdfast.diagnosis.fit import Fit
+from hdfast.diagnosis.lines import Line, snapped
+from hdfast.diagnosis.plant import Free, Structure
+from hdfast.diagnosis.score import Gain, left_out, nrmse, weights_of
+from hdfast.diagnosis.screen import FLIPS, Projector, block_statistics
+from hdfast.model import Model
+
+
+def linear(
+    samples: int, blocks: int, parameters: int, rng: np.random.Generator, sigma: float = 1e3
+) -> tuple[Layout, Fit]:
+    """A linear model fitted to white noise: N samples of one channel in B blocks, P parameters with wide priors."""
+    zeros = np.zeros(samples, dtype=np.int64)
+    block = np.arange(samples) * blocks // samples
+    layout = Layout(
+        ("motor_torque",), zeros, zeros, block, np.arange(samples), ((0, "motor_torque", slice(0, samples)),),
+        np.ones(samples),
+    )  # fmt: skip
+    free = tuple(Free(f"p{j}", 0.0, sigma, False, "1") for j in range(parameters))
+    slopes = rng.standard_normal((samples, parameters))
+    y = rng.standard_normal(samples)
+    estimate = np.linalg.solve(slopes.T @ slopes + np.eye(parameters) / sigma**2, slopes.T @ y)
+    weights = Weights(np.ones(1), np.ones(1))
+    return layout, Fit(Structure(Model(), {}, free), estimate, y - slopes @ estimate, slopes, weights, 0.0)
+
+
+def test_exact_projection_removes_what_a_refit_absorbs() -> None:
+    rng = np.random.default_rng(1)
+    layout, fit = linear(400, 20, 7, rng)
+    left = Projector(fit, layout).left(fit.slopes)
+    assert np.abs(left).max() < 1e-6
+
+
+def test_exact_leverage_correction_is_the_inverse_root_of_each_block() -> None:
+    rng = np.random.default_rng(2)
+    layout, fit = linear(60, 4, 9, rng)
+    corrected = Projector(fit, layout).levered(fit.mismatch)
+    A = fit.slopes
+    hat = A @ np.linalg.inv(A.T @ A + np.eye(9) / 1e6) @ A.T
+    for block in range(4):
+        rows = np.flatnonzero(layout.block == block)
+        values, vectors = np.linalg.eigh(np.eye(len(rows)) - hat[np.ix_(rows, rows)])
+        expected = vectors @ ((vectors.T @ fit.mismatch[rows]) / np.sqrt(values))
+        np.testing.assert_allclose(corrected[rows], expected, rtol=1e-8, atol=1e-10)
+
+
+def test_exact_left_out_mismatch_is_that_of_a_refit() -> None:
+    rng = np.random.default_rng(3)
+    layout, fit = linear(200, 10, 4, rng)
+    folds = layout.block // 2
+    y = fit.mismatch + fit.slopes @ fit.coordinates
+    found = left_out(fit, layout, folds)
+    for fold in np.unique(folds):
+        inside = folds == fold
+        A = fit.slopes[~inside]
+        refit = np.linalg.solve(A.T @ A + np.eye(4) / 1e6, A.T @ y[~inside])
+        np.testing.assert_allclose(found[inside], y[inside] - fit.slopes[inside] @ refit, rtol=1e-9, atol=1e-12)
+
+
+@pytest.mark.parametrize(("nominal", "most"), [(0.05, 0.075), (0.01, 0.02)])
+def test_exact_size_of_the_screen_on_linear_nulls(nominal: float, most: float) -> None:
+    """200 nulls, 40 candidates, 18 fitted parameters, 30 blocks; the bound leaves two standard errors."""
+    rng = np.random.default_rng(4)
+    alarms = 0
+    trials = 200
+    for _ in range(trials):
+        layout, fit = linear(600, 30, 18, rng)
+        projector = Projector(fit, layout)
+        left = [projector.left(rng.standard_normal((600, 1))) for _ in range(40)]
+        observed, largest = block_statistics(layout, projector, left, fit.mismatch, rng)
+        p = (1 + np.sum(largest >= max(observed))) / (FLIPS + 1)
+        alarms += bool(p <= nominal)
+    assert alarms / trials <= most
+
+
+def test_exact_weights_of_equal_structures_are_equal() -> None:
+    rng = np.random.default_rng(5)
+    gain = Gain(rng.standard_normal(30), (1.0, 1.0))
+    np.testing.assert_allclose(weights_of([gain, gain], rng), [0.5, 0.5])
+
+
+def test_exact_nrmse_of_a_known_share() -> None:
+    layout, _ = linear(100, 5, 2, np.random.default_rng(6))
+    assert nrmse(layout, np.full(100, 0.3)) == pytest.approx(0.3, rel=1e-12)
+
+
+def test_exact_a_line_snaps_to_an_expected_order_within_its_resolution() -> None:
+    assert snapped(Line(1.985, 50.0, 0.02), [1.0, 1.9835, 2.0]) == 1.9835
+    assert snapped(Line(3.4, 50.0, 0.02), [1.0, 2.0, 4.0]) == 3.4

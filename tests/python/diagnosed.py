@@ -5,9 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-import numpy as np
-
 import hdfast
+import numpy as np
 from hdfast.toml_write import dump
 
 END = 4.0

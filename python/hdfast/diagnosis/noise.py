@@ -24,8 +24,8 @@ def floors(
     angle = _of("motor_angle", sources, sensors)
     rate = float(np.median([1.0 / np.median(np.diff(source.recording["t"])) for source in sources]))
     share = math.sqrt(min(1.0, 2.0 * band.corner / rate))
-    moved = math.sqrt(min(1.0, 2.0 * band.motion / rate) / 5.0)
-    inertial = inertia * angle * (2.0 * math.pi * band.motion) ** 2 * moved
+    moved = math.sqrt(min(1.0, 2.0 * band.corner / rate) / 5.0)
+    inertial = inertia * angle * (2.0 * math.pi * band.corner) ** 2 * moved
     by_channel = {
         "motor_torque": math.hypot(share * _of("motor_torque", sources, sensors), inertial),
         "te": share * math.hypot(angle / ratio, _of("load_angle", sources, sensors)),

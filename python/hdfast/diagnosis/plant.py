@@ -125,6 +125,9 @@ class Plant:
     def mismatch(self, structure: Structure, coordinates: Floats) -> list[dict[str, Floats]]:
         """Measured minus simulated, per unit and channel (M, n); NaN where a row could not be simulated.
 
+        What actuator and torque sensor change is computed on the slow part of the torque and added to the rest: a
+        filter must not win by quieting noise, nor a gain by shrinking it.
+
         Args:
             structure: the equations.
             coordinates: (M, P) values of the free parameters.
@@ -147,11 +150,16 @@ class Plant:
         for index, unit in enumerate(self.units):
             rows, n = slice(index, None, len(self.units)), len(unit.t)
             wrong = (result.status[rows] != 0)[:, None]
-            signals = {name: np.where(wrong, 0.0, sample[rows, :n]) for name, sample in result.samples.items()}
+            signals = {
+                name: self.band.smooth(np.where(wrong, 0.0, sample[rows, :n]))
+                for name, sample in result.samples.items()
+            }
             needed = (signals["tau_m"] + offset) / scale
-            read = stage.apply(unit.t, {"motor_torque": needed}, sensed) if stage.effects else {"motor_torque": needed}
-            delivered = signals["tau_drive"]
-            differences = {"motor_torque": (delivered - read["motor_torque"]) / _gain(delivered, unit)}
+            delivered = unit.measured["motor_torque"] + signals["tau_drive"] - self.band.smooth(unit.command)
+            if "motor_torque" in stage.channels:
+                slow = self.band.slow(needed)
+                needed = needed - slow + stage.apply(unit.t, {"motor_torque": slow}, sensed)["motor_torque"]
+            differences = {"motor_torque": delivered - needed}
             if "te" in unit.measured:
                 differences["te"] = unit.measured["te"] - _te(unit, signals["te"], stage, sensed)
             if "output_torque" in unit.measured:
@@ -199,10 +207,3 @@ def _te(unit: Unit, error: Floats, stage: SensorStage, sensed: Mapping[str, Floa
     load = unit.turned - error
     read: Floats = stage.apply(unit.t, {"load_angle": load}, sensed)["load_angle"]
     return error + load - read
-
-
-def _gain(delivered: Floats, unit: Unit) -> Floats:
-    """Size of the delivered torque (M, n) against the recorded one (M, 1): a mismatch counts in the recorded unit."""
-    recorded = float(np.sqrt(np.mean(unit.measured["motor_torque"] ** 2)))
-    size: Floats = np.sqrt(np.mean(np.atleast_2d(delivered) ** 2, axis=1, keepdims=True))
-    return np.maximum(size, 1e-300) / max(recorded, 1e-300)

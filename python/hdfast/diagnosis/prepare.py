@@ -19,23 +19,28 @@ Mask = NDArray[np.bool_]
 HIGHEST_RATE = 500.0
 MOST_SAMPLES = 40_000
 PASS_SHARE = 0.4
+NARROWEST = 0.05
+NOISE_SHARE = 0.03
+SLOW_SHARE = 0.25
+SHORTEST = 32
 LEAD_IN = 0.25
 SLOWEST_SHARE = 0.005
 
 
 @dataclass(frozen=True)
 class Band:
-    """How recordings are filtered, always with zero phase.
-
-    Attributes:
-        rate: working rate [Hz].
-        corner: low-pass of everything that is compared [Hz].
-        motion: low-pass of the motor angle that is prescribed [Hz]; its second derivative has to stay quiet.
-    """
+    """Working rate [Hz] and corner of the zero-phase low-pass that recorded and simulated signals pass alike [Hz]."""
 
     rate: float
     corner: float
-    motion: float
+
+    def smooth(self, values: Floats) -> Floats:
+        """Equally spaced values (..., n) at the working rate through the low-pass."""
+        return values if self.corner >= PASS_SHARE * self.rate else _passed(values, self.corner, self.rate)
+
+    def slow(self, values: Floats) -> Floats:
+        """Their slow part: without the noise that a filter could win by removing."""
+        return _passed(values, SLOW_SHARE * self.corner, self.rate)
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,6 +57,7 @@ class Unit:
         turned: motor angle over the ratio [rad], shape (n,).
         measured: what is compared, by channel: motor_torque [N m], te [rad], output_torque [N m], each (n,).
         judged: which samples of a channel count, each (n,).
+        command: slow part of the recorded motor torque, on which the actuator acts [N m], shape (n,).
         load_torque: external torque on the load [N m], shape (n,).
         scenario: the prescribed motion with the recorded torques.
     """
@@ -67,6 +73,7 @@ class Unit:
     acceleration: Floats = field(repr=False)
     measured: Mapping[str, Floats] = field(repr=False)
     judged: Mapping[str, Mask] = field(repr=False)
+    command: Floats = field(repr=False)
     load_torque: Floats = field(repr=False)
     temperature: Floats | None = field(repr=False)
     scenario: Scenario = field(repr=False)
@@ -84,7 +91,7 @@ class Source:
 
 
 def choose_band(sources: Sequence[Source], inertia: float) -> Band:
-    """The widest band; for the motion, the widest in which its resolution disturbs the inertia torque little.
+    """The widest band in which the angle's resolution disturbs the inertia torque by less than its share.
 
     Args:
         sources: recordings of the campaign.
@@ -96,10 +103,9 @@ def choose_band(sources: Sequence[Source], inertia: float) -> Band:
     resolution = max(_step(source.recording["motor_angle"]) for source in sources)
     torque = float(np.median([np.nanstd(source.recording["motor_torque"]) for source in sources]))
     white = (resolution**2 / 12.0) * 2.0 / rate
-    allowed = (0.02 * torque / max(inertia, 1e-12)) ** 2
+    allowed = (NOISE_SHARE * torque / max(inertia, 1e-12)) ** 2
     corner = (5.0 * allowed / (max(white, 1e-300) * (2.0 * math.pi) ** 4)) ** 0.2
-    highest = PASS_SHARE * working
-    return Band(float(working), highest, float(min(highest, max(corner, 0.02 * working))))
+    return Band(float(working), float(min(PASS_SHARE * working, max(corner, NARROWEST * working))))
 
 
 def prepare(source: Source, band: Band, ratio: float) -> Unit:
@@ -117,15 +123,15 @@ def prepare(source: Source, band: Band, ratio: float) -> Unit:
     stride = max(1, round(1.0 / (step * band.rate)))
     rate = 1.0 / step
 
-    def bring(values: Floats, corner: float = band.corner) -> Floats:
+    def bring(values: Floats) -> Floats:
         known = np.isfinite(values)
         even = np.interp(fine, clock[known], values[known])
-        if corner < PASS_SHARE * rate and len(even) > 32:
-            even = signal.sosfiltfilt(_low_pass(corner, rate), even)
+        if band.corner < PASS_SHARE * rate:
+            even = _passed(even, band.corner, rate)
         return np.ascontiguousarray(even[::stride])
 
     t = fine[::stride]
-    angle = bring(recording["motor_angle"], band.motion)
+    angle = bring(recording["motor_angle"])
     spline = CubicSpline(t, angle)
     speed, acceleration = spline(t, 1), spline(t, 2)
     measured = {"motor_torque": bring(recording["motor_torque"])}
@@ -134,10 +140,11 @@ def prepare(source: Source, band: Band, ratio: float) -> Unit:
     if "output_torque" in recording:
         measured["output_torque"] = bring(recording["output_torque"])
     load = bring(recording["load_torque"]) if "load_torque" in recording else np.zeros_like(t)
-    replayed = {"t": t, "motor_angle": angle, "motor_torque": measured["motor_torque"], "load_torque": load}
+    command = band.slow(measured["motor_torque"])
+    replayed = {"t": t, "motor_angle": angle, "motor_torque": command, "load_torque": load}
     usable = _usable(source, clock, t, band)
     moving = np.abs(speed) > _slowest(recording["motor_angle"], speed, band, rate)
-    judged = {"motor_torque": usable & _eroded(moving, round(0.5 * band.rate / band.motion))}
+    judged = {"motor_torque": usable & _eroded(moving, round(0.5 * band.rate / band.corner))}
     settled = usable & (t >= min(LEAD_IN, 0.1 * t[-1]))
     judged |= {channel: settled for channel in measured if channel != "motor_torque"}
     return Unit(
@@ -150,7 +157,8 @@ def prepare(source: Source, band: Band, ratio: float) -> Unit:
         turned=angle / ratio,
         speed=speed,
         acceleration=acceleration,
-        measured=measured,
+        measured={channel: band.smooth(values) for channel, values in measured.items()},
+        command=command,
         judged=judged,
         load_torque=load,
         temperature=bring(recording["temperature"]) if "temperature" in recording else None,
@@ -158,9 +166,12 @@ def prepare(source: Source, band: Band, ratio: float) -> Unit:
     )
 
 
-def _low_pass(corner: float, rate: float) -> Floats:
-    sections: Floats = signal.butter(4, corner, fs=rate, output="sos")
-    return sections
+def _passed(values: Floats, corner: float, rate: float) -> Floats:
+    """Zero-phase low-pass of (..., n); too short a series as it is."""
+    if values.shape[-1] < SHORTEST:
+        return values
+    filtered: Floats = signal.sosfiltfilt(signal.butter(4, corner, fs=rate, output="sos"), values, axis=-1)
+    return filtered
 
 
 def _step(values: Floats) -> float:
@@ -171,7 +182,7 @@ def _step(values: Floats) -> float:
 
 def _slowest(angle: Floats, speed: Floats, band: Band, rate: float) -> float:
     """Speed below which the direction of motion is not certain [rad/s]."""
-    noise = _step(angle) / math.sqrt(12.0) * 2.0 * math.pi * band.motion * math.sqrt(2.0 * band.motion / (3.0 * rate))
+    noise = _step(angle) / math.sqrt(12.0) * 2.0 * math.pi * band.corner * math.sqrt(2.0 * band.corner / (3.0 * rate))
     return max(3.0 * noise, SLOWEST_SHARE * float(np.max(np.abs(speed))))
 
 
@@ -185,7 +196,7 @@ def _eroded(mask: Mask, width: int) -> Mask:
 
 def _usable(source: Source, clock: Floats, t: Floats, band: Band) -> Mask:
     """Samples away from gaps, from samples the health checks rejected, and from both ends."""
-    margin = 1.0 / band.motion
+    margin = 1.0 / band.corner
     spans = np.diff(clock)
     wide = np.flatnonzero(spans > 1.5 * np.median(spans) + 1.0 / band.rate)
     bad = [(clock[i], clock[i + 1]) for i in wide] + [(time, time) for time in clock[~source.good]]

@@ -17,13 +17,15 @@ from hdfast.diagnosis.screen import Screen, Signature, screen, signatures
 from hdfast.diagnosis.stages import Stages
 
 MOST_EFFECTS = 4
-SHORTLIST = 9
+SHORTLIST = 7
+FAINTEST = 0.03
 ALARM = 0.01
 GAIN_ERRORS = 2.0
 FALL = 0.05
 NEAR_FLOOR = 1.02
 AMPLITUDE_SIGMAS = 3.0
 PULL = 3.0
+GENERAL_ERRORS, GENERAL_FALL = 3.0, 0.02
 DISPLACED = 2.0
 AMPLITUDES = (0.3, 1.0, 3.0)
 
@@ -133,7 +135,8 @@ def _shortlist(found: Sequence[Signature]) -> list[Signature]:
     best: dict[str, Signature] = {}
     for one in sorted(found, key=lambda one: -one.gain):
         best.setdefault(one.candidate.effect, one)
-    return sorted(best.values(), key=lambda one: -one.gain)[:SHORTLIST]
+    ranked = sorted(best.values(), key=lambda one: -one.gain)[:SHORTLIST]
+    return [one for one in ranked if one.gain >= FAINTEST * ranked[0].gain]
 
 
 def _try(bench: Bench, current: Fit, signature: Signature, rules: Rules, alarm: bool) -> Trial:
@@ -141,7 +144,9 @@ def _try(bench: Bench, current: Fit, signature: Signature, rules: Rules, alarm: 
     contained = [term for term in current.structure.model.terms if term in candidate.contains]
     reduced, here = without(current, contained)
     structure = candidate.added_to(reduced)
-    fits = [fit(bench, structure, start) for start in _starts(bench, structure, here, candidate, signature.candidate)]
+    starts = _starts(bench, structure, here, candidate, signature.candidate)
+    fits = [fit(bench, structure, starts[0], None if contained else current)]
+    fits += [fit(bench, structure, start) for start in starts[1:]]
     joint = min(fits, key=lambda one: nrmse(bench.layout, one.mismatch))
     gained = gain(bench, joint, current, rules.folds)
     return Trial(candidate, joint, gained, _failed(bench, joint, current, candidate, gained, rules, alarm))
@@ -187,6 +192,8 @@ def _failed(
     if not gained.ratio > GAIN_ERRORS:
         failed.append("A1 gain")
     after, before = gained.nrmse
+    if not np.isfinite(joint.mismatch).all():
+        return ("A0 simulation",)
     if not (after <= (1.0 - FALL) * before or (alarm and after <= NEAR_FLOOR * rules.floor)):
         failed.append("A2 error")
     covariance = joint.covariance(bench.layout)
@@ -210,15 +217,14 @@ def _failed(
 
 
 def _best(trials: Sequence[Trial]) -> Trial | None:
-    """The best trial that breaks no rule; a special case of it that is nearly as good goes first."""
+    """The best trial that breaks no rule; a special case of it goes first unless it is clearly worse."""
     passed = sorted((one for one in trials if not one.failed), key=lambda one: -one.gain.total)
     if not passed:
         return None
     best = passed[0]
     for other in passed[1:]:
-        difference = best.gain.by_block - other.gain.by_block
-        error = float(np.sqrt(len(difference)) * np.std(difference, ddof=1))
-        simpler = other.candidate.effect in best.candidate.contains
-        if simpler and difference.sum() < 2.0 * error:
+        lead = Gain(best.gain.by_block - other.gain.by_block, best.gain.nrmse)
+        clearly = lead.ratio > GENERAL_ERRORS and best.gain.nrmse[0] <= (1.0 - GENERAL_FALL) * other.gain.nrmse[0]
+        if other.candidate.effect in best.candidate.contains and not clearly:
             best = other
     return best

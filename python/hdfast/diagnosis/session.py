@@ -122,7 +122,7 @@ def _run(setup: Setup, seed: int, stages: Stages) -> Session:
     bench, held = setup.bench, setup.held
     stages.expect(2)
     band = bench.plant.band
-    stages.done(f"{len(bench.plant.units)} recordings at {band.rate:.0f} Hz, motion to {band.motion:.0f} Hz")
+    stages.done(f"{len(bench.plant.units)} recordings at {band.rate:.0f} Hz, band {band.corner:.0f} Hz")
     calibrated = fit(bench, nominal(setup))
     stages.done("calibrated the nominal model")
     floor = noise_floor(bench)

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-
 from hdfast.diagnosis.evidence import Layout, Weights
 from hdfast.diagnosis.fit import Fit
 from hdfast.diagnosis.lines import Line, snapped
 from hdfast.diagnosis.plant import Free, Structure
 from hdfast.diagnosis.score import Gain, left_out, nrmse, weights_of
 from hdfast.diagnosis.screen import FLIPS, Projector, block_statistics
+from hdfast.diagnosis.whiten import Whitener, whiten
 from hdfast.model import Model
 
 
@@ -29,7 +29,15 @@ def linear(
     y = rng.standard_normal(samples)
     estimate = np.linalg.solve(slopes.T @ slopes + np.eye(parameters) / sigma**2, slopes.T @ y)
     weights = Weights(np.ones(1), np.ones(1))
-    return layout, Fit(Structure(Model(), {}, free), estimate, y - slopes @ estimate, slopes, weights, 0.0)
+    return layout, Fit(
+        Structure(Model(), {}, free),
+        estimate,
+        y - slopes @ estimate,
+        slopes,
+        weights,
+        Whitener({"motor_torque": np.ones(1)}),
+        0.0,
+    )
 
 
 def test_exact_projection_removes_what_a_refit_absorbs() -> None:
@@ -57,7 +65,7 @@ def test_exact_left_out_mismatch_is_that_of_a_refit() -> None:
     layout, fit = linear(200, 10, 4, rng)
     folds = layout.block // 2
     y = fit.mismatch + fit.slopes @ fit.coordinates
-    found = left_out(fit, layout, folds)
+    found, _ = left_out(fit, fit.white, layout, folds)
     for fold in np.unique(folds):
         inside = folds == fold
         A = fit.slopes[~inside]
@@ -95,3 +103,16 @@ def test_exact_nrmse_of_a_known_share() -> None:
 def test_exact_a_line_snaps_to_an_expected_order_within_its_resolution() -> None:
     assert snapped(Line(1.985, 50.0, 0.02), [1.0, 1.9835, 2.0]) == 1.9835
     assert snapped(Line(3.4, 50.0, 0.02), [1.0, 2.0, 4.0]) == 3.4
+
+
+def test_exact_whitening_leaves_independent_samples_of_unit_variance() -> None:
+    rng = np.random.default_rng(7)
+    layout, _ = linear(20_000, 40, 2, rng)
+    noise = rng.standard_normal(20_000)
+    coloured = np.zeros(20_000)
+    for k in range(2, 20_000):
+        coloured[k] = 1.5 * coloured[k - 1] - 0.7 * coloured[k - 2] + 0.01 * noise[k]
+    white = whiten(layout, coloured, np.zeros(1))(layout, coloured)
+    kept = white[white != 0.0]
+    assert np.std(kept) == pytest.approx(1.0, abs=0.05)
+    assert abs(np.corrcoef(kept[1:], kept[:-1])[0, 1]) < 0.03

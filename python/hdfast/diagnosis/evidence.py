@@ -12,8 +12,8 @@ from hdfast.checks import Floats
 from hdfast.diagnosis.plant import Plant
 
 FREE_OFFSET = ("te", "output_torque")
-SHORTEST_BLOCK = 1.0
-MOST_BLOCKS = 80
+SHORTEST_BLOCK = 0.4
+MOST_BLOCKS = 120
 CAP = 4.0
 
 Index = NDArray[np.int64]
@@ -115,19 +115,19 @@ class Weights:
 
 def weigh(layout: Layout, stacked: Floats, floor: Floats) -> Weights:
     """Robust scale and colour of a mismatch (N,), not below the floor per channel."""
-    scale, colour = np.ones(len(layout.channels)), np.ones(len(layout.channels))
+    scale, colours = np.ones(len(layout.channels)), np.ones(len(layout.channels))
     for index in range(len(layout.channels)):
         own = stacked[layout.channel == index]
         if own.size:
             rough = 1.4826 * float(np.median(np.abs(own - np.median(own))))
             limited = np.clip(own, -CAP * max(rough, 1e-300), CAP * max(rough, 1e-300))
             scale[index] = max(float(np.sqrt(np.mean(limited**2))), floor[index], 1e-300)
-            colour[index] = _colour(layout, stacked, layout.channels[index])
-    return Weights(scale, colour)
+            colours[index] = colour(layout, stacked, layout.channels[index])
+    return Weights(scale, colours)
 
 
-def _colour(layout: Layout, stacked: Floats, channel: str) -> float:
-    """1 + 2 times the sum of autocorrelations up to their first crossing of 0.05, averaged over recordings."""
+def colour(layout: Layout, stacked: Floats, channel: str) -> float:
+    """Samples per independent one: 1 + 2 times the sum of autocorrelations up to their first crossing of 0.05."""
     found, weights = [], []
     for _, name, where in layout.pieces:
         if name != channel:

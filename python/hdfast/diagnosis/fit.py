@@ -9,6 +9,7 @@ import numpy as np
 from hdfast.checks import Floats
 from hdfast.diagnosis.evidence import CAP, Layout, Weights, weigh
 from hdfast.diagnosis.plant import Plant, Structure
+from hdfast.diagnosis.whiten import Whitener, whiten
 
 STEP = 2e-3
 ROUNDS = 8
@@ -27,6 +28,7 @@ class Fit:
         mismatch: measured minus simulated at the estimate, in the channels' units, shape (N,).
         slopes: derivative of the simulated signals with respect to the coordinates, shape (N, P).
         weights: scale and colour of the mismatch.
+        white: filter to independent samples of unit variance.
         cost: half the weighted sum of squares plus the prior's.
     """
 
@@ -35,6 +37,7 @@ class Fit:
     mismatch: Floats = field(repr=False)
     slopes: Floats = field(repr=False)
     weights: Weights
+    white: Whitener = field(repr=False)
     cost: float
 
     def value(self, name: str) -> float:
@@ -45,7 +48,7 @@ class Fit:
 
     def covariance(self, layout: Layout) -> Floats:
         """Covariance of the coordinates (P, P): block sandwich, never below the Fisher information's."""
-        A, r = self.weights.normalise(layout, self.slopes.T).T, self.weights.normalise(layout, self.mismatch)
+        A, r = self.white(layout, self.slopes), self.white(layout, self.mismatch)
         bread = np.linalg.inv(A.T @ A + np.diag(self.structure.sigma**-2))
         scores = layout.sums(A * r[:, None])
         correction = layout.blocks / max(1, layout.blocks - 1)
@@ -75,10 +78,6 @@ class Bench:
     def mismatch(self, structure: Structure, coordinates: Floats) -> Floats:
         """Stacked mismatches (M, N) at coordinates (M, P)."""
         return self.layout.stack(self.plant, self.plant.mismatch(structure, coordinates))
-
-    def weights_of(self, fit: Fit, stacked: Floats) -> Floats:
-        """Normalise (..., N) with the weights of a fit."""
-        return fit.weights.normalise(self.layout, stacked)
 
 
 def fit(bench: Bench, structure: Structure, start: Floats | None = None, known: Fit | None = None) -> Fit:
@@ -117,22 +116,13 @@ def fit(bench: Bench, structure: Structure, start: Floats | None = None, known: 
             break
         _, fresh = _linearise(bench, structure, x, kept)
         slopes[:, kept:] = fresh[:, kept:]
-    weights = weigh(bench.layout, mismatch, bench.floor)
-    return Fit(structure, x, mismatch, slopes, weights, _cost(bench.layout, structure, x, mismatch, weights))
+    return _finished(bench, structure, x, mismatch, slopes)
 
 
-def linearised(bench: Bench, structure: Structure, coordinates: Floats) -> Fit:
-    """The structure at given coordinates, with slopes of all parameters."""
-    mismatch, slopes = _linearise(bench, structure, coordinates, 0)
+def _finished(bench: Bench, structure: Structure, x: Floats, mismatch: Floats, slopes: Floats) -> Fit:
     weights = weigh(bench.layout, mismatch, bench.floor)
-    return Fit(
-        structure,
-        coordinates,
-        mismatch,
-        slopes,
-        weights,
-        _cost(bench.layout, structure, coordinates, mismatch, weights),
-    )
+    white = whiten(bench.layout, mismatch, bench.floor)
+    return Fit(structure, x, mismatch, slopes, weights, white, _cost(bench.layout, structure, x, mismatch, weights))
 
 
 def _linearise(bench: Bench, structure: Structure, x: Floats, kept: int) -> tuple[Floats, Floats]:

@@ -4,12 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-import numpy as np
-
 from hdfast.checks import Floats
-from hdfast.diagnosis.evidence import CAP, Weights
 from hdfast.diagnosis.fit import Bench, Fit
-from hdfast.diagnosis.score import Gain, nrmse
+from hdfast.diagnosis.score import Gain, limited, nrmse
 
 PROOF_ERRORS = 2.0
 
@@ -41,18 +38,6 @@ def prove(bench: Bench, baseline: Fit, extended: Fit, floor: float) -> Proof:
     """Simulate the held-out recordings once with each frozen model."""
     before, after = (bench.mismatch(one.structure, one.coordinates[None])[0] for one in (baseline, extended))
     layout = bench.layout
-    scale = np.sqrt(baseline.weights.scale * extended.weights.scale)
-    colour = np.sqrt(baseline.weights.colour * extended.weights.colour)
-    weights = Weights(scale, colour)
-    density = [
-        -_half(mismatch / weights.scale[layout.channel]) / weights.colour[layout.channel]
-        for mismatch in (after, before)
-    ]
+    loud, quiet = (limited(extended.white(layout, mismatch)) for mismatch in (before, after))
     errors = nrmse(layout, after), nrmse(layout, before)
-    gain = Gain(layout.sums(density[0] - density[1]), errors)
-    return Proof(errors[1], errors[0], floor, gain, (before, after))
-
-
-def _half(values: Floats) -> Floats:
-    size = np.abs(values)
-    return np.where(size <= CAP, 0.5 * size**2, CAP * (size - 0.5 * CAP))
+    return Proof(errors[1], errors[0], floor, Gain(layout.sums(loud - quiet), errors), (before, after))

@@ -13,6 +13,8 @@ from hdfast.terms import terms
 
 FRICTION = ("coulomb_friction", "stribeck_friction", "presliding_friction")
 LOWEST_ORDER = 1e-3
+HIGHEST_INTEGER = 16
+MOST_LINES = 26
 
 
 @dataclass(frozen=True)
@@ -249,19 +251,11 @@ def _actuator(s: Sizes) -> list[Candidate]:
 def _lines(s: Sizes) -> list[Candidate]:
     """Lines in the motor angle: kinematic error where it is seen, detent torque."""
     found = []
-    expected = [
-        1.0,
-        2.0,
-        4.0,
-        6.0,
-        1.0 / s.ratio,
-        2.0 / s.ratio,
-        (s.ratio - 1.0) / s.ratio,
-        2.0 * (s.ratio - 1.0) / s.ratio,
-    ]
-    for order in _distinct(
-        [order for order in [*s.lines, *expected] if order > LOWEST_ORDER and _new(order, s.orders)], 14
-    ):
+    relative = 1.0 - 1.0 / s.ratio
+    expected = [1.0 / s.ratio, 2.0 / s.ratio, relative, 2.0 * relative]
+    expected += [float(order) for order in range(1, HIGHEST_INTEGER + 1)]
+    wanted = [order for order in [*s.lines, *expected] if order > LOWEST_ORDER and _new(order, s.orders)]
+    for order in _distinct(wanted, MOST_LINES):
         label = str(Fraction(order).limit_denominator(2000))
         size = 0.05 * s.windup if s.elastic else 2e-5
         found.append(

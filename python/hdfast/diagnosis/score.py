@@ -8,9 +8,10 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from hdfast.checks import Floats
-from hdfast.diagnosis.evidence import CAP, Index, Layout, Weights
+from hdfast.diagnosis.evidence import CAP, Index, Layout
 from hdfast.diagnosis.fit import Bench, Fit
 from hdfast.diagnosis.plant import Plant
+from hdfast.diagnosis.whiten import Whitener
 
 FOLDS = 6
 FEWEST_GROUPS = 3
@@ -60,42 +61,41 @@ def folds_of(plant: Plant, layout: Layout) -> Index:
     return layout.block * FOLDS // max(layout.blocks, 1)
 
 
-def left_out(fit: Fit, layout: Layout, folds: Index) -> Floats:
-    """Mismatch (N,) of each fold after a linearised refit without it, in the channels' units.
+def left_out(fit: Fit, white: Whitener, layout: Layout, folds: Index) -> tuple[Floats, Floats]:
+    """Mismatch of each fold after a linearised refit without it: in the channels' units and whitened, each (N,).
 
     The refit goes no farther than a few standard deviations: beyond, the slopes mean nothing.
     """
-    A = fit.weights.normalise(layout, fit.slopes.T).T
-    r = fit.weights.normalise(layout, fit.mismatch)
-    size = np.abs(r) * np.sqrt(fit.weights.colour[layout.channel])
-    share = np.where(size <= CAP, 1.0, CAP / np.maximum(size, CAP))
-    information = A.T @ (A * share[:, None]) + np.diag(fit.structure.sigma**-2)
-    found = fit.mismatch.copy()
+    A, r = white(layout, fit.slopes), white(layout, fit.mismatch)
+    share = np.where(np.abs(r) <= CAP, 1.0, CAP / np.maximum(np.abs(r), CAP))
+    precision = fit.structure.sigma**-2
+    pull = precision * (fit.coordinates - fit.structure.start)
+    information = A.T @ (A * share[:, None]) + np.diag(precision)
+    score = A.T @ (share * r) - pull
+    found, filtered = fit.mismatch.copy(), r.copy()
     for fold in np.unique(folds):
         rows = folds == fold
         own = A[rows]
         without = information - own.T @ (own * share[rows, None])
-        shift = np.linalg.solve(without, own.T @ (share[rows] * r[rows]))
+        shift = np.linalg.solve(without, score - own.T @ (share[rows] * r[rows]))
         reach = float(np.sqrt(shift @ information @ shift))
         shift *= min(1.0, FARTHEST * np.sqrt(len(shift)) / max(reach, 1e-300))
-        found[rows] += fit.slopes[rows] @ shift
-    return found
+        found[rows] -= fit.slopes[rows] @ shift
+        filtered[rows] -= own @ shift
+    return found, filtered
 
 
 def gain(bench: Bench, better: Fit, lesser: Fit, folds: Index) -> Gain:
-    """Gain of one fit over another on left-out folds, with weights between those of the two."""
+    """Gain of one fit over another on left-out folds, both seen through the filter that whitens the better one."""
     layout = bench.layout
-    weights = Weights(
-        np.sqrt(better.weights.scale * lesser.weights.scale), np.sqrt(better.weights.colour * lesser.weights.colour)
-    )
-    mismatches = [left_out(one, layout, folds) for one in (better, lesser)]
-    densities = []
-    for mismatch in mismatches:
-        size = np.abs(mismatch) / weights.scale[layout.channel]
-        half = np.where(size <= CAP, 0.5 * size**2, CAP * (size - 0.5 * CAP))
-        densities.append(-half / weights.colour[layout.channel])
-    after, before = (nrmse(layout, mismatch) for mismatch in mismatches)
-    return Gain(layout.sums(densities[0] - densities[1]), (after, before))
+    (after, quiet), (before, loud) = (left_out(one, better.white, layout, folds) for one in (better, lesser))
+    return Gain(layout.sums(limited(loud) - limited(quiet)), (nrmse(layout, after), nrmse(layout, before)))
+
+
+def limited(values: Floats) -> Floats:
+    """Half squares that grow linearly beyond `CAP` (Huber)."""
+    size = np.abs(values)
+    return np.where(size <= CAP, 0.5 * size**2, CAP * (size - 0.5 * CAP))
 
 
 def nrmse(layout: Layout, mismatch: Floats, channel: str | None = None) -> float:

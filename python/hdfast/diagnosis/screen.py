@@ -22,11 +22,11 @@ class Signature:
 
     Attributes:
         candidate: the hypothesis.
-        raw: normalised change of the simulated signals, shape (N, d).
+        raw: whitened change of the simulated signals, shape (N, d).
         left: the part of it that refitting the model does not absorb, shape (N, d).
         absorbed: shift of the model's coordinates that absorbs the rest, shape (P, d).
         shares: least-squares amplitude in the mismatch, in typical amplitudes, shape (d,).
-        gain: fall of half the normalised sum of squares at that amplitude.
+        gain: fall of half the whitened sum of squares at that amplitude.
         visibility: share of the change that a refit does not absorb, 0 to 1.
     """
 
@@ -64,11 +64,11 @@ class Projector:
 
     def __init__(self, fit: Fit, layout: Layout) -> None:
         self.layout = layout
-        self.A = fit.weights.normalise(layout, fit.slopes.T).T
+        self.A = fit.white(layout, fit.slopes)
         self.inverse = np.linalg.inv(self.A.T @ self.A + np.diag(fit.structure.sigma**-2))
 
     def absorbed(self, signal: Floats) -> Floats:
-        """Shift of the coordinates (P, ...) that absorbs a normalised signal (N, ...)."""
+        """Shift of the coordinates (P, ...) that absorbs a whitened signal (N, ...)."""
         shift: Floats = self.inverse @ (self.A.T @ signal)
         return shift
 
@@ -95,7 +95,7 @@ class Projector:
 def signatures(bench: Bench, fit: Fit, candidates: Sequence[Candidate]) -> list[Signature]:
     """Signatures of candidates about a fitted model; those without any effect on these recordings are left out."""
     projector = Projector(fit, bench.layout)
-    residual = fit.weights.normalise(bench.layout, fit.mismatch)
+    residual = projector.left(fit.white(bench.layout, fit.mismatch))
     found = []
     for candidate in candidates:
         structure = candidate.added_to(fit.structure)
@@ -110,7 +110,7 @@ def signatures(bench: Bench, fit: Fit, candidates: Sequence[Candidate]) -> list[
             ]
         )
         change = fit.mismatch - bench.mismatch(structure, coordinates)
-        raw = bench.weights_of(fit, change).T
+        raw = fit.white(bench.layout, change.T)
         size = float(np.sum(raw**2))
         if not np.isfinite(size) or size <= NEGLIGIBLE:
             continue
@@ -132,8 +132,8 @@ def screen(bench: Bench, fit: Fit, found: Sequence[Signature], rng: np.random.Ge
     """Largest block statistics with family-wise p values from sign flips of whole blocks, leverage corrected."""
     if not found:
         return Screen({}, {}, np.inf)
-    residual = fit.weights.normalise(bench.layout, fit.mismatch)
     projector = Projector(fit, bench.layout)
+    residual = projector.left(fit.white(bench.layout, fit.mismatch))
     observed, largest = block_statistics(bench.layout, projector, [one.left for one in found], residual, rng)
     statistic = {one.candidate.label: value for one, value in zip(found, observed, strict=True)}
     p = {label: (1.0 + float(np.sum(largest >= value))) / (FLIPS + 1.0) for label, value in statistic.items()}

@@ -22,7 +22,7 @@ FAINTEST = 0.03
 ALARM = 0.01
 GAIN_ERRORS = 2.0
 FALL = 0.05
-NEAR_FLOOR = 1.02
+NEAR_FLOOR = 1.3
 AMPLITUDE_SIGMAS = 3.0
 PULL = 3.0
 GENERAL_ERRORS, GENERAL_FALL = 3.0, 0.02
@@ -194,7 +194,7 @@ def _failed(
     after, before = gained.nrmse
     if not np.isfinite(joint.mismatch).all():
         return ("A0 simulation",)
-    if not (after <= (1.0 - FALL) * before or (alarm and after <= NEAR_FLOOR * rules.floor)):
+    if not (after <= (1.0 - FALL) * before or (alarm and before <= NEAR_FLOOR * rules.floor)):
         failed.append("A2 error")
     covariance = joint.covariance(bench.layout)
     names = joint.structure.names

@@ -63,9 +63,8 @@ def _augmented(bench: Bench, fitted: Fit, feature: Feature) -> Fit:
     structure = replace(fitted.structure, free=(*fitted.structure.free, *free))
     slopes = np.concatenate([fitted.slopes, feature.columns], axis=1)
     start = np.concatenate([fitted.coordinates, np.zeros(width)])
-    A = fitted.weights.normalise(bench.layout, slopes.T).T
-    r = fitted.weights.normalise(bench.layout, fitted.mismatch)
+    A, r = fitted.white(bench.layout, slopes), fitted.white(bench.layout, fitted.mismatch)
     precision = structure.sigma**-2
     step = np.linalg.solve(A.T @ A + np.diag(precision), A.T @ r - precision * (start - structure.start))
     mismatch = fitted.mismatch - slopes @ step
-    return Fit(structure, start + step, mismatch, slopes, fitted.weights, np.nan)
+    return Fit(structure, start + step, mismatch, slopes, fitted.weights, fitted.white, np.nan)

@@ -4,11 +4,15 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
+import numpy as np
+
 from hdfast.checks import Floats
 from hdfast.diagnosis.fit import Bench, Fit
 from hdfast.diagnosis.score import Gain, limited, nrmse
 
 PROOF_ERRORS = 2.0
+POWERED = 8.0
+CLEARLY = 0.9
 
 
 @dataclass(frozen=True, eq=False)
@@ -19,6 +23,7 @@ class Proof:
         baseline, extended: nrmse of the two frozen models.
         floor: nrmse of the sensor noise.
         gain: of the extended model over the baseline, block by block.
+        expected: the total gain if the extended model is right.
         mismatch: stacked mismatches (N,) of baseline and extended model.
     """
 
@@ -26,12 +31,15 @@ class Proof:
     extended: float
     floor: float
     gain: Gain
+    expected: float
     mismatch: tuple[Floats, Floats] = field(repr=False)
 
     @property
     def holds(self) -> bool:
-        """Whether the extended model is better by more than chance."""
-        return self.gain.ratio > PROOF_ERRORS or self.extended < 0.9 * self.baseline
+        """Whether the extended model is better by more than chance, or these recordings could not have shown it."""
+        if self.gain.ratio > PROOF_ERRORS or self.extended < CLEARLY * self.baseline:
+            return True
+        return self.expected < POWERED and self.gain.total > -np.sqrt(2.0 * self.expected)
 
 
 def prove(bench: Bench, baseline: Fit, extended: Fit, floor: float) -> Proof:
@@ -40,4 +48,5 @@ def prove(bench: Bench, baseline: Fit, extended: Fit, floor: float) -> Proof:
     layout = bench.layout
     loud, quiet = (limited(extended.white(layout, mismatch)) for mismatch in (before, after))
     errors = nrmse(layout, after), nrmse(layout, before)
-    return Proof(errors[1], errors[0], floor, Gain(layout.sums(loud - quiet), errors), (before, after))
+    expected = 0.5 * float(np.sum(extended.white(layout, before - after) ** 2))
+    return Proof(errors[1], errors[0], floor, Gain(layout.sums(loud - quiet), errors), expected, (before, after))

@@ -99,13 +99,18 @@ class Candidate:
         free = tuple(replace(one, value=changed.get(one.name, one.value)) for one in self.free)
         return replace(self, free=free)
 
+    @property
+    def sizes(self) -> tuple[str, ...]:
+        """Parameters of which at least one has to differ from zero."""
+        if self.waves is not None:
+            return self.waves if self._cartesian else self.waves[:1]
+        return self.spans or (self.amplitude,)
+
     def scaled(self, times: float) -> Candidate:
         """The candidate with its amplitude at a multiple of its typical size."""
-        sized = self.waves if self.waves is not None and self._cartesian else (self.amplitude,)
-        free = tuple(replace(one, value=times * one.value) if one.name in sized else one for one in self.free)
+        free = tuple(replace(one, value=times * one.value) if one.name in self.sizes else one for one in self.free)
         return replace(self, free=free)
 
     @property
     def _cartesian(self) -> bool:
-        assert self.waves is not None
-        return self.waves[1] in self.names and not next(f for f in self.free if f.name == self.waves[0]).positive
+        return self.waves is not None and "psi" not in self.waves[1]

@@ -51,7 +51,6 @@ def features(bench: Bench, ratio: float, inertia: float) -> list[Feature]:
         "abs_transmitted_torque": lambda unit, ratio: (
             np.sign(unit.speed) * np.abs(inertia * unit.acceleration / ratio + unit.load_torque)
         ),
-        "motor_torque": lambda unit, _: unit.measured["motor_torque"],
         "time_since_start": lambda unit, _: unit.offset + unit.t,
         "direction": lambda unit, _: np.sign(unit.speed),
     }
@@ -74,6 +73,8 @@ def _splines(bench: Bench, of: Variable, ratio: float) -> list[Floats]:
     inner = np.unique(np.quantile(together, np.linspace(0.0, 1.0, KNOTS)))
     if len(inner) < 4:
         levels = np.unique(together)[1:]
+        if not len(levels):
+            return [np.zeros((len(value), 0)) for value in values]
         return [np.stack([(value == level).astype(float) for level in levels], axis=1) for value in values]
     knots = np.concatenate([[inner[0]] * 3, inner, [inner[-1]] * 3])
     return [np.asarray(BSpline.design_matrix(value, knots, 3).toarray()) for value in values]

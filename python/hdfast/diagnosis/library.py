@@ -186,7 +186,6 @@ def _load(s: Sizes) -> list[Candidate]:
             [_positive("T_gravity", torque, "N m"), _phase("psi")],
             waves=("T_gravity", "psi"),
         ),
-        _one("load_side_friction", [_positive("T_cl", torque, "N m")]),
         *(
             _one(
                 "external_periodic_torque",
@@ -200,6 +199,7 @@ def _load(s: Sizes) -> list[Candidate]:
     ]
     if s.elastic:
         found += [
+            _one("load_side_friction", [_positive("T_cl", torque, "N m")]),
             *(
                 _one(
                     "load_compliance",
@@ -223,7 +223,6 @@ def _load(s: Sizes) -> list[Candidate]:
 
 def _actuator(s: Sizes) -> list[Candidate]:
     return [
-        _one("torque_gain", [_signed("gain_error", 0.1, 0.3, "1")], fixed={"saturation_share": 0.0}),
         _one("actuator_lag", [_positive("tau_e", 0.05 / s.corner, "s", sigma=1.5)]),
         _one("delay", [_positive("tau_d", 0.05 / s.corner, "s", sigma=1.5)]),
         *(
@@ -281,7 +280,7 @@ def _lines(s: Sizes) -> list[Candidate]:
             waves=("T_cog", "psi_1"),
             shape=f"order {order:.4g}",
         )
-        for order in _distinct([line for line in s.lines if line > 0.9], 6)
+        for order in _distinct([*(line for line in s.lines if line > 0.9), *(() if s.elastic else (1.0, 2.0))], 6)
     ]
 
 

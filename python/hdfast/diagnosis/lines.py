@@ -21,11 +21,19 @@ MOST = 10
 
 @dataclass(frozen=True)
 class Line:
-    """A line: cycles per motor revolution or per second, its power over the continuum, and its resolution."""
+    """A line of a spectrum.
+
+    Attributes:
+        position: cycles per motor revolution or per second.
+        prominence: power over the continuum, summed over recordings.
+        resolution: of the sharpest recording, in the unit of the position.
+        recordings: in how many recordings it stands.
+    """
 
     position: float
     prominence: float
     resolution: float
+    recordings: int = 1
 
 
 def order_lines(bench: Bench, mismatch: Floats) -> list[Line]:
@@ -96,5 +104,8 @@ def _merged(found: Sequence[Line]) -> list[Line]:
                 break
         else:
             groups.append([line])
-    merged = [Line(group[0].position, sum(one.prominence for one in group), group[0].resolution) for group in groups]
+    merged = [
+        Line(group[0].position, sum(one.prominence for one in group), group[0].resolution, len(group))
+        for group in groups
+    ]
     return sorted(merged, key=lambda one: -one.prominence)[:MOST]

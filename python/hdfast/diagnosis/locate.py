@@ -10,11 +10,12 @@ from scipy.ndimage import uniform_filter1d
 
 from hdfast.checks import Floats
 from hdfast.diagnosis.fit import Bench, Fit
-from hdfast.diagnosis.lines import order_lines, tone_lines
+from hdfast.diagnosis.lines import Line, order_lines, tone_lines
 from hdfast.diagnosis.prepare import Unit
 
 PHASES = ("standstill", "start", "run", "stop", "reversal")
 LOUD = 3.0
+FAINT = 0.03
 WINDOW_S = 0.1
 JOIN_S = 0.25
 MOST_WINDOWS = 40
@@ -87,18 +88,33 @@ def locate(bench: Bench, before: Fit, after: Fit) -> Where:
     total, whole = float(energy.sum()), sum(share.values())
     shares = {phase: float(value / total) if total else 0.0 for phase, value in zip(PHASES, energy, strict=True)}
     top = max(shares, key=lambda phase: shares[phase])
-    orders = order_lines(bench, before.mismatch)
-    tones = tone_lines(bench, before.mismatch)
-    strong = [line for line in orders if line.prominence >= 0.1 * orders[0].prominence] if orders else []
-    fixed = [tone for tone in tones if not strong or tone.prominence > 2.0 * strong[0].prominence]
+    orders, tones = _sorted_out(bench, before)
     return Where(
         windows=tuple(sorted(windows, key=lambda w: (w[2], w[0]))[:MOST_WINDOWS]),
         phase=top if shares[top] >= NAMED_SHARE else "all",
         shares=shares,
-        orders=tuple(round(line.position, 4) for line in strong),
-        frequencies=tuple(round(line.position, 3) for line in fixed),
+        orders=tuple(round(line.position, 4) for line in orders),
+        frequencies=tuple(round(line.position, 3) for line in tones),
         channels={channel: value / whole if whole else 0.0 for channel, value in share.items()},
     )
+
+
+def _sorted_out(bench: Bench, before: Fit) -> tuple[list[Line], list[Line]]:
+    """Lines that keep their order, and lines that keep their frequency, over recordings of different speed.
+
+    With one recording of constant speed the two cannot be told apart, and a line is listed as an order.
+    """
+    several = 2 if len(bench.plant.units) > 1 else 1
+    orders = [line for line in order_lines(bench, before.mismatch) if line.recordings >= several]
+    speeds = [float(np.median(np.abs(unit.speed))) / (2.0 * np.pi) for unit in bench.plant.units]
+
+    def geared(tone: Line) -> bool:
+        width = max(2.0 * tone.resolution, 0.02 * tone.position)
+        return any(abs(line.position * speed - tone.position) < width for line in orders for speed in speeds)
+
+    tones = [line for line in tone_lines(bench, before.mismatch) if line.recordings >= several and not geared(line)]
+    strong = [line for line in orders if line.prominence >= FAINT * orders[0].prominence]
+    return strong, [line for line in tones if line.prominence >= FAINT * tones[0].prominence]
 
 
 def _runs(t: Floats, loud: Floats, unit: Unit) -> list[tuple[float, float, str]]:

@@ -155,11 +155,12 @@ class Plant:
                 for name, sample in result.samples.items()
             }
             needed = (signals["tau_m"] + offset) / scale
-            delivered = unit.measured["motor_torque"] + signals["tau_drive"] - self.band.smooth(unit.command)
+            changed = signals["tau_drive"] - self.band.smooth(unit.command)
+            delivered = unit.measured["motor_torque"] + changed
             if "motor_torque" in stage.channels:
                 slow = self.band.slow(needed)
                 needed = needed - slow + stage.apply(unit.t, {"motor_torque": slow}, sensed)["motor_torque"]
-            differences = {"motor_torque": delivered - needed}
+            differences = {"motor_torque": (delivered - needed) / _gain(unit.command, changed)}
             if "te" in unit.measured:
                 differences["te"] = unit.measured["te"] - _te(unit, signals["te"], stage, sensed)
             if "output_torque" in unit.measured:
@@ -207,3 +208,10 @@ def _te(unit: Unit, error: Floats, stage: SensorStage, sensed: Mapping[str, Floa
     load = unit.turned - error
     read: Floats = stage.apply(unit.t, {"load_angle": load}, sensed)["load_angle"]
     return error + load - read
+
+
+def _gain(command: Floats, changed: Floats) -> Floats:
+    """Size of a command (n,) after a change (M, n) against before, (M, 1): a mismatch counts in the recorded unit."""
+    before = max(float(np.sqrt(np.mean(command**2))), 1e-300)
+    after: Floats = np.sqrt(np.mean((command + changed) ** 2, axis=1, keepdims=True))
+    return np.maximum(after / before, 1e-3)

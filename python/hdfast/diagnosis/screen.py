@@ -27,6 +27,7 @@ class Signature:
         absorbed: shift of the model's coordinates that absorbs the rest, shape (P, d).
         shares: least-squares amplitude in the mismatch, in typical amplitudes, shape (d,).
         gain: fall of half the whitened sum of squares at that amplitude.
+        bulk: the same without whitening, in independent samples.
         visibility: share of the change that a refit does not absorb, 0 to 1.
     """
 
@@ -36,6 +37,7 @@ class Signature:
     absorbed: Floats = field(repr=False)
     shares: Floats
     gain: float
+    bulk: float
     visibility: float
 
 
@@ -92,10 +94,28 @@ class Projector:
         return corrected
 
 
+class _Bulk:
+    """What a signature would explain of the mismatch without whitening."""
+
+    def __init__(self, fit: Fit, layout: Layout) -> None:
+        self.fit, self.layout = fit, layout
+        self.A = fit.weights.normalise(layout, fit.slopes.T).T
+        self.inverse = np.linalg.inv(self.A.T @ self.A + np.diag(fit.structure.sigma**-2))
+        self.residual = fit.weights.normalise(layout, fit.mismatch)
+
+    def gain(self, change: Floats) -> float:
+        """Fall of half the sum of squares, in independent samples, by a change (N, d) and a refit."""
+        raw = self.fit.weights.normalise(self.layout, change.T).T
+        left = raw - self.A @ (self.inverse @ (self.A.T @ raw))
+        gram, score = left.T @ left, left.T @ self.residual
+        return float(0.5 * score @ np.linalg.solve(gram + 1e-9 * np.trace(gram) * np.eye(len(gram)), score))
+
+
 def signatures(bench: Bench, fit: Fit, candidates: Sequence[Candidate]) -> list[Signature]:
     """Signatures of candidates about a fitted model; those without any effect on these recordings are left out."""
     projector = Projector(fit, bench.layout)
     residual = projector.left(fit.white(bench.layout, fit.mismatch))
+    bulk = _Bulk(fit, bench.layout)
     found = []
     for candidate in candidates:
         structure = candidate.added_to(fit.structure)
@@ -121,7 +141,7 @@ def signatures(bench: Bench, fit: Fit, candidates: Sequence[Candidate]) -> list[
         shares = np.linalg.solve(gram + ridge, score)
         found.append(
             Signature(
-                candidate, raw, left, projector.absorbed(raw), shares, float(0.5 * score @ shares),
+                candidate, raw, left, projector.absorbed(raw), shares, float(0.5 * score @ shares), bulk.gain(change.T),
                 float(np.sum(left**2)) / size,
             )
         )  # fmt: skip

@@ -17,7 +17,7 @@ from hdfast.diagnosis.screen import Screen, Signature, screen, signatures
 from hdfast.diagnosis.stages import Stages
 
 MOST_EFFECTS = 4
-SHORTLIST = 7
+SHORTLIST = 5
 FAINTEST = 0.03
 ALARM = 0.01
 GAIN_ERRORS = 2.0
@@ -25,7 +25,7 @@ FALL = 0.05
 NEAR_FLOOR = 1.3
 AMPLITUDE_SIGMAS = 3.0
 PULL = 3.0
-GENERAL_ERRORS, GENERAL_FALL = 3.0, 0.02
+GENERAL_ERRORS, GENERAL_FALL = 3.0, 0.10
 DISPLACED = 2.0
 AMPLITUDES = (0.3, 1.0, 3.0)
 
@@ -111,7 +111,7 @@ def search(
             for one in shortlist:
                 trials.append(_try(bench, current, one, rules, alarm))
                 stages.done(f"refitted with {one.candidate.effect}")
-        best = _best(trials)
+        best = _best(trials, accepted, alarm, rules)
         rounds.append(Round(current, found, seen, trials, best))
         if best is None:
             return Search(rounds, current, accepted)
@@ -131,12 +131,29 @@ def _possible(candidate: Candidate, accepted: Sequence[Trial], current: Fit) -> 
 
 
 def _shortlist(found: Sequence[Signature]) -> list[Signature]:
-    """The best shape of each effect, best effects first; lines of an effect at different orders are all of it."""
-    best: dict[str, Signature] = {}
-    for one in sorted(found, key=lambda one: -one.gain):
-        best.setdefault(one.candidate.effect, one)
-    ranked = sorted(best.values(), key=lambda one: -one.gain)[:SHORTLIST]
-    return [one for one in ranked if one.gain >= FAINTEST * ranked[0].gain]
+    """The best shapes of the most telling effects, by fine structure and by bulk, and their special cases."""
+    chosen: dict[str, Signature] = {}
+    for size in (_fine, _bulk):
+        best: dict[str, Signature] = {}
+        for one in sorted(found, key=size, reverse=True):
+            best.setdefault(one.candidate.effect, one)
+        ranked = list(best.values())[:SHORTLIST]
+        for one in ranked:
+            if size(one) >= FAINTEST * size(ranked[0]):
+                chosen.setdefault(one.candidate.label, one)
+    special = {effect for one in chosen.values() for effect in one.candidate.contains}
+    for one in found:
+        if one.candidate.effect in special:
+            chosen.setdefault(one.candidate.label, one)
+    return list(chosen.values())
+
+
+def _fine(one: Signature) -> float:
+    return one.gain
+
+
+def _bulk(one: Signature) -> float:
+    return one.bulk
 
 
 def _try(bench: Bench, current: Fit, signature: Signature, rules: Rules, alarm: bool) -> Trial:
@@ -198,7 +215,7 @@ def _failed(
         failed.append("A2 error")
     covariance = joint.covariance(bench.layout)
     names = joint.structure.names
-    where = [names.index(name) for name in (candidate.waves or (candidate.amplitude,)) if "psi" not in name]
+    where = [names.index(name) for name in candidate.sizes]
     sigma = np.sqrt(np.diag(covariance)[where])
     size = [1.0 if joint.structure.free[j].positive else abs(joint.coordinates[j]) for j in where]
     if not max(np.asarray(size) / sigma) > AMPLITUDE_SIGMAS:
@@ -216,15 +233,33 @@ def _failed(
     return tuple(failed)
 
 
-def _best(trials: Sequence[Trial]) -> Trial | None:
-    """The best trial that breaks no rule; a special case of it goes first unless it is clearly worse."""
+def _best(trials: Sequence[Trial], accepted: Sequence[Trial], alarm: bool, rules: Rules) -> Trial | None:
+    """The best trial that breaks no rule.
+
+    A general law has to beat its special case clearly, and other generalisations of that case as well; else the
+    special case goes first.
+    """
     passed = sorted((one for one in trials if not one.failed), key=lambda one: -one.gain.total)
-    if not passed:
-        return None
-    best = passed[0]
-    for other in passed[1:]:
-        lead = Gain(best.gain.by_block - other.gain.by_block, best.gain.nrmse)
-        clearly = lead.ratio > GENERAL_ERRORS and best.gain.nrmse[0] <= (1.0 - GENERAL_FALL) * other.gain.nrmse[0]
-        if other.candidate.effect in best.candidate.contains and not clearly:
-            best = other
-    return best
+    known = {one.candidate.effect for one in (*passed, *accepted)}
+    for best in passed:
+        shared = [effect for effect in best.candidate.contains if effect in known]
+        special = [one for one in passed if one.candidate.effect in shared]
+        others = [
+            one
+            for one in passed
+            if one.candidate.effect != best.candidate.effect and set(one.candidate.contains) & set(shared)
+        ]
+        ahead = all(_clearly(best, one, alarm, rules) for one in special)
+        if ahead and all(_lead(best, one) > GAIN_ERRORS for one in others):
+            return best
+    return None
+
+
+def _lead(first: Trial, second: Trial) -> float:
+    return Gain(first.gain.by_block - second.gain.by_block, first.gain.nrmse).ratio
+
+
+def _clearly(general: Trial, special: Trial, alarm: bool, rules: Rules) -> bool:
+    after, before = general.gain.nrmse[0], special.gain.nrmse[0]
+    enough = after <= (1.0 - GENERAL_FALL) * before or (alarm and before <= NEAR_FLOOR * rules.floor)
+    return enough and _lead(general, special) > GENERAL_ERRORS

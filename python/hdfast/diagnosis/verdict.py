@@ -114,7 +114,8 @@ def _decide(session: Session, standings: Sequence[Standing], unknown: Unknown | 
 
 
 def _sentence(name: str, standings: Sequence[Standing], unknown: Unknown | None, session: Session, reason: str) -> str:
-    effects = ", ".join(dict.fromkeys(one.trial.candidate.effect for one in standings))
+    sure = [one for one in standings if one.probability >= SURE]
+    effects = ", ".join(dict.fromkeys(one.trial.candidate.effect for one in sure))
     better = ""
     if session.proof is not None and standings and math.isfinite(session.proof.extended):
         better = (
@@ -167,7 +168,8 @@ def as_dict(verdict: Verdict, health: Health, seed: int, version: str) -> dict[s
     session = verdict.session
     final, layout = session.search.final, session.bench.layout
     sigma = final.sigma_of(layout)
-    effects = [_effect(one, verdict, sigma) for one in verdict.standings if verdict.name != "no_evidence"]
+    every = [_effect(one, verdict, sigma) for one in verdict.standings]
+    effects = [one for one in every if one["probability"] >= SURE or verdict.name == "undecided"]
     if verdict.unknown is not None and verdict.name == "depends_on":
         effects.append(_unknown_effect(verdict.unknown))
     content: dict[str, Any] = _finite(
@@ -175,6 +177,7 @@ def as_dict(verdict: Verdict, health: Health, seed: int, version: str) -> dict[s
             "verdict": verdict.name,
             "sentence": verdict.sentence,
             "effects": effects,
+            "candidates": [one for one in every if one not in effects],
             "where": _where(verdict),
             "fit": _fit(session),
             "masking": [vars(one) for one in verdict.masked],

@@ -16,6 +16,7 @@ from hdfast.diagnosis.prepare import Unit
 PHASES = ("standstill", "start", "run", "stop", "reversal")
 LOUD = 3.0
 FAINT = 0.03
+SILENT = 1e-3
 WINDOW_S = 0.1
 JOIN_S = 0.25
 MOST_WINDOWS = 40
@@ -68,7 +69,7 @@ def phases(unit: Unit) -> Floats:
 def locate(bench: Bench, before: Fit, after: Fit) -> Where:
     """Where the mismatch of `before` is that `after` explains; all of it where `after` explains nothing."""
     layout = bench.layout
-    scale = np.maximum(bench.floor, 1e-300)[layout.channel]
+    scale = np.maximum(bench.floor, SILENT * before.weights.scale)[layout.channel]
     loud = before.mismatch / scale
     changed = (before.mismatch - after.mismatch) / scale
     missing = changed if after is not before and np.any(changed) else loud

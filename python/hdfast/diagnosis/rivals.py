@@ -16,6 +16,7 @@ from hdfast.diagnosis.select import Round, Search, Trial, without
 ALIKE = 0.95
 RELATED = 0.80
 UNKNOWN_FLOOR = 0.02
+SURE = 0.75
 MOST_RIVALS = 3
 CLOSE_ERRORS = 2.0
 
@@ -30,6 +31,7 @@ class Rival:
         weight: its share against the accepted effect, 0 to 1.
         alike: largest correlation of the two signatures after refit, 0 to 1.
         behind: gain of the accepted effect over it, in standard errors.
+        contains: its special cases.
     """
 
     effect: str
@@ -37,6 +39,7 @@ class Rival:
     weight: float
     alike: float
     behind: float
+    contains: tuple[str, ...]
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,12 +48,14 @@ class Standing:
 
     Attributes:
         trial: the effect as it was accepted.
+        name: the effect that is named: a special case where its generalisations cannot be told from each other.
         probability: of the name, 0 to 1.
         rivals: effects that could stand in its place, most likely first.
         alone: gain of the whole model over the model without this effect.
     """
 
     trial: Trial
+    name: str
     probability: float
     rivals: tuple[Rival, ...]
     alone: Gain = field(repr=False)
@@ -68,11 +73,21 @@ def stand(bench: Bench, search: Search, folds: Index, rng: np.random.Generator) 
             _compare(bench, search.final, other, lesser, trial, seen, folds, rng)
             for other in _challengers(trial, seen, names)
         ]
-        odds = sum(rival.weight / max(1.0 - rival.weight, 1e-6) for rival in rivals)
-        probability = (1.0 - UNKNOWN_FLOOR) / (1.0 + odds)
         rivals.sort(key=lambda rival: -rival.weight)
-        found.append(Standing(trial, probability, tuple(rivals), gain(bench, search.final, lesser, folds)))
+        name = trial.candidate.effect
+        probability = _probability(rivals)
+        kin = [rival for rival in rivals if set(rival.contains) & set(trial.candidate.contains)]
+        if probability < SURE and kin:
+            name = trial.candidate.contains[0]
+            rivals = [rival for rival in rivals if rival not in kin]
+            probability = _probability(rivals)
+        found.append(Standing(trial, name, probability, tuple(rivals), gain(bench, search.final, lesser, folds)))
     return found
+
+
+def _probability(rivals: Sequence[Rival]) -> float:
+    odds = sum(rival.weight / max(1.0 - rival.weight, 1e-6) for rival in rivals)
+    return (1.0 - UNKNOWN_FLOOR) / (1.0 + odds)
 
 
 def _owned(trial: Trial) -> list[str]:
@@ -90,7 +105,7 @@ def _challengers(trial: Trial, seen: Round, names: set[str]) -> list[Trial]:
         if one.candidate.effect not in names
         and one.candidate.effect not in own.contains
         and own.effect not in one.candidate.contains
-        and one.gain.total > 0.0
+        and not one.failed
     ]
     return sorted(others, key=lambda one: -one.gain.total)[:MOST_RIVALS]
 
@@ -122,6 +137,7 @@ def _compare(
         weight,
         alike(_signature(seen, trial), _signature(seen, other)),
         lead.ratio,
+        other.candidate.contains,
     )
 
 

@@ -12,6 +12,7 @@ from hdfast.diagnosis.candidate import Candidate
 from hdfast.diagnosis.evidence import Index
 from hdfast.diagnosis.fit import Bench, Fit, fit
 from hdfast.diagnosis.plant import Structure
+from hdfast.diagnosis.resolution import unresolved
 from hdfast.diagnosis.score import Gain, gain, nrmse
 from hdfast.diagnosis.screen import Screen, Signature, screen, signatures
 from hdfast.diagnosis.stages import Stages
@@ -220,6 +221,8 @@ def _failed(
     size = [1.0 if joint.structure.free[j].positive else abs(joint.coordinates[j]) for j in where]
     if not max(np.asarray(size) / sigma) > AMPLITUDE_SIGMAS:
         failed.append("A3 amplitude")
+    if unresolved(candidate.effect, joint, bench):
+        failed.append("A5 resolution")
     pulls = np.abs(joint.coordinates - joint.structure.start) / joint.structure.sigma
     before_pulls = np.abs(current.coordinates - current.structure.start) / current.structure.sigma
     shared = [name for name in names if name in current.structure.names]

@@ -16,14 +16,13 @@ from hdfast.diagnosis.fit import Bench
 from hdfast.diagnosis.limits import Limit, limits, without_windup
 from hdfast.diagnosis.locate import Where, locate, merged
 from hdfast.diagnosis.masking import Masked, masked, pulled
-from hdfast.diagnosis.rivals import ALIKE, CLOSE_ERRORS, Standing, stand
+from hdfast.diagnosis.rivals import ALIKE, CLOSE_ERRORS, SURE, Standing, stand
 from hdfast.diagnosis.score import nrmse
 from hdfast.diagnosis.select import ALARM
 from hdfast.diagnosis.session import Session
 from hdfast.diagnosis.unknown import Unknown, describe
 from hdfast.health import Health
 
-SURE = 0.75
 NAMED = ("no_evidence", "found", "undecided", "depends_on", "sensor", "not_reproducible", "data_rejected")
 NOWHERE: dict[str, Any] = {
     "place": None,
@@ -104,10 +103,10 @@ def _decide(session: Session, standings: Sequence[Standing], unknown: Unknown | 
         return "undecided", "the improvement does not show on the held-out recordings"
     leading = max(standings, key=lambda one: one.alone.total)
     if leading.probability < SURE:
-        return "undecided", f"{leading.trial.candidate.effect} cannot be told from {leading.rivals[0].effect}"
+        return "undecided", f"{leading.name} cannot be told from {leading.rivals[0].effect}"
     close = [rival for rival in leading.rivals if rival.alike > ALIKE and rival.behind < CLOSE_ERRORS]
     if close:
-        return "undecided", f"{leading.trial.candidate.effect} looks like {close[0].effect} on these recordings"
+        return "undecided", f"{leading.name} looks like {close[0].effect} on these recordings"
     if all(one.trial.candidate.place == "sensor" for one in standings):
         return "sensor", ""
     return "found", ""
@@ -115,7 +114,7 @@ def _decide(session: Session, standings: Sequence[Standing], unknown: Unknown | 
 
 def _sentence(name: str, standings: Sequence[Standing], unknown: Unknown | None, session: Session, reason: str) -> str:
     sure = [one for one in standings if one.probability >= SURE]
-    effects = ", ".join(dict.fromkeys(one.trial.candidate.effect for one in sure))
+    effects = ", ".join(dict.fromkeys(one.name for one in sure))
     better = ""
     if session.proof is not None and standings and math.isfinite(session.proof.extended):
         better = (
@@ -229,7 +228,7 @@ def _effect(one: Standing, verdict: Verdict, sigma: Mapping[str, float]) -> dict
     if candidate.orders:
         parameters["order"] = {"value": _number(candidate.orders[0]), "sigma": 0.0, "unit": "1"}
     return {
-        "effect": candidate.effect,
+        "effect": one.name,
         "place": candidate.place,
         "probability": one.probability,
         "parameters": parameters,
@@ -241,6 +240,7 @@ def _effect(one: Standing, verdict: Verdict, sigma: Mapping[str, float]) -> dict
             "gain_in_errors": one.trial.gain.ratio,
             "left_out_nrmse": list(one.trial.gain.nrmse),
             "rivals": [vars(r) for r in one.rivals],
+            "fitted_as": candidate.effect,
             "shape": candidate.shape,
         },
     }
@@ -270,7 +270,7 @@ def _where(verdict: Verdict) -> dict[str, Any]:
     memory = "none"
     orders = list(verdict.where.orders)
     for one in verdict.standings:
-        facts = FACTS[one.trial.candidate.effect]
+        facts = FACTS[one.name]
         depends += [name for name in facts.depends_on if name not in depends]
         memory = facts.memory if facts.memory != "none" else memory
     if not verdict.standings and verdict.unknown is not None:

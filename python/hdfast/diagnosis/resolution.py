@@ -1,0 +1,39 @@
+"""Whether the recordings resolve what a fitted effect claims to see near standstill."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from hdfast.diagnosis.fit import Bench, Fit
+
+SAMPLES = 3.0
+NEAR_STANDSTILL = 0.1
+
+
+def unresolved(effect: str, fitted: Fit, bench: Bench) -> bool:
+    """True where a filter of the recording's band would look the same as the effect.
+
+    A bristle has to take longer to bend than the band's slowest rise; a falling friction law has to reach beyond the
+    speeds whose direction is uncertain.
+    """
+    if effect == "presliding_friction":
+        angle = fitted.value(f"{effect}_T_c") / fitted.value(f"{effect}_sigma_0")
+        return math.sqrt(2.0 * angle / _acceleration(bench)) < SAMPLES / bench.plant.band.corner
+    if effect == "stribeck_friction":
+        slow = [
+            float(np.min(np.abs(unit.speed[unit.judged["motor_torque"]]), initial=np.inf)) for unit in bench.plant.units
+        ]
+        return fitted.value(f"{effect}_omega_s") < min(slow)
+    return False
+
+
+def _acceleration(bench: Bench) -> float:
+    """Typical acceleration of the motor where it is slow [rad/s^2]."""
+    found = []
+    for unit in bench.plant.units:
+        slow = np.abs(unit.speed) < NEAR_STANDSTILL * float(np.max(np.abs(unit.speed)))
+        found.append(np.abs(unit.acceleration[slow]))
+    together = np.concatenate(found)
+    return max(float(np.quantile(together, 0.75)), 1e-9) if together.size else 1e-9

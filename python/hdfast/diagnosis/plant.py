@@ -138,7 +138,8 @@ class Plant:
         scale = values.get(TORQUE_SCALE, ones)[:, None]
         offset = values.get(TORQUE_OFFSET, 0.0 * ones)[:, None]
         own = tuple(f"{channel}_{effect}_" for effect, channel in structure.sensors)
-        sensed = {name: value for name, value in {**structure.fixed, **values}.items() if own and name.startswith(own)}
+        every: dict[str, Floats | float] = {**structure.fixed, **values}
+        sensed = {name: value for name, value in every.items() if own and name.startswith(own)}
         left = {*NUISANCE, *sensed}
         result = self._simulate(
             structure.model,
@@ -159,7 +160,8 @@ class Plant:
             delivered = unit.measured["motor_torque"] + changed
             if "motor_torque" in stage.channels:
                 slow = self.band.slow(needed)
-                needed = needed - slow + stage.apply(unit.t, {"motor_torque": slow}, sensed)["motor_torque"]
+                read = stage.apply(unit.t, {"motor_torque": slow}, sensed)["motor_torque"]
+                needed = np.asarray(needed - slow + read)
             differences = {"motor_torque": (delivered - needed) / _gain(unit.command, changed)}
             if "te" in unit.measured:
                 differences["te"] = unit.measured["te"] - _te(unit, signals["te"], stage, sensed)

@@ -7,7 +7,8 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from hdfast.diagnosis.locate import phases
-from hdfast.diagnosis.verdict import SURE, Verdict
+from hdfast.diagnosis.rivals import SURE
+from hdfast.diagnosis.verdict import Verdict
 from hdfast.report import diagnosis_plots as plots
 from hdfast.report.diagnosis_tables import amplitude, plus_minus, spoken, words
 from hdfast.report.diagnosis_views import Trace, telling

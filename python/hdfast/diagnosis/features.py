@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.interpolate import BSpline
@@ -44,6 +44,7 @@ def features(bench: Bench, ratio: float, inertia: float) -> list[Feature]:
         ratio: reduction ratio.
         inertia: load inertia [kg m^2], for the transmitted torque.
     """
+    slow = _slow(bench)
     smooth: dict[str, Variable] = {
         "motor_speed": lambda unit, _: unit.speed,
         "motor_acceleration": lambda unit, _: unit.acceleration,
@@ -59,16 +60,30 @@ def features(bench: Bench, ratio: float, inertia: float) -> list[Feature]:
         "load_phase": lambda unit, ratio: unit.angle / ratio,
         "lobe_phase": lambda unit, ratio: unit.angle * (1.0 - 1.0 / ratio),
     }
-    found = [Feature(name, "none", _spread(bench, _splines(bench, of, ratio))) for name, of in smooth.items()]
-    found += [Feature(name, "none", _spread(bench, _waves(bench, of, ratio))) for name, of in circular.items()]
-    found.append(Feature("motor_phase", "rate_independent", _spread(bench, _plays(bench))))
-    found.append(Feature("motor_speed", "fading", _spread(bench, _filters(bench))))
+    found = [Feature(name, "none", _spread(bench, _splines(slow, of, ratio))) for name, of in smooth.items()]
+    found += [Feature(name, "none", _spread(bench, _waves(slow, of, ratio))) for name, of in circular.items()]
+    found.append(Feature("motor_phase", "rate_independent", _spread(bench, _plays(slow))))
+    found.append(Feature("motor_speed", "fading", _spread(bench, _filters(slow, bench.plant.band.rate))))
     return [one for one in found if one.columns.shape[1]]
 
 
-def _splines(bench: Bench, of: Variable, ratio: float) -> list[Floats]:
+def _slow(bench: Bench) -> list[Unit]:
+    """The recordings' slow motion: the noise of an acceleration would explain itself in the torque."""
+    slow = bench.plant.band.slow
+    return [
+        replace(
+            unit,
+            angle=slow(unit.angle),
+            speed=np.where(unit.speed == 0.0, 0.0, slow(unit.speed)),
+            acceleration=slow(unit.acceleration),
+        )
+        for unit in bench.plant.units
+    ]
+
+
+def _splines(units: Sequence[Unit], of: Variable, ratio: float) -> list[Floats]:
     """Cubic B-splines over the quantiles of a variable, per unit (n, d)."""
-    values = [of(unit, ratio) for unit in bench.plant.units]
+    values = [of(unit, ratio) for unit in units]
     together = np.concatenate(values)
     inner = np.unique(np.quantile(together, np.linspace(0.0, 1.0, KNOTS)))
     if len(inner) < 4:
@@ -80,9 +95,9 @@ def _splines(bench: Bench, of: Variable, ratio: float) -> list[Floats]:
     return [np.asarray(BSpline.design_matrix(value, knots, 3).toarray()) for value in values]
 
 
-def _waves(bench: Bench, of: Variable, ratio: float) -> list[Floats]:
+def _waves(units: Sequence[Unit], of: Variable, ratio: float) -> list[Floats]:
     """Sines and cosines of the first harmonics of an angle, per unit (n, d); nothing where no turn is completed."""
-    angles = [of(unit, ratio) for unit in bench.plant.units]
+    angles = [of(unit, ratio) for unit in units]
     if max(float(np.ptp(angle)) for angle in angles) < math.pi:
         return [np.zeros((len(angle), 0)) for angle in angles]
     return [
@@ -91,11 +106,11 @@ def _waves(bench: Bench, of: Variable, ratio: float) -> list[Floats]:
     ]
 
 
-def _plays(bench: Bench) -> list[Floats]:
+def _plays(units: Sequence[Unit]) -> list[Floats]:
     """Play operators of log-spaced widths on the motor angle: its distance from each, per unit (n, d)."""
-    largest = max(float(np.ptp(unit.angle)) for unit in bench.plant.units)
+    largest = max(float(np.ptp(unit.angle)) for unit in units)
     widths = np.geomspace(1e-4 * largest, 0.3 * largest, WIDTHS)
-    return [np.stack([_play(unit.angle, width) / width for width in widths], axis=1) for unit in bench.plant.units]
+    return [np.stack([_play(unit.angle, width) / width for width in widths], axis=1) for unit in units]
 
 
 def _play(x: Floats, width: float) -> Floats:
@@ -108,16 +123,12 @@ def _play(x: Floats, width: float) -> Floats:
     return found
 
 
-def _filters(bench: Bench) -> list[Floats]:
+def _filters(units: Sequence[Unit], rate: float) -> list[Floats]:
     """First-order low-passes of the motor speed, per unit (n, d)."""
     from scipy.signal import lfilter
 
-    rate = bench.plant.band.rate
     shares = [-math.expm1(-1.0 / (rate * time)) for time in TIMES]
-    return [
-        np.stack([lfilter([share], [1.0, share - 1.0], unit.speed) for share in shares], axis=1)
-        for unit in bench.plant.units
-    ]
+    return [np.stack([lfilter([share], [1.0, share - 1.0], unit.speed) for share in shares], axis=1) for unit in units]
 
 
 def _spread(bench: Bench, columns: list[Floats]) -> Floats:

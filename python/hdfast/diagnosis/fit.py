@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -74,6 +74,14 @@ class Bench:
     plant: Plant
     layout: Layout
     floor: Floats
+
+    def commanded(self, fitted: Fit) -> Bench:
+        """The same with the torque that a fitted model needs in place of the recorded one before the actuator."""
+        torques = self.plant.needed(fitted.structure, fitted.coordinates)
+        if not all(np.isfinite(torque).all() for torque in torques):
+            return self
+        units = [unit.commanded(torque) for unit, torque in zip(self.plant.units, torques, strict=True)]
+        return replace(self, plant=replace(self.plant, units=units))
 
     def mismatch(self, structure: Structure, coordinates: Floats) -> Floats:
         """Stacked mismatches (M, N) at coordinates (M, P)."""

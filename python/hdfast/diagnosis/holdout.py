@@ -44,7 +44,9 @@ class Proof:
 
 def prove(bench: Bench, baseline: Fit, extended: Fit, floor: float) -> Proof:
     """Simulate the held-out recordings once with each frozen model."""
-    before, after = (bench.mismatch(one.structure, one.coordinates[None])[0] for one in (baseline, extended))
+    before, after = (
+        bench.commanded(one).mismatch(one.structure, one.coordinates[None])[0] for one in (baseline, extended)
+    )
     layout = bench.layout
     loud, quiet = (limited(extended.white(layout, mismatch)) for mismatch in (before, after))
     errors = nrmse(layout, after), nrmse(layout, before)

@@ -125,8 +125,9 @@ class Plant:
     def mismatch(self, structure: Structure, coordinates: Floats) -> list[dict[str, Floats]]:
         """Measured minus simulated, per unit and channel (M, n); NaN where a row could not be simulated.
 
-        What actuator and torque sensor change is computed on the slow part of the torque and added to the rest: a
-        filter must not win by quieting noise, nor a gain by shrinking it.
+        What an actuator changes is computed on the units' command, which carries none of the recording's noise, and
+        added to the recorded torque; what a torque sensor changes, on the slow part of the torque. A filter must not
+        win by quieting noise, nor a gain by shrinking it.
 
         Args:
             structure: the equations.
@@ -171,6 +172,19 @@ class Plant:
                 differences["output_torque"] = unit.measured["output_torque"] - sampled["output_torque"]
             found.append({channel: np.where(wrong, np.nan, own) for channel, own in differences.items()})
         return found
+
+    def needed(self, structure: Structure, coordinates: Floats) -> list[Floats]:
+        """Motor torque that each recorded motion takes, in the recorded unit, per unit (n,); coordinates (P,)."""
+        values = {name: float(value) for name, value in structure.values(coordinates).items()}
+        own = tuple(f"{channel}_{effect}_" for effect, channel in structure.sensors)
+        left = {name for name in {**structure.fixed, **values} if own and name.startswith(own)} | {*NUISANCE}
+        fixed = {name: value for name, value in {**structure.fixed, **values}.items() if name not in left}
+        result = self._simulate(structure.model, fixed, {}, 1)
+        scale, offset = values.get(TORQUE_SCALE, 1.0), values.get(TORQUE_OFFSET, 0.0)
+        return [
+            np.asarray((self.band.smooth(result.samples["tau_m"][index, : len(unit.t)]) + offset) / scale)
+            for index, unit in enumerate(self.units)
+        ]
 
     def _simulate(
         self, model: Model, fixed: Mapping[str, float], values: Mapping[str, Floats], count: int

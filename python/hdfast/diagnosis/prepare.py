@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -57,7 +57,7 @@ class Unit:
         turned: motor angle over the ratio [rad], shape (n,).
         measured: what is compared, by channel: motor_torque [N m], te [rad], output_torque [N m], each (n,).
         judged: which samples of a channel count, each (n,).
-        command: slow part of the recorded motor torque, on which the actuator acts [N m], shape (n,).
+        command: motor torque on which the actuator acts [N m], shape (n,).
         load_torque: external torque on the load [N m], shape (n,).
         scenario: the prescribed motion with the recorded torques.
     """
@@ -77,6 +77,10 @@ class Unit:
     load_torque: Floats = field(repr=False)
     temperature: Floats | None = field(repr=False)
     scenario: Scenario = field(repr=False)
+
+    def commanded(self, command: Floats) -> Unit:
+        """The same recording with another torque before the actuator [N m], shape (n,)."""
+        return replace(self, command=command, scenario=_scenario(self.t, self.angle, command, self.load_torque))
 
 
 @dataclass(frozen=True)
@@ -141,7 +145,6 @@ def prepare(source: Source, band: Band, ratio: float) -> Unit:
         measured["output_torque"] = bring(recording["output_torque"])
     load = bring(recording["load_torque"]) if "load_torque" in recording else np.zeros_like(t)
     command = band.slow(measured["motor_torque"])
-    replayed = {"t": t, "motor_angle": angle, "motor_torque": command, "load_torque": load}
     usable = _usable(source, clock, t, band)
     moving = np.abs(speed) > _slowest(recording["motor_angle"], speed, band, rate)
     judged = {"motor_torque": usable & _eroded(moving, round(0.5 * band.rate / band.corner))}
@@ -162,8 +165,13 @@ def prepare(source: Source, band: Band, ratio: float) -> Unit:
         judged=judged,
         load_torque=load,
         temperature=bring(recording["temperature"]) if "temperature" in recording else None,
-        scenario=Scenario.replay(replayed, input="motor_motion"),
+        scenario=_scenario(t, angle, command, load),
     )
+
+
+def _scenario(t: Floats, angle: Floats, command: Floats, load: Floats) -> Scenario:
+    replayed = {"t": t, "motor_angle": angle, "motor_torque": command, "load_torque": load}
+    return Scenario.replay(replayed, input="motor_motion")
 
 
 def _passed(values: Floats, corner: float, rate: float) -> Floats:

@@ -64,6 +64,7 @@ class Standing:
 def stand(bench: Bench, search: Search, folds: Index, rng: np.random.Generator) -> list[Standing]:
     """Put rivals in the place of each accepted effect, refit, and weigh them."""
     found = []
+    bench = bench.commanded(search.final)
     names = {trial.candidate.effect for trial in search.accepted}
     for trial in search.accepted:
         seen = next(one for one in search.rounds if one.accepted is trial)

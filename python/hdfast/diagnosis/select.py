@@ -99,6 +99,7 @@ def search(
     current = start
     while True:
         present = [trial.candidate.effect for trial in accepted]
+        bench = bench.commanded(current)
         stages.expect(1)
         pool = [one for one in library(current) if _possible(one, accepted, current)]
         found = signatures(bench, current, pool)

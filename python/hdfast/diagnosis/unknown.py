@@ -12,9 +12,12 @@ from hdfast.diagnosis.features import Feature
 from hdfast.diagnosis.fit import Bench, Fit
 from hdfast.diagnosis.plant import Free
 from hdfast.diagnosis.score import Gain, gain
+from hdfast.diagnosis.screen import Projector, block_statistics
+from hdfast.diagnosis.select import ALARM
 
 SPREAD = 3.0
-FALL = 0.10
+FALL = 0.30
+GAIN_ERRORS = 4.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,21 +29,25 @@ class Unknown:
         fit: the model with the additional torque, linearised.
         gain: over the model without it.
         ranking: gain in standard errors of every variable tried, best first.
+        p: of the largest block statistic among all variables, by sign flips.
     """
 
     feature: Feature
     fit: Fit = field(repr=False)
     gain: Gain
     ranking: tuple[tuple[str, str, float], ...]
+    p: float
 
     @property
     def accepted(self) -> bool:
         """Whether it predicts left-out recordings clearly better."""
         after, before = self.gain.nrmse
-        return self.gain.ratio > 2.0 and after <= (1.0 - FALL) * before
+        return self.p <= ALARM and self.gain.ratio > GAIN_ERRORS and after <= (1.0 - FALL) * before
 
 
-def describe(bench: Bench, fitted: Fit, found: Sequence[Feature], folds: Index) -> Unknown | None:
+def describe(
+    bench: Bench, fitted: Fit, found: Sequence[Feature], folds: Index, rng: np.random.Generator
+) -> Unknown | None:
     """The state variable that predicts the mismatch best; None without any."""
     tried = []
     for feature in found:
@@ -51,7 +58,12 @@ def describe(bench: Bench, fitted: Fit, found: Sequence[Feature], folds: Index) 
     tried.sort(key=lambda one: -one[2].total)
     feature, best, gained = tried[0]
     ranking = tuple((one.name, one.memory, own.ratio) for one, _, own in tried)
-    return Unknown(feature, best, gained, ranking)
+    projector = Projector(fitted, bench.layout)
+    left = [projector.left(fitted.white(bench.layout, one.columns)) for one in found]
+    residual = projector.left(fitted.white(bench.layout, fitted.mismatch))
+    observed, largest = block_statistics(bench.layout, projector, left, residual, rng)
+    p = (1.0 + float(np.sum(largest >= max(observed)))) / (len(largest) + 1.0)
+    return Unknown(feature, best, gained, ranking, p)
 
 
 def _augmented(bench: Bench, fitted: Fit, feature: Feature) -> Fit:

@@ -12,7 +12,6 @@ from hdfast.diagnosis.plant import Free
 from hdfast.terms import terms
 
 FRICTION = ("coulomb_friction", "stribeck_friction", "presliding_friction")
-LOWEST_ORDER = 1e-3
 HIGHEST_INTEGER = 16
 MOST_LINES = 26
 
@@ -31,6 +30,7 @@ class Sizes:
         loaded: whether a load torque is recorded.
         warm: whether temperatures are recorded.
         orders: orders the baseline already has.
+        turns: motor revolutions of the longest recording.
         lines: orders per motor revolution at which the mismatch has lines.
         tones: frequencies at which it has lines [Hz].
         channels: recorded channels that are compared.
@@ -45,6 +45,7 @@ class Sizes:
     loaded: bool
     warm: bool
     orders: tuple[float, ...]
+    turns: float
     lines: tuple[float, ...]
     tones: tuple[float, ...]
     channels: tuple[str, ...]
@@ -171,6 +172,7 @@ def _friction(s: Sizes) -> list[Candidate]:
                 shape=f"order {order:.4g}",
             )
             for order in _distinct([1.0, 2.0, 4.0, 1.0 / s.ratio, 2.0 / s.ratio, *s.lines], 5)
+            if order * s.turns > 1.0
         ),
     ]
     if s.warm:
@@ -253,7 +255,7 @@ def _lines(s: Sizes) -> list[Candidate]:
     relative = 1.0 - 1.0 / s.ratio
     expected = [1.0 / s.ratio, 2.0 / s.ratio, relative, 2.0 * relative]
     expected += [float(order) for order in range(1, HIGHEST_INTEGER + 1)]
-    wanted = [order for order in [*s.lines, *expected] if order > LOWEST_ORDER and _new(order, s.orders)]
+    wanted = [order for order in [*s.lines, *expected] if order * s.turns > 1.0 and _new(order, s.orders)]
     for order in _distinct(wanted, MOST_LINES):
         label = str(Fraction(order).limit_denominator(2000))
         size = 0.05 * s.windup if s.elastic else 2e-5

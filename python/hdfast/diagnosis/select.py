@@ -226,12 +226,8 @@ def _failed(
         failed.append("A5 resolution")
     pulls = np.abs(joint.coordinates - joint.structure.start) / joint.structure.sigma
     before_pulls = np.abs(current.coordinates - current.structure.start) / current.structure.sigma
-    shared = [name for name in names if name in current.structure.names]
-    worse = [
-        name
-        for name in shared
-        if pulls[names.index(name)] > max(PULL, before_pulls[current.structure.names.index(name)] + 0.5)
-    ]
+    known = dict(zip(current.structure.names, before_pulls, strict=True))
+    worse = [name for name, pull in zip(names, pulls, strict=True) if pull > max(PULL, known.get(name, 0.0) + 0.5)]
     if worse:
         failed.append(f"A4 {worse[0]}")
     return tuple(failed)

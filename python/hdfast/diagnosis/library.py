@@ -150,7 +150,7 @@ def _friction(s: Sizes) -> list[Candidate]:
         ),
         _one(
             "load_dependent_friction",
-            [_positive("c_drive", 0.1, "1", sigma=1.0, high=1.0), _positive("c_back", 0.1, "1", sigma=1.0, high=1.0)],
+            [_positive("c_drive", 0.1, "1", high=1.0), _positive("c_back", 0.1, "1", high=1.0)],
             spans=("c_drive", "c_back"),
         ),
         *(

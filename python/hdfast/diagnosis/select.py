@@ -38,7 +38,7 @@ class Trial:
     """A candidate fitted jointly with everything accepted so far.
 
     Attributes:
-        candidate: the hypothesis, started at its least-squares amplitude.
+        candidate: the hypothesis.
         fit: the joint fit.
         gain: over the structure without it.
         failed: the acceptance rules it breaks, by name.
@@ -159,11 +159,11 @@ def _bulk(one: Signature) -> float:
 
 
 def _try(bench: Bench, current: Fit, signature: Signature, rules: Rules, alarm: bool) -> Trial:
-    candidate = signature.candidate.started(signature.shares)
+    candidate = signature.candidate
     contained = [term for term in current.structure.model.terms if term in candidate.contains]
     reduced, here = without(current, contained)
     structure = candidate.added_to(reduced)
-    starts = _starts(bench, structure, here, candidate, signature.candidate)
+    starts = _starts(bench, structure, here, candidate.started(signature.shares), candidate)
     fits = [fit(bench, structure, starts[0], None if contained else current)]
     fits += [fit(bench, structure, start) for start in starts[1:]]
     joint = min(fits, key=lambda one: nrmse(bench.layout, one.mismatch))
@@ -218,9 +218,11 @@ def _failed(
     covariance = joint.covariance(bench.layout)
     names = joint.structure.names
     where = [names.index(name) for name in candidate.sizes]
-    sigma = np.sqrt(np.diag(covariance)[where])
-    size = [1.0 if joint.structure.free[j].positive else abs(joint.coordinates[j]) for j in where]
-    if not max(np.asarray(size) / sigma) > AMPLITUDE_SIGMAS:
+    positive = all(joint.structure.free[j].positive for j in where)
+    own = covariance[np.ix_(where, where)]
+    together = len(where) / np.sqrt(own.sum()) if positive else 0.0
+    each = [1.0 if joint.structure.free[j].positive else abs(joint.coordinates[j]) for j in where]
+    if not max(together, *(np.asarray(each) / np.sqrt(np.diag(own)))) > AMPLITUDE_SIGMAS:
         failed.append("A3 amplitude")
     if unresolved(candidate.effect, joint, bench):
         failed.append("A5 resolution")

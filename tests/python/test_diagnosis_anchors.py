@@ -1,0 +1,59 @@
+"""What `hdfast.diagnose` says of real machines, against what was written down before the first run.
+
+`anchors/expected.py` holds what is expected of every machine; `MET` names those that are met, docs/diagnosis.md the rest.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import hdfast
+import pytest
+from anchors.expected import DRY, EXPECTED, GRAVITY, ONE_SIDED, RIPPLE
+
+MET = {
+    "emps": (DRY, ONE_SIDED, RIPPLE),
+    "ur10e_j1": (DRY,),
+    "ur10e_j2": (DRY, GRAVITY),
+    "ur10e_j4": (DRY, GRAVITY, RIPPLE),
+}
+QUIET_TWINS = ("ur10e_j1", "ur10e_j2", "ur10e_j4", "kinova", "bam", "hej90", "tx40")
+
+Verdicts = Callable[[str], dict[str, Any]]
+
+
+@pytest.fixture(scope="module")
+def diagnosed(tmp_path_factory: pytest.TempPathFactory) -> Verdicts:
+    """The verdict of an anchor, computed once."""
+    found: dict[str, dict[str, Any]] = {}
+
+    def of(name: str) -> dict[str, Any]:
+        if name not in found:
+            found[name] = hdfast.diagnose(EXPECTED[name].write(tmp_path_factory.mktemp(name))).to_dict()
+        return found[name]
+
+    return of
+
+
+@pytest.mark.parametrize("name", MET)
+def test_against_known_effects(diagnosed: Verdicts, name: str) -> None:
+    verdict = diagnosed(name)
+    named = {effect["effect"] for effect in verdict["effects"]}
+    assert verdict["verdict"] == "found"
+    for either in MET[name]:
+        assert named & either, f"none of {sorted(either)} in {sorted(named)}"
+    assert not named & EXPECTED[name].must_not_name
+
+
+@pytest.mark.parametrize("name", MET)
+def test_against_published_error_on_what_was_held_out(diagnosed: Verdicts, name: str) -> None:
+    after = diagnosed(name)["fit"]["heldout"]["channels"]["motor_torque"]["extended_nrmse"]
+    assert 100.0 * after <= EXPECTED[name].heldout_percent
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("name", QUIET_TWINS)
+def test_exact_twin_gives_no_evidence(tmp_path: Any, name: str) -> None:
+    real = EXPECTED[name].write(tmp_path / "real")
+    assert hdfast.diagnose(EXPECTED[name].control(real, tmp_path / "twin", 1)).verdict == "no_evidence"

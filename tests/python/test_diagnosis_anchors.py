@@ -1,6 +1,6 @@
 """What `hdfast.diagnose` says of real machines, against what was written down before the first run.
 
-`anchors/expected.py` holds what is expected of every machine; `MET` names those that are met, docs/diagnosis.md the rest.
+`anchors/expected.py` holds what is expected of every machine, `MET` those that are met; docs/diagnosis.md has the rest.
 """
 
 from __future__ import annotations

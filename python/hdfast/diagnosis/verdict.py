@@ -67,7 +67,7 @@ def conclude(session: Session, seed: int) -> Verdict:
     bench, search = session.bench, session.search
     rng = np.random.default_rng([seed, 2])
     standings = stand(bench, search, session.folds, rng)
-    unknown = _unknown(session, rng)
+    unknown = _unknown(session)
     where = locate(bench, session.baseline, search.final)
     rigid = session.baseline.structure.model.base == "one_inertia"
     last = search.rounds[-1]
@@ -78,14 +78,14 @@ def conclude(session: Session, seed: int) -> Verdict:
     return Verdict(name, sentence, session, tuple(standings), unknown, where, tuple(hidden), tuple(known))
 
 
-def _unknown(session: Session, rng: np.random.Generator) -> Unknown | None:
+def _unknown(session: Session) -> Unknown | None:
     """The best state variable for what the search left over."""
     final = session.search.final
     if nrmse(session.bench.layout, final.mismatch) <= session.noisy:
         return None
     ratio = final.value("ratio")
     found = features(session.bench, ratio, final.value("J_l"))
-    return describe(session.bench, final, found, session.folds, rng)
+    return describe(session.bench, final, found, session.folds)
 
 
 def _decide(session: Session, standings: Sequence[Standing], unknown: Unknown | None) -> tuple[str, str]:

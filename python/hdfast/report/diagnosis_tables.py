@@ -23,9 +23,17 @@ TRIAL_HEADER = [
     "candidate", "place", "screen p", "visible", "gain (log density)", "in errors", "left-out error", "outcome",
 ]  # fmt: skip
 WORDS = {
+    "coulomb_friction": "Coulomb friction",
+    "stribeck_friction": "Stribeck friction",
     "te_harmonic": "kinematic error line",
     "te_load_dependence": "load-dependent kinematic error",
+    "load_dependent_friction": "load-dependent friction",
+    "load_side_friction": "load-side friction",
+    "position_dependent_friction": "position-dependent friction",
     "unknown": "unnamed torque",
+    "abs_transmitted_torque": "size of the torque through the gear",
+    "transmitted_torque": "torque through the gear",
+    "time_since_start": "time since the start",
 }
 FAILURES = {
     "A1": "gain within chance",
@@ -36,7 +44,7 @@ FAILURES = {
 
 
 def words(effect: str) -> str:
-    """An effect's id as words."""
+    """The id of an effect or of a state variable as words."""
     return WORDS.get(effect, effect.replace("_", " "))
 
 

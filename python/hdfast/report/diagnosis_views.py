@@ -136,7 +136,7 @@ def spectrum(x: Sequence[Floats], signals: Sequence[Floats], highest: float) -> 
         place = ((position[known] - position[known].min()) / width).astype(np.int64)
         values = signal[known] - signal[known].mean()
         sums = np.bincount(place, values)
-        count = 1 << (2 * len(sums) - 1).bit_length()
+        count = 1 << (max(2 * len(sums), 16 * CELLS) - 1).bit_length()
         size = 2.0 / len(values) * np.abs(np.fft.rfft(sums, count))
         cycles = np.arange(len(size)) / (count * width)
         used = (cycles < highest) & (cycles * span >= FEWEST_CYCLES)

@@ -111,7 +111,7 @@ def test_exact_an_undecided_page_begins_with_what_to_record_next(found):
     text = diagnosis_page.page(replace(found, content={**found.content, **changed}))
     titles = re.findall(r"<h2>([^<]*)</h2>", text)
     assert titles.index("What to record next") < titles.index("When")
-    for part in ("slow_ladder", "coulomb friction; stribeck friction", "torque_sign", "a weaker proof"):
+    for part in ("slow_ladder", "Coulomb friction; Stribeck friction", "torque_sign", "a weaker proof"):
         assert part in text
 
 
@@ -121,7 +121,7 @@ def test_exact_every_verdict_has_a_tag():
 
 def test_exact_rejected_recordings_are_shown_with_the_reason(tmp_path):
     path = small_campaign.write(tmp_path)
-    for name in ("r0", "r1", "r2"):
+    for name in ("r0", "r1", "r2", "r3"):
         table = dict(np.load(tmp_path / f"{name}.npz"))
         del table["motor_torque"]
         np.savez(tmp_path / f"{name}.npz", **table)

@@ -168,11 +168,11 @@ def errors(groups: Sequence[tuple[str, Sequence[tuple[str, float, str]], float]]
 
 
 @styled
-def overlay(trace: Trace, window: tuple[float, float], extended: str) -> Figure:
-    """Measured signal with both predictions in a window, and what each leaves; `extended` names the second model."""
+def overlay(trace: Trace, window: tuple[float, float]) -> Figure:
+    """Measured signal with both predictions in a window, and what each leaves."""
     figure = Figure(figsize=(6.6, 3.4), layout="constrained")
     upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=(3, 2))
-    draw_overlay(upper, lower, trace, window, extended)
+    draw_overlay(upper, lower, trace, window)
     return figure
 
 
@@ -184,7 +184,7 @@ def overview(found: Sequence[Trace], variable: str, ratio: float, inertia: float
     parts: Any = figure.subfigures(1, 2, width_ratios=(3, 2))
     left, right = parts
     upper, lower = left.subplots(2, 1, sharex=True, height_ratios=(3, 2))
-    draw_overlay(upper, lower, trace, window, "extended model")
+    draw_overlay(upper, lower, trace, window)
     axes = right.subplots()
     draw_dependence(axes, [one for one in found if one.channel == trace.channel], variable, ratio, inertia)
     legend(axes, 2)

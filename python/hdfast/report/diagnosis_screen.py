@@ -92,7 +92,6 @@ def cards(content: Mapping[str, Any], verdict: Verdict, found: list[Trace]) -> l
     """Where, what and how sure, how much better; the signals; what it depends on."""
     telling_trace, window = telling(found)
     session = verdict.session
-    extended = _extended(content, verdict)
     variable = next(iter(content["where"]["depends_on"]), "motor_speed")
     variable = plots.VIEW.get(variable, variable)
     ratio = session.search.final.value("ratio")
@@ -106,7 +105,7 @@ def cards(content: Mapping[str, Any], verdict: Verdict, found: list[Trace]) -> l
             "The most telling moment",
             "six",
             f"of {role}",
-            figures=[picture(plots.overlay(telling_trace, window, extended), "Grey band: ±2 σ of the sensor noise.")],
+            figures=[picture(plots.overlay(telling_trace, window), "Grey band: ±2 σ of the sensor noise.")],
         ),
         Card(
             f"Over the {words(variable)}",
@@ -137,14 +136,6 @@ def _lines(content: Mapping[str, Any]) -> str:
     lines = [f"order {order:.4g}" for order in where["orders"][:2]]
     lines += [f"{tone:.4g} Hz" for tone in where["frequencies_hz"][:1]]
     return f"Lines: {', '.join(lines)}." if lines else "No line stands out."
-
-
-def _extended(content: Mapping[str, Any], verdict: Verdict) -> str:
-    """Name of the second model of the overlay; empty where there is none."""
-    if not verdict.session.search.accepted:
-        return ""
-    effects = [words(one["effect"]) for one in content["effects"]]
-    return f"with {', '.join(dict.fromkeys(effects))}" if effects else "extended model"
 
 
 def _dependence(content: Mapping[str, Any]) -> str:

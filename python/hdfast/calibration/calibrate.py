@@ -3,18 +3,23 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import cached_property
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from threadpoolctl import threadpool_limits
 
 from hdfast import files
+from hdfast.checks import Floats
 from hdfast.diagnosis.extended import extended_model
-from hdfast.diagnosis.fit import Fit, fit, linearised
+from hdfast.diagnosis.fit import Bench, Fit, fit
 from hdfast.diagnosis.score import nrmse
 from hdfast.diagnosis.session import Setup, nominal, set_up_usable
 from hdfast.recordings import Campaign, load_campaign
+
+MODELS = ("given", "calibrated")
 
 
 @dataclass(frozen=True, eq=False)
@@ -23,12 +28,10 @@ class Calibration:
 
     Attributes:
         setup: the recordings at the working rate.
-        given: the drive as the file states it.
         fit: the drive as the recordings want it.
     """
 
     setup: Setup = field(repr=False)
-    given: Fit = field(repr=False)
     fit: Fit = field(repr=False)
 
     @property
@@ -59,20 +62,19 @@ class Calibration:
 
     def to_dict(self) -> dict[str, Any]:
         """What calibration.json holds."""
-        setup, structure = self.setup, self.fit.structure
         errors = {
-            "fit": {name: nrmse(setup.bench.layout, one.mismatch) for name, one in self._models.items()},
+            role: {name: nrmse(bench.layout, stacked) for name, stacked in zip(MODELS, mismatches, strict=True)}
+            for role, (bench, mismatches) in self.mismatches.items()
         }
-        if setup.held is not None:
-            errors["heldout"] = {
-                name: nrmse(setup.held.layout, setup.held.mismatch(structure, one.coordinates[None])[0])
-                for name, one in self._models.items()
-            }
         return {"parameters": self.parameters, "nrmse": errors, "version": version("hdfast")}
 
-    @property
-    def _models(self) -> dict[str, Fit]:
-        return {"given": self.given, "calibrated": self.fit}
+    @cached_property
+    def mismatches(self) -> dict[str, tuple[Bench, Floats]]:
+        """Measured minus simulated by role: the recordings, and (2, N) stacked for the given and the fitted drive."""
+        structure = self.fit.structure
+        both = np.stack([structure.start, self.fit.coordinates])
+        benches = {"fit": self.setup.bench, "heldout": self.setup.held}
+        return {role: (bench, bench.mismatch(structure, both)) for role, bench in benches.items() if bench is not None}
 
     def report(self, folder: str | Path) -> Path:
         """Write the page, model.toml, the numbers and a copy of the campaign; returns the page's path.
@@ -90,7 +92,8 @@ class Calibration:
         return path / PAGE
 
     def __repr__(self) -> str:
-        before, after = (100 * nrmse(self.setup.bench.layout, one.mismatch) for one in (self.given, self.fit))
+        bench, mismatches = self.mismatches["fit"]
+        before, after = (100 * nrmse(bench.layout, one) for one in mismatches)
         return f"Calibration({len(self.fit.structure.free)} parameters, nrmse {before:.1f} % -> {after:.1f} %)"
 
 
@@ -107,6 +110,4 @@ def calibrate(campaign: str | Path | Campaign, *, threads: int | None = None) ->
     """
     with threadpool_limits(1):
         setup = set_up_usable(campaign if isinstance(campaign, Campaign) else load_campaign(campaign), threads)
-        structure = nominal(setup)
-        given = linearised(setup.bench, structure, structure.start)
-        return Calibration(setup, given, fit(setup.bench, structure))
+        return Calibration(setup, fit(setup.bench, nominal(setup)))

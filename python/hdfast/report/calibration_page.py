@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from hdfast.calibration.calibrate import MODELS
 from hdfast.printing import html_table
 from hdfast.report import diagnosis_details as details
 from hdfast.report import diagnosis_plots as plots
@@ -18,6 +19,7 @@ if TYPE_CHECKING:
     from hdfast.calibration.calibrate import Calibration
 
 PAGE = "report.html"
+WIDE = (9.6, 3.8)
 FAR = 3.0
 
 
@@ -25,10 +27,9 @@ def page(found: Calibration) -> str:
     """The page as HTML."""
     setup, fitted = found.setup, found.fit
     layout = setup.bench.layout
-    shown = traces_of(setup.bench, (found.given.mismatch, fitted.mismatch), ("given", "calibrated"))
-    if setup.held is not None:
-        both = setup.held.mismatch(fitted.structure, np.stack([found.given.coordinates, fitted.coordinates]))
-        shown = traces_of(setup.held, (both[0], both[1]), ("given", "calibrated")) + shown
+    shown = []
+    for bench, (given, calibrated) in reversed(found.mismatches.values()):
+        shown += traces_of(bench, (given, calibrated), MODELS)
     trace, window = telling(shown)
     names = fitted.structure.names
     far = [name for name in names if abs(pull(fitted, name)) > FAR]
@@ -41,7 +42,7 @@ def page(found: Calibration) -> str:
     sections = [
         Section(
             "What calibration changes most",
-            figures=[picture(plots.overlay(trace, window), "Grey band: ±2 σ of the sensor noise.")],
+            figures=[picture(plots.overlay(trace, window, WIDE), "Grey band: ±2 σ of the sensor noise.")],
         ),
         Section("Parameters", texts, [picture(figure, "Distance of every estimate from its prior.")], tables),
         recordings_section(shown),

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from hdfast.comparison.compare import Comparison
 
 PAGE = "report.html"
+WIDE = (9.6, 3.8)
 
 
 def page(found: Comparison) -> str:
@@ -26,7 +27,7 @@ def page(found: Comparison) -> str:
     sections = [
         Section(
             "Where it is furthest off",
-            figures=[picture(plots.overlay(trace, window), "Grey band: ±2 σ of the sensor noise.")],
+            figures=[picture(plots.overlay(trace, window, WIDE), "Grey band: ±2 σ of the sensor noise.")],
         ),
         recordings_section(shown),
         Section(

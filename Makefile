@@ -20,7 +20,8 @@ export PIP_DISABLE_PIP_VERSION_CHECK := 1
 
 help:
 	@echo "make setup   environment in $(VENV) and release build of the extension"
-	@echo "make demo    set up, then 10,000 Monte Carlo rows of a real drive into out/demo"
+	@echo "make demo    set up, then 10,000 Monte Carlo rows of a real drive into out/demo,"
+	@echo "             and the diagnosis of a drive with concealed friction into out/diagnosis"
 	@echo "make test    set up, then every test, lint and type check"
 	@echo "make bench   set up, then the speed measurements"
 	@echo "make clean   remove everything that was built"
@@ -47,6 +48,7 @@ $(EXTENSION): $(RUST_SOURCES) $(DEPENDENCIES)
 
 demo: setup
 	$(BIN)/hdfast sweep examples/shf-25-120.toml --out out/demo
+	$(BIN)/hdfast diagnose examples/concealed-friction/campaign.toml --out out/diagnosis
 
 lint: setup
 	@tools/check-tools $(MAKE_VERSION) lint > /dev/null

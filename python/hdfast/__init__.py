@@ -53,9 +53,18 @@ __all__ = [
 ]
 
 
+ROOMS = {
+    "Diagnosis": "diagnosis",
+    "calibrate": "calibration",
+    "compare": "comparison",
+    "diagnose": "diagnosis",
+}
+
+
 def __getattr__(name: str) -> Any:
     if name in ("reference", "tolerance", "identify", "bench", "studies", "recordings"):
         return importlib.import_module(f"hdfast.{name}")
-    if name in ("diagnose", "Diagnosis"):
-        return getattr(importlib.import_module("hdfast.diagnosis"), name)
+    room = ROOMS.get(name)
+    if room is not None:
+        return getattr(importlib.import_module(f"hdfast.{room}"), name)
     raise AttributeError(f"module 'hdfast' has no attribute {name!r}")

@@ -12,7 +12,9 @@ from typing import Any, NoReturn
 
 from hdfast import catalogue, checks, config, files
 from hdfast.bench import command as bench
+from hdfast.calibration import command as calibrate
 from hdfast.catalogue import build_info
+from hdfast.comparison import command as compare
 from hdfast.config import Config
 from hdfast.diagnosis import command as diagnose
 from hdfast.errors import InputError, Interrupted, MissingPackageError
@@ -107,7 +109,7 @@ def _parser() -> argparse.ArgumentParser:
     command = add(tolerance.NAME, tolerance.run, tolerance.TEXT, tolerance.EXAMPLE)
     tolerance.arguments(command, _whole)
 
-    for room in (diagnose, proof, identify, study, bench):
+    for room in (compare, calibrate, diagnose, proof, identify, study, bench):
         room.arguments(add(room.NAME, room.run, room.TEXT, room.EXAMPLE), _whole)
 
     command = add("params", _params, "List the parameters of a drive.", "hdfast params --spring piecewise")

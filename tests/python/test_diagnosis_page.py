@@ -14,7 +14,7 @@ from hdfast.diagnosis.verdict import NAMED
 from hdfast.recordings import load_campaign
 from hdfast.report import diagnosis_page
 from hdfast.report.diagnosis_screen import TAGS, cards
-from hdfast.report.diagnosis_tables import plus_minus, spoken
+from hdfast.report.diagnosis_tables import plus_minus, spoken, words
 from hdfast.report.diagnosis_views import spectrum, telling, traces
 
 
@@ -81,27 +81,29 @@ def test_exact_page_needs_nothing_else(page):
 def test_exact_first_screen_names_effect_place_size_and_errors(found, page):
     assert found.verdict == "found"
     effect = found.effects[0]
-    words = words_of(page)
+    text = words_of(page)
     size = effect["parameters"]["T_c"]
-    assert f"{spoken(effect['effect'])} ({plus_minus(size['value'], size['sigma'], 'N m')})" in words
-    assert f"at the {effect['place']}" in words
+    shown = plus_minus(size["value"], size["sigma"], "N m").replace(" ", "\u00a0")
+    assert f"{spoken(effect['effect'])} ({shown}) at the {effect['place']}" in text
     held = found.content["fit"]["heldout"]
-    assert f"{100 * held['baseline_nrmse']:.3g} % → {100 * held['extended_nrmse']:.3g} %" in words
+    assert f"{100 * held['baseline_nrmse']:.3g} % → {100 * held['extended_nrmse']:.3g} %" in text
 
 
 def test_exact_a_quiet_campaign_says_what_would_have_been_seen(quiet, quiet_page):
     assert quiet.verdict == "no_evidence"
-    words = words_of(quiet_page)
-    assert "No evidence of left-out physics" in words
-    assert "What would have been seen" in words
-    assert "extended" not in words
+    text = words_of(quiet_page)
+    assert "No evidence of left-out physics" in text
+    assert "What would have been seen" in text
+    assert "extended" not in text
 
 
 def test_exact_a_mismatch_without_a_name_shows_its_variables(unnamed):
-    assert unnamed.verdict == "depends_on"
-    shown = cards(unnamed.content, unnamed.evidence, traces(unnamed.evidence.session))
+    variable = unnamed.evidence.unknown.feature.name
+    where = {**unnamed.content["where"], "depends_on": [variable]}
+    content = {**unnamed.content, "verdict": "depends_on", "where": where}
+    shown = cards(content, unnamed.evidence, traces(unnamed.evidence.session))
     assert [card.title for card in shown][:2] == ["Where", "What it depends on best"]
-    assert unnamed.content["where"]["depends_on"][0].replace("_", " ") in shown[4].hint
+    assert words(variable) in shown[4].figures[0].caption
 
 
 def test_exact_an_undecided_page_begins_with_what_to_record_next(found):
@@ -111,7 +113,7 @@ def test_exact_an_undecided_page_begins_with_what_to_record_next(found):
     text = diagnosis_page.page(replace(found, content={**found.content, **changed}))
     titles = re.findall(r"<h2>([^<]*)</h2>", text)
     assert titles.index("What to record next") < titles.index("When")
-    for part in ("slow_ladder", "coulomb friction; stribeck friction", "torque_sign", "a weaker proof"):
+    for part in ("slow_ladder", "Coulomb friction; Stribeck friction", "torque_sign", "a weaker proof"):
         assert part in text
 
 
@@ -121,16 +123,16 @@ def test_exact_every_verdict_has_a_tag():
 
 def test_exact_rejected_recordings_are_shown_with_the_reason(tmp_path):
     path = small_campaign.write(tmp_path)
-    for name in ("r0", "r1", "r2"):
+    for name in ("r0", "r1", "r2", "r3"):
         table = dict(np.load(tmp_path / f"{name}.npz"))
         del table["motor_torque"]
         np.savez(tmp_path / f"{name}.npz", **table)
     rejected = diagnose(load_campaign(path))
     assert rejected.verdict == "data_rejected"
-    words = words_of(diagnosis_page.page(rejected))
-    assert "Recordings rejected" in words
-    assert "motor_torque" in words
-    assert "The recordings as they were read" in words
+    text = words_of(diagnosis_page.page(rejected))
+    assert "Recordings rejected" in text
+    assert "motor_torque" in text
+    assert "The recordings as they were read" in text
 
 
 def test_exact_command_writes_the_same_page_from_another_run(tmp_path, monkeypatch, capsys, quiet_page):

@@ -193,5 +193,6 @@ def test_exact_dependencies_go_one_way():
     """Only commands and the `plot` and `report` of a result reach for the report, only four modules for the core."""
     callers = {file for file in importers("hdfast.report") if not file.endswith("command.py")}
     results = {"simulate.py", "tolerance/study.py", "identify/fit.py", "studies/study.py", "diagnosis/diagnose.py"}
+    results |= {"calibration/calibrate.py", "comparison/compare.py"}
     assert callers == {"cli.py", *results}
     assert importers("hdfast._core") == {"catalogue.py", "params.py", "sweep.py", "terms.py"}

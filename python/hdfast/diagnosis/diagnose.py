@@ -10,8 +10,7 @@ from typing import Any
 
 from hdfast import files
 from hdfast.diagnosis.extended import extended_model
-from hdfast.diagnosis.prepare import Source
-from hdfast.diagnosis.session import run
+from hdfast.diagnosis.session import run, usable
 from hdfast.diagnosis.stages import stages
 from hdfast.diagnosis.verdict import Verdict, as_dict, conclude, rejected
 from hdfast.health import check
@@ -99,13 +98,8 @@ def diagnose(
     number = version("hdfast")
     if not health.usable:
         return Diagnosis(loaded, rejected(health, seed, number), None)
-    sources = [
-        Source(item.name, item.recording, item.source.role, item.source.group, item.mask[item.timed])
-        for item in health
-        if item.usable and item.recording is not None
-    ]
     with stages(progress) as told:
-        session = run(loaded, sources, seed, threads, told)
+        session = run(loaded, usable(health), seed, threads, told)
         told.expect(1)
         verdict = conclude(session, seed)
         told.done("weighed the verdict")

@@ -16,7 +16,11 @@ KEPT = ("controller", "sensors", "columns")
 
 
 def extended_model(
-    campaign: Campaign, structure: Structure, values: Mapping[str, float], sigma: Mapping[str, float]
+    campaign: Campaign,
+    structure: Structure,
+    values: Mapping[str, float],
+    sigma: Mapping[str, float],
+    word: str = "extended",
 ) -> str:
     """TOML text: the campaign's sections with refitted values and the terms that were found, no recordings.
 
@@ -25,9 +29,10 @@ def extended_model(
         structure: the final equations.
         values: value of each free parameter.
         sigma: its standard deviation.
+        word: what is added to the title.
     """
     everything = {**structure.fixed, **values}
-    sections: dict[str, Any] = {"title": f"{campaign.title}, extended"}
+    sections: dict[str, Any] = {"title": f"{campaign.title}, {word}"}
     drive: dict[str, Any] = {"base": structure.model.base}
     error: dict[str, list[float]] = {"cos": [], "sin": []}
     for row in params(structure.model):

@@ -21,6 +21,8 @@ from hdfast.diagnosis.prepare import Source, choose_band, prepare
 from hdfast.diagnosis.score import folds_of
 from hdfast.diagnosis.select import Rules, Search, search
 from hdfast.diagnosis.stages import Stages
+from hdfast.errors import InputError
+from hdfast.health import Health, check
 from hdfast.recordings import Campaign
 
 NOISY = 1.15
@@ -76,6 +78,15 @@ class Setup:
     weaker: str | None
 
 
+def usable(health: Health) -> list[Source]:
+    """The recordings that the health checks leave, with the samples that may be judged."""
+    return [
+        Source(item.name, item.recording, item.source.role, item.source.group, item.mask[item.timed])
+        for item in health
+        if item.usable and item.recording is not None
+    ]
+
+
 def set_up(campaign: Campaign, sources: Sequence[Source], threads: int | None) -> Setup:
     """Bring the recordings of a campaign to one band.
 
@@ -96,6 +107,18 @@ def set_up(campaign: Campaign, sources: Sequence[Source], threads: int | None) -
 
     held = bench("heldout") if any(unit.role == "heldout" for unit in units) else None
     return Setup(campaign, bench("fit"), held, weaker)
+
+
+def set_up_usable(campaign: Campaign, threads: int | None) -> Setup:
+    """As `set_up`, with what the health checks leave of a campaign.
+
+    Raises:
+        InputError: they leave nothing that can be fitted.
+    """
+    health = check(campaign)
+    if not health.usable:
+        raise InputError("; ".join(f"{name}: {reason}" for name, reason in health.rejected.items()))
+    return set_up(campaign, usable(health), threads)
 
 
 def nominal(setup: Setup) -> Structure:

@@ -10,14 +10,37 @@ import numpy as np
 
 from hdfast.checks import Floats
 from hdfast.report.diagnosis_views import Trace, middle, spectrum, states
-from hdfast.report.look import label
-from hdfast.report.plots import BLUE, INK, ORANGE, RED, scaled
+from hdfast.report.look import label, legend
+from hdfast.report.plots import BLUE, GREY, INK, ORANGE, RED, scaled
 
 MEASURED = "#a9b1b8"
 CHANNELS = {"motor_torque": "motor torque", "te": "transmission error", "output_torque": "output torque"}
 UNITS = {"motor_torque": "N m", "te": "rad", "output_torque": "N m"}
 MOST_POINTS, BINS = 500, 24
+LABEL_SHARE = 0.05
 LOWEST_END, HIGHEST_END = 4.5, 16.0
+
+
+def draw_overlay(upper: Any, lower: Any, trace: Trace, window: tuple[float, float]) -> None:
+    """Signal and predictions above, what each leaves below."""
+    first, second = trace.models
+    inside = (trace.t >= window[0]) & (trace.t <= window[1])
+    t = trace.t[inside]
+    factor, unit = scaled(trace.measured[inside], UNITS[trace.channel])
+    upper.plot(t, trace.measured[inside] * factor, color=MEASURED, linewidth=3.2, label="measured")
+    upper.plot(t, trace.baseline[inside] * factor, color=ORANGE, linewidth=1.2, label=f"{first} model")
+    if second:
+        upper.plot(t, trace.extended[inside] * factor, color=BLUE, linewidth=1.2, label=f"{second} model")
+    label(upper, "", f"{CHANNELS[trace.channel]} [{unit}]")
+    legend(upper)
+    factor, unit = scaled(trace.missing[inside], UNITS[trace.channel])
+    lower.axhspan(-2 * trace.floor * factor, 2 * trace.floor * factor, color=GREY, alpha=0.18, linewidth=0.0)
+    lower.plot(t, trace.missing[inside] * factor, color=ORANGE, linewidth=1.0)
+    if second:
+        lower.plot(t, trace.left[inside] * factor, color=BLUE, linewidth=1.0)
+    lower.axhline(0.0, color=INK, linewidth=0.6)
+    label(lower, f"time in {trace.unit.name} [s]", f"left over [{unit}]")
+    lower.set_xlim(*window)
 
 
 def draw_dependence(axes: Any, own: Sequence[Trace], variable: str, ratio: float, inertia: float) -> None:
@@ -31,7 +54,8 @@ def draw_dependence(axes: Any, own: Sequence[Trace], variable: str, ratio: float
     shown = known[:: max(1, len(known) // MOST_POINTS)]
     axes.axhline(0.0, color=INK, linewidth=0.6)
     axes.plot(x[shown], missing[shown] * factor, ".", color=MEASURED, ms=2.2, zorder=1)
-    models = [("nominal", missing, ORANGE)] + ([("extended", left, BLUE)] if _changed(own) else [])
+    first, second = own[0].models
+    models = [(first, missing, ORANGE)] + ([(second, left, BLUE)] if second else [])
     for name, values, color in models:
         for direction, chosen, style in (("forward", forward, "-"), ("backward", ~forward, "--")):
             place, median = middle(x[chosen], values[chosen] * factor, BINS)
@@ -59,21 +83,19 @@ def draw_spectrum(axes: Any, own: Sequence[Trace], x: Sequence[Floats], named: S
     missing = [trace.missing for trace in own]
     factor, unit = scaled(np.concatenate(missing), UNITS[own[0].channel])
     place, before = spectrum(x, missing, end)
-    axes.plot(place, before * factor, color=ORANGE, linewidth=0.9, label="calibrated nominal model")
-    if _changed(own):
+    first, second = own[0].models
+    axes.plot(place, before * factor, color=ORANGE, linewidth=0.9, label=f"{first} model")
+    if second:
         after = spectrum(x, [trace.left for trace in own], end)[1]
-        axes.plot(place, after * factor, color=BLUE, linewidth=0.9, label="extended model")
-    for line in named:
-        if line <= end:
-            axes.axvline(line, color=RED, linewidth=0.9, linestyle=":", zorder=0)
-            axes.annotate(
-                f"{line:.3g}", (line, 1.0), xycoords=("data", "axes fraction"), fontsize=7.5, color=RED, ha="center"
-            )
+        axes.plot(place, after * factor, color=BLUE, linewidth=0.9, label=f"{second} model")
+    shown = -np.inf
+    for line in sorted(line for line in named if line <= end):
+        axes.axvline(line, color=RED, linewidth=0.9, linestyle=":", zorder=0)
+        if line - shown > LABEL_SHARE * end:
+            top = ("data", "axes fraction")
+            axes.annotate(f"{line:.3g}", (line, 1.0), xycoords=top, fontsize=7.5, color=RED, ha="center")
+            shown = line
     if np.isfinite(before).any():
         axes.set_yscale("log")
     axes.set_xlim(0.0, end)
     axes.set_ylabel(f"amplitude [{unit}]")
-
-
-def _changed(own: Sequence[Trace]) -> bool:
-    return any(not np.array_equal(trace.missing, trace.left, equal_nan=True) for trace in own)

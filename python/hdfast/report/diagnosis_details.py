@@ -14,16 +14,17 @@ from hdfast.report.diagnosis_axes import CHANNELS, MEASURED, UNITS, draw_depende
 from hdfast.report.diagnosis_plots import NOISY_TOP, heat
 from hdfast.report.diagnosis_views import Trace, level
 from hdfast.report.look import label, legend
-from hdfast.report.plots import BLUE, GREY, INK, ORANGE, RED, scaled, styled
+from hdfast.report.plots import BLUE, GREY, INK, ORANGE, RED, RPM, scaled, styled
 
-WIDTH, CELLS = 12.2, 200
+WIDTH, CELLS = 11.0, 200
 VARIABLES = ("motor_speed", "transmitted_torque", "load_phase", "motor_phase")
 
 
 @styled
-def time_strips(found: Sequence[Trace], windows: Sequence[Sequence[Any]], extended: bool) -> Figure:
+def time_strips(found: Sequence[Trace], windows: Sequence[Sequence[Any]]) -> Figure:
     """Size of the mismatch over time, one row per recording and channel; black bars: the reported windows."""
-    parts = {"calibrated nominal model": "missing"} | ({"extended model": "left"} if extended else {})
+    first, second = found[0].models
+    parts = {f"{first} model": "missing"} | ({f"{second} model": "left"} if second else {})
     figure = Figure(figsize=(WIDTH, 0.8 + 0.3 * len(found)), layout="constrained")
     grid = figure.subplots(1, len(parts), sharey=True, squeeze=False)[0]
     loud = [np.nanquantile(np.abs(one.missing), 0.99) / one.floor for one in found if np.isfinite(one.missing).any()]
@@ -82,13 +83,41 @@ def spectra(
 
 
 @styled
-def pulls(names: Sequence[str], before: Floats, after: Floats | None, marked: Sequence[str]) -> Figure:
+def phase_planes(found: Sequence[Trace], channel: str) -> Figure:
+    """One channel of every recording against motor speed, measured and as the first model predicts."""
+    own = [trace for trace in found if trace.channel == channel]
+    columns = min(3, len(own))
+    lines = math.ceil(len(own) / columns)
+    figure = Figure(figsize=(WIDTH, 2.6 * lines + 0.35), layout="constrained")
+    grid = figure.subplots(lines, columns, squeeze=False)
+    factor, unit = scaled(np.concatenate([trace.measured for trace in own]), UNITS[channel])
+    for axes, trace in zip(grid.flat, own, strict=False):
+        speed = trace.unit.speed * RPM
+        every = max(1, len(speed) // 1500)
+        axes.plot(speed[::every], trace.measured[::every] * factor, color=MEASURED, linewidth=2.4, label="measured")
+        first = trace.baseline[::every] * factor
+        axes.plot(speed[::every], first, color=ORANGE, linewidth=0.9, label=f"{trace.models[0]} model")
+        axes.set_title(trace.unit.name, loc="left")
+        axes.set_ylabel(f"{CHANNELS[channel]} [{unit}]")
+    for axes in grid.flat[len(own) :]:
+        axes.axis("off")
+    for axes in grid[-1]:
+        axes.set_xlabel("motor speed [r/min]")
+    figure.legend(*grid[0, 0].get_legend_handles_labels(), loc="outside upper left", ncols=2)
+    return figure
+
+
+@styled
+def pulls(
+    names: Sequence[str], before: Floats, after: Floats | None, marked: Sequence[str], first: str = "nominal"
+) -> Figure:
     """How far every parameter lies from its nominal value in standard deviations of the prior, before and after.
 
     Args:
         names: parameters.
         before, after: distances of the calibrated nominal and the extended model (P,); None without an extension.
         marked: parameters that had swallowed an effect.
+        first: name of the model without the extension.
     """
     figure = Figure(figsize=(WIDTH, 0.75 + 0.235 * len(names)), layout="constrained")
     axes = figure.add_subplot()
@@ -99,7 +128,7 @@ def pulls(names: Sequence[str], before: Floats, after: Floats | None, marked: Se
         for y, begin, end in zip(place, before, after, strict=True):
             axes.plot([begin, end], [y, y], color=MEASURED, linewidth=1.6, zorder=1)
         axes.plot(after, place, "o", ms=5.0, color=BLUE, label="extended model")
-    axes.plot(before, place, "o", ms=5.0, color=ORANGE, label="calibrated nominal model")
+    axes.plot(before, place, "o", ms=5.0, color=ORANGE, label=f"{first} model")
     axes.set_yticks(place, names)
     for tick, name in zip(axes.get_yticklabels(), names, strict=True):
         if name in marked:
@@ -115,9 +144,10 @@ def pulls(names: Sequence[str], before: Floats, after: Floats | None, marked: Se
 
 
 @styled
-def recordings(found: Sequence[Trace], channel: str, extended: bool) -> Figure:
+def recordings(found: Sequence[Trace], channel: str) -> Figure:
     """One channel of every recording with both predictions."""
     own = [trace for trace in found if trace.channel == channel]
+    first, second = own[0].models
     lines = math.ceil(len(own) / 2)
     figure = Figure(figsize=(WIDTH, 1.85 * lines + 0.35), layout="constrained")
     grid = figure.subplots(lines, 2, squeeze=False)
@@ -126,9 +156,9 @@ def recordings(found: Sequence[Trace], channel: str, extended: bool) -> Figure:
         every = max(1, len(trace.t) // 800)
         t = trace.t[::every]
         axes.plot(t, trace.measured[::every] * factor, color=MEASURED, linewidth=2.6, label="measured")
-        axes.plot(t, trace.baseline[::every] * factor, color=ORANGE, linewidth=0.9, label="calibrated nominal model")
-        if extended:
-            axes.plot(t, trace.extended[::every] * factor, color=BLUE, linewidth=0.9, label="extended model")
+        axes.plot(t, trace.baseline[::every] * factor, color=ORANGE, linewidth=0.9, label=f"{first} model")
+        if second:
+            axes.plot(t, trace.extended[::every] * factor, color=BLUE, linewidth=0.9, label=f"{second} model")
         axes.set_title(trace.unit.name + (", held out" if trace.unit.role == "heldout" else ""), loc="left")
         axes.set_ylabel(f"[{unit}]")
     for axes in grid.flat[len(own) :]:

@@ -12,9 +12,9 @@ from hdfast.diagnosis.verdict import Verdict
 from hdfast.health.finding import NOTE, REJECT, WARNING
 from hdfast.printing import html_table
 from hdfast.report import diagnosis_details as details
-from hdfast.report.diagnosis_axes import CHANNELS
 from hdfast.report.diagnosis_screen import TAGS, Card, cards, headline
 from hdfast.report.diagnosis_tables import (
+    PAIR_HEADER,
     correlations,
     parameter_table,
     plus_minus,
@@ -27,14 +27,13 @@ from hdfast.report.diagnosis_tables import (
 )
 from hdfast.report.diagnosis_views import Trace, traces
 from hdfast.report.html import Section, fill, picture
+from hdfast.report.mismatch_sections import recordings_section, spectra_section, state_section
 
 if TYPE_CHECKING:
     from hdfast.diagnosis.diagnose import Diagnosis
 
 PAGE = "report.html"
-CORRELATED = 0.95
 SEVERITIES = (REJECT, WARNING, NOTE)
-ERROR_HEADER = ["recording", "", "channel", "sensor noise", "nominal model"]
 
 
 def page(diagnosis: Diagnosis) -> str:
@@ -72,26 +71,22 @@ def page(diagnosis: Diagnosis) -> str:
 
 def _sections(content: Mapping[str, Any], verdict: Verdict, found: list[Trace]) -> list[Section]:
     first, last = ([_experiment(content)], []) if content["verdict"] == "undecided" else ([], [_experiment(content)])
+    final, where = verdict.session.search.final, content["where"]
     return [
         *first,
-        _time(content, verdict, found),
-        _state(verdict, found),
-        _lines(content, verdict, found),
+        _time(content, found),
+        state_section(found, final.value("ratio"), final.value("J_l")),
+        spectra_section(found, where["orders"], where["frequencies_hz"], verdict.session.bench.plant.band.corner),
         _parameters(content, verdict),
         *_rounds(verdict),
         _limits(content),
         *last,
-        _recordings(verdict, found),
+        recordings_section(found),
     ]
 
 
-def _channels(found: list[Trace]) -> list[str]:
-    return [channel for channel in CHANNELS if any(trace.channel == channel for trace in found)]
-
-
-def _time(content: Mapping[str, Any], verdict: Verdict, found: list[Trace]) -> Section:
-    extended = bool(verdict.session.search.accepted)
-    figure = details.time_strips(found, content["where"]["windows"], extended)
+def _time(content: Mapping[str, Any], found: list[Trace]) -> Section:
+    figure = details.time_strips(found, content["where"]["windows"])
     caption = (
         "Size of the mismatch along every recording, in standard deviations of the sensor noise. White: not judged."
     )
@@ -101,32 +96,6 @@ def _time(content: Mapping[str, Any], verdict: Verdict, found: list[Trace]) -> S
     shown = ", ".join(f"{phase} {100 * share:.0f} %" for phase, share in shares.items() if share)
     texts = [f"Share of the mismatch by phase of motion: {shown}."] if shown else []
     return Section("When", texts, [picture(figure, caption)])
-
-
-def _state(verdict: Verdict, found: list[Trace]) -> Section:
-    final = verdict.session.search.final
-    figures = [
-        picture(
-            details.state_views(found, channel, final.value("ratio"), final.value("J_l")),
-            f"Missing {CHANNELS[channel]} in all recordings against speed, torque through the gear, load and motor "
-            "angle. Solid lines: forward motion; dashed: backward. What flips with the direction is friction.",
-        )
-        for channel in _channels(found)
-    ]
-    return Section("In which state of the drive", figures=figures)
-
-
-def _lines(content: Mapping[str, Any], verdict: Verdict, found: list[Trace]) -> Section:
-    where = content["where"]
-    corner = verdict.session.bench.plant.band.corner
-    figures = [
-        picture(
-            details.spectra(found, channel, where["orders"], where["frequencies_hz"], corner),
-            f"Mismatch of the {CHANNELS[channel]} over orders and over frequency; dotted: the lines of the verdict.",
-        )
-        for channel in _channels(found)
-    ]
-    return Section("At which orders and frequencies", figures=figures)
 
 
 def _parameters(content: Mapping[str, Any], verdict: Verdict) -> Section:
@@ -144,10 +113,10 @@ def _parameters(content: Mapping[str, Any], verdict: Verdict) -> Section:
         texts.append(f"Had swallowed part of the effect, and moved when it was added: {', '.join(masked)}.")
     if content.get("displaced"):
         texts.append(f"The nominal model fits only with {', '.join(content['displaced'])} beyond 3 σ of their priors.")
-    pairs = correlations(session, CORRELATED)
-    tables = [parameter_table(session, masked)]
+    pairs = correlations(after, session.bench.layout)
+    tables = [parameter_table(session.bench.layout, before, after if extended else None, masked)]
     if pairs:
-        tables.append(html_table(["these two", "are hardly told apart", "correlation"], pairs, right=(2,)))
+        tables.append(html_table(PAIR_HEADER, pairs, right=(2,)))
     figure = details.pulls(names, pulls, moved, masked)
     caption = "Where calibration moved every parameter"
     caption += ", and where the extended model puts it. Red: had swallowed an effect." if extended else "."
@@ -194,31 +163,6 @@ def _experiment(content: Mapping[str, Any]) -> Section:
         return Section("What to record next")
     rows = [[label, text] for label, text in sections_of(proposal)]
     return Section("What to record next", tables=[html_table(["", ""], rows)])
-
-
-def _recordings(verdict: Verdict, found: list[Trace]) -> Section:
-    extended = bool(verdict.session.search.accepted)
-    figures = [
-        picture(
-            details.recordings(found, channel, extended),
-            f"{CHANNELS[channel].capitalize()} of every recording with the predictions, where it is judged.",
-        )
-        for channel in _channels(found)
-    ]
-    rows = [
-        [
-            trace.unit.name,
-            "kept for the proof" if trace.unit.role == "heldout" else "fitted",
-            CHANNELS[trace.channel],
-            f"{100 * trace.error(np.full(1, trace.floor)):.2f} %",
-            f"{100 * trace.error(trace.missing):.2f} %",
-            *([f"{100 * trace.error(trace.left):.2f} %"] if extended else []),
-        ]
-        for trace in found
-    ]
-    header = ERROR_HEADER + (["extended model"] if extended else [])
-    texts = ["Error: root mean square of measured minus predicted, as a share of the signal's standard deviation."]
-    return Section("Every recording", texts, figures, [html_table(header, rows, right=(3, 4, 5))])
 
 
 def _health(content: Mapping[str, Any]) -> Section:

@@ -11,10 +11,10 @@ from matplotlib.patches import FancyBboxPatch
 
 from hdfast.checks import Floats
 from hdfast.diagnosis.locate import PHASES
-from hdfast.report.diagnosis_axes import CHANNELS, MEASURED, UNITS, draw_dependence, draw_orders
-from hdfast.report.diagnosis_views import Trace
-from hdfast.report.look import label, legend
-from hdfast.report.plots import BLUE, GREY, INK, ORANGE, RED, scaled, styled
+from hdfast.report.diagnosis_axes import CHANNELS, MEASURED, draw_dependence, draw_orders, draw_overlay
+from hdfast.report.diagnosis_views import Trace, telling
+from hdfast.report.look import legend
+from hdfast.report.plots import BLUE, INK, ORANGE, RED, scaled, styled
 
 PALE = "#eef1f4"
 BOXES = {
@@ -168,27 +168,26 @@ def errors(groups: Sequence[tuple[str, Sequence[tuple[str, float, str]], float]]
 
 
 @styled
-def overlay(trace: Trace, window: tuple[float, float], extended: str) -> Figure:
-    """Measured signal with both predictions in a window, and what each leaves; `extended` names the second model."""
-    figure = Figure(figsize=(6.6, 3.4), layout="constrained")
+def overlay(trace: Trace, window: tuple[float, float], size: tuple[float, float] = (6.6, 3.4)) -> Figure:
+    """Measured signal with both predictions in a window, and what each leaves."""
+    figure = Figure(figsize=size, layout="constrained")
     upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=(3, 2))
-    inside = (trace.t >= window[0]) & (trace.t <= window[1])
-    t = trace.t[inside]
-    factor, unit = scaled(trace.measured[inside], UNITS[trace.channel])
-    upper.plot(t, trace.measured[inside] * factor, color=MEASURED, linewidth=3.2, label="measured")
-    upper.plot(t, trace.baseline[inside] * factor, color=ORANGE, linewidth=1.2, label="calibrated nominal model")
-    if extended:
-        upper.plot(t, trace.extended[inside] * factor, color=BLUE, linewidth=1.2, label=extended)
-    label(upper, "", f"{CHANNELS[trace.channel]} [{unit}]")
-    legend(upper)
-    factor, unit = scaled(trace.missing[inside], UNITS[trace.channel])
-    lower.axhspan(-2 * trace.floor * factor, 2 * trace.floor * factor, color=GREY, alpha=0.18, linewidth=0.0)
-    lower.plot(t, trace.missing[inside] * factor, color=ORANGE, linewidth=1.0)
-    if extended:
-        lower.plot(t, trace.left[inside] * factor, color=BLUE, linewidth=1.0)
-    lower.axhline(0.0, color=INK, linewidth=0.6)
-    label(lower, f"time in {trace.unit.name} [s]", f"left over [{unit}]")
-    lower.set_xlim(*window)
+    draw_overlay(upper, lower, trace, window)
+    return figure
+
+
+@styled
+def overview(found: Sequence[Trace], variable: str, ratio: float, inertia: float) -> Figure:
+    """A diagnosis on one picture: the most telling moment, and what was missing over a state variable."""
+    trace, window = telling(found)
+    figure = Figure(figsize=(10.4, 4.2), layout="constrained")
+    parts: Any = figure.subfigures(1, 2, width_ratios=(3, 2))
+    left, right = parts
+    upper, lower = left.subplots(2, 1, sharex=True, height_ratios=(3, 2))
+    draw_overlay(upper, lower, trace, window)
+    axes = right.subplots()
+    draw_dependence(axes, [one for one in found if one.channel == trace.channel], variable, ratio, inertia)
+    legend(axes, 2)
     return figure
 
 

@@ -27,6 +27,9 @@ TAGS = {
     "data_rejected": ("Recordings rejected", RED),
 }
 MOST_LIMITS = 12
+NARROW = "\u00a0"
+WORTH_A_BAR, WORTH_SAYING = 0.005, 0.05
+MEMORIES = {"none": "", "rate_independent": ", path", "fading": ", fading"}
 AT = {"mesh": "in the gear mesh", "sensor": "in the sensors", "structure": "in the structure"}
 
 
@@ -57,10 +60,8 @@ def headline(content: Mapping[str, Any]) -> str:
     held = content.get("fit", {}).get("heldout", {})
     before, after, floor = (held.get(f"{key}_nrmse") for key in ("baseline", "extended", "noise_floor"))
     if name in ("found", "sensor") and effects:
-        listed = ", ".join(f"{words(one['effect'])}{_size(one)}" for one in effects)
-        place = content["where"]["place"]
-        where = f" {AT.get(place, f'at the {place}')}" if place else ""
-        text = f"The model leaves out {listed}{where}."
+        listed = [f"{words(one['effect'])}{_size(one)} {_at(one['place'])}" for one in effects]
+        text = f"The model leaves out {' and '.join(listed)}."
         if before is not None and after is not None:
             text += (
                 f" Error on recordings kept for the proof: {100 * before:.3g} % → {100 * after:.3g} %; "
@@ -75,16 +76,22 @@ def headline(content: Mapping[str, Any]) -> str:
     return spoken(content["sentence"])
 
 
+def _at(place: str) -> str:
+    return AT.get(place, f"at the {place}")
+
+
 def _size(effect: Mapping[str, Any]) -> str:
     found = amplitude(effect)
-    return "" if found is None else f" ({plus_minus(found[1]['value'], found[1]['sigma'], found[1]['unit'])})"
+    if found is None:
+        return ""
+    size = plus_minus(found[1]["value"], found[1]["sigma"], found[1]["unit"])
+    return f" ({size.replace(' ', NARROW)})"
 
 
 def cards(content: Mapping[str, Any], verdict: Verdict, found: list[Trace]) -> list[Card]:
     """Where, what and how sure, how much better; the signals; what it depends on."""
     telling_trace, window = telling(found)
     session = verdict.session
-    extended = _extended(content, verdict)
     variable = next(iter(content["where"]["depends_on"]), "motor_speed")
     variable = plots.VIEW.get(variable, variable)
     ratio = session.search.final.value("ratio")
@@ -98,27 +105,25 @@ def cards(content: Mapping[str, Any], verdict: Verdict, found: list[Trace]) -> l
             "The most telling moment",
             "six",
             f"of {role}",
-            figures=[picture(plots.overlay(telling_trace, window, extended), "Grey band: ±2 σ of the sensor noise.")],
+            figures=[picture(plots.overlay(telling_trace, window), "Grey band: ±2 σ of the sensor noise.")],
         ),
         Card(
-            "Over the state" if content["where"]["depends_on"] else "What is left, over the state",
+            f"Over the {words(variable)}",
             "three",
-            _dependence_hint(content),
             figures=[
                 picture(
                     plots.dependence(found, variable, channel, ratio, session.search.final.value("J_l")),
-                    "Points: measured minus nominal. Lines: medians.",
+                    f"Lines: medians. {_dependence(content)}",
                 )
             ],
         ),
         Card(
             "Over orders",
             "three",
-            _lines(content),
             figures=[
                 picture(
                     plots.orders(found, channel, content["where"]["orders"], session.bench.plant.band.corner),
-                    "",
+                    _lines(content),
                 )
             ],
         ),
@@ -128,33 +133,24 @@ def cards(content: Mapping[str, Any], verdict: Verdict, found: list[Trace]) -> l
 def _lines(content: Mapping[str, Any]) -> str:
     """The strongest lines of the mismatch in words."""
     where = content["where"]
-    lines = [f"order {order:.4g}" for order in where["orders"][:3]]
-    lines += [f"{tone:.4g} Hz" for tone in where["frequencies_hz"][:2]]
-    return f"lines at {', '.join(lines)}" if lines else "no line stands out"
+    lines = [f"order {order:.4g}" for order in where["orders"][:2]]
+    lines += [f"{tone:.4g} Hz" for tone in where["frequencies_hz"][:1]]
+    return f"Lines: {', '.join(lines)}." if lines else "No line stands out."
 
 
-def _extended(content: Mapping[str, Any], verdict: Verdict) -> str:
-    """Name of the second model of the overlay; empty where there is none."""
-    if not verdict.session.search.accepted:
-        return ""
-    effects = [words(one["effect"]) for one in content["effects"]]
-    return f"with {', '.join(dict.fromkeys(effects))}" if effects else "extended model"
-
-
-def _dependence_hint(content: Mapping[str, Any]) -> str:
+def _dependence(content: Mapping[str, Any]) -> str:
     where = content["where"]
     if not where["depends_on"]:
         return ""
     memory = {"none": "no memory", "rate_independent": "memory of the path", "fading": "fading memory"}
-    return f"{', '.join(name.replace('_', ' ') for name in where['depends_on'])}; {memory[where['memory']]}"
+    return f"Depends on {', '.join(words(name) for name in where['depends_on'])}; {memory[where['memory']]}."
 
 
 def _where(content: Mapping[str, Any], verdict: Verdict, found: list[Trace]) -> Card:
     where = content["where"]
     color = TAGS[content["verdict"]][1]
-    marked = dict.fromkeys(where["place_candidates"], GREY)
-    if where["place"]:
-        marked[where["place"]] = color
+    named = content["verdict"] in ("found", "sensor") or where["place"]
+    marked = dict.fromkeys(where["place_candidates"], color if named else GREY)
     index = {id(trace.unit): phases(trace.unit) for trace in found}
     explained = bool(verdict.session.search.accepted)
     texts = []
@@ -165,7 +161,7 @@ def _where(content: Mapping[str, Any], verdict: Verdict, found: list[Trace]) -> 
     return Card(
         "Where",
         "four",
-        "" if where["place"] or not marked else "place not separable",
+        "" if named or not marked else "place not separable",
         texts=texts,
         figures=[
             picture(plots.sketch(marked), ""),
@@ -180,33 +176,41 @@ def _what(content: Mapping[str, Any], verdict: Verdict) -> Card:
     if content["verdict"] == "depends_on" and verdict.unknown is not None:
         return _ranking(verdict)
     rows: list[tuple[str, float, bool]] = []
+    beaten: list[str] = []
     for standing in verdict.standings:
         rows.append((words(standing.trial.candidate.effect), standing.probability, content["verdict"] != "undecided"))
-        left = 1.0 - standing.probability
-        odds = {rival.effect: rival.weight / max(1.0 - rival.weight, 1e-6) for rival in standing.rivals}
-        rivals = [(f"  or {words(effect)}", own * standing.probability, False) for effect, own in odds.items()]
-        rows += rivals[:3]
-        rows.append(("  or none of these", max(0.0, left - sum(own for _, own, _ in rivals)), False))
+        shares = {
+            rival.effect: standing.probability * rival.weight / max(1.0 - rival.weight, 1e-6)
+            for rival in standing.rivals
+        }
+        near = {effect: share for effect, share in shares.items() if share >= WORTH_A_BAR}
+        beaten += [words(effect) for effect in shares if effect not in near]
+        rows += [(f"or {words(effect)}", share, False) for effect, share in near.items()]
+        rest = max(0.0, 1.0 - standing.probability - sum(near.values()))
+        if rest >= WORTH_SAYING or len(verdict.standings) == 1:
+            rows.append(("or none of these", rest, False))
     if not rows:
         return Card("What", "four", texts=["Nothing that was tried passes every rule of acceptance."])
+    caption = f"Put in its place, refitted and beaten: {', '.join(dict.fromkeys(beaten))}." if beaten else ""
     return Card(
         "What, and how sure",
         "four",
-        effects=[_named(effect) for effect in content["effects"][:4]],
-        figures=[picture(plots.probabilities(rows[:10], SURE), "")],
+        effects=[_named(effect, described=len(content["effects"]) == 1) for effect in content["effects"][:4]],
+        figures=[picture(plots.probabilities(rows[:10], SURE), caption)],
     )
 
 
-def _named(effect: Mapping[str, Any]) -> Named:
+def _named(effect: Mapping[str, Any], *, described: bool) -> Named:
     found = amplitude(effect)
     rest = [
         f"{name} = {plus_minus(entry['value'], entry['sigma'], entry['unit'])}"
         for name, entry in effect["parameters"].items()
         if (found is None or name != found[0]) and (entry["sigma"] or name == "order")
     ]
-    described = terms()[effect["effect"]].description if effect["effect"] in terms().ids else ""
+    known = described and effect["effect"] in terms().ids
+    text = terms()[effect["effect"]].description if known else ""
     size = "" if found is None else plus_minus(found[1]["value"], found[1]["sigma"], found[1]["unit"])
-    return Named(words(effect["effect"]), size, " ".join([described, "; ".join(rest)]).strip())
+    return Named(words(effect["effect"]), size, " ".join([text, "; ".join(rest)]).strip())
 
 
 def _visible(verdict: Verdict) -> Card:
@@ -235,10 +239,7 @@ def _visible(verdict: Verdict) -> Card:
 def _ranking(verdict: Verdict) -> Card:
     """State variables by how well they predict, for a mismatch without a name."""
     assert verdict.unknown is not None
-    rows = [
-        (f"{name.replace('_', ' ')}, {memory.replace('_', ' ')}", gain)
-        for name, memory, gain in verdict.unknown.ranking
-    ]
+    rows = [(words(name) + MEMORIES[memory], gain) for name, memory, gain in verdict.unknown.ranking]
     return Card(
         "What it depends on best",
         "four",
@@ -262,7 +263,7 @@ def _better(content: Mapping[str, Any], verdict: Verdict) -> Card:
         groups.append((title, rows, floor or 0.0))
     proof = verdict.session.proof
     if extended and proof is not None and len(groups[0][1]) == 2:
-        texts.append(f"Gain on what was kept for the proof: {proof.gain.ratio:.1f} standard errors.")
+        texts.append(f"Proof: a gain of {proof.gain.ratio:.1f} standard errors.")
     texts += [verdict.session.weaker] if verdict.session.weaker else []
     title = "How much better" if extended else "How well it predicts"
     return Card(title, "four", texts=texts, figures=[picture(plots.errors(groups), "")])

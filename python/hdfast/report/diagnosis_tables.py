@@ -8,24 +8,34 @@ from typing import Any
 
 import numpy as np
 
+from hdfast.diagnosis.evidence import Layout
 from hdfast.diagnosis.fit import Fit
 from hdfast.diagnosis.plant import Free
 from hdfast.diagnosis.select import Round
-from hdfast.diagnosis.session import Session
 from hdfast.printing import html_table
 from hdfast.report.plots import scaled
 from hdfast.report.tables import number
 from hdfast.terms import terms
 
 PARAMETER_HEADER = ["parameter", "unit", "prior", "nominal model, calibrated", "pull [σ]"]
+PAIR_HEADER = ["these two", "are hardly told apart", "correlation"]
+CORRELATED = 0.95
 EXTENDED_HEADER = ["extended model", "pull [σ]", ""]
 TRIAL_HEADER = [
     "candidate", "place", "screen p", "visible", "gain (log density)", "in errors", "left-out error", "outcome",
 ]  # fmt: skip
 WORDS = {
+    "coulomb_friction": "Coulomb friction",
+    "stribeck_friction": "Stribeck friction",
     "te_harmonic": "kinematic error line",
     "te_load_dependence": "load-dependent kinematic error",
+    "load_dependent_friction": "load-dependent friction",
+    "load_side_friction": "load-side friction",
+    "position_dependent_friction": "position-dependent friction",
     "unknown": "unnamed torque",
+    "abs_transmitted_torque": "size of the torque through the gear",
+    "transmitted_torque": "torque through the gear",
+    "time_since_start": "time since the start",
 }
 FAILURES = {
     "A1": "gain within chance",
@@ -36,7 +46,7 @@ FAILURES = {
 
 
 def words(effect: str) -> str:
-    """An effect's id as words."""
+    """The id of an effect or of a state variable as words."""
     return WORDS.get(effect, effect.replace("_", " "))
 
 
@@ -72,16 +82,13 @@ def amplitude(effect: Mapping[str, Any]) -> tuple[str, dict[str, Any]] | None:
     return (name, parameters[name]) if name else None
 
 
-def parameter_table(session: Session, masked: Sequence[str]) -> str:
-    """Every fitted parameter: prior, calibrated, in the extended model, and its pulls in sigma of the prior."""
-    layout = session.bench.layout
-    before, after = session.baseline, session.search.final
-    sigmas = before.sigma_of(layout), after.sigma_of(layout)
-    extended = bool(session.search.accepted)
+def parameter_table(layout: Layout, before: Fit, after: Fit | None, masked: Sequence[str] = ()) -> str:
+    """Every fitted parameter: prior, calibrated, in the extended model if any, and its pulls in sigma of the prior."""
+    sigmas = before.sigma_of(layout), after.sigma_of(layout) if after else {}
     rows = []
-    for name in dict.fromkeys([*before.structure.names, *after.structure.names]):
+    for name in dict.fromkeys([*before.structure.names, *(after.structure.names if after else ())]):
         known = name in before.structure.names
-        free = _free(before if known else after, name)
+        free = next(one for fit in (before, after) if fit for one in fit.structure.free if one.name == name)
         factor, unit = scaled(np.array([abs(free.value), prior_sigma(free)]), free.unit)
 
         def stated(fit: Fit, sigma: Mapping[str, float], name: str = name, factor: float = factor) -> list[str]:
@@ -90,10 +97,10 @@ def parameter_table(session: Session, masked: Sequence[str]) -> str:
             return [plus_minus(fit.value(name) * factor, sigma[name] * factor, ""), f"{pull(fit, name):+.1f}"]
 
         row = [name, unit, plus_minus(free.value * factor, prior_sigma(free) * factor, ""), *stated(before, sigmas[0])]
-        if extended:
+        if after:
             row += [*stated(after, sigmas[1]), _role(name, known, masked)]
         rows.append(row)
-    header = PARAMETER_HEADER + (EXTENDED_HEADER if extended else [])
+    header = PARAMETER_HEADER + (EXTENDED_HEADER if after else [])
     return html_table(header, rows, right=range(2, 7))
 
 
@@ -101,10 +108,6 @@ def _role(name: str, known: bool, masked: Sequence[str]) -> str:
     if name in masked:
         return "had swallowed an effect"
     return "" if known else "added"
-
-
-def _free(fit: Fit, name: str) -> Free:
-    return next(free for free in fit.structure.free if free.name == name)
 
 
 def prior_sigma(free: Free) -> float:
@@ -118,14 +121,13 @@ def pull(fit: Fit, name: str) -> float:
     return float((fit.coordinates[j] - fit.structure.start[j]) / fit.structure.sigma[j])
 
 
-def correlations(session: Session, least: float) -> list[list[str]]:
-    """Pairs of parameters of the final model that these recordings hardly tell apart."""
-    final = session.search.final
-    covariance = final.covariance(session.bench.layout)
+def correlations(fit: Fit, layout: Layout) -> list[list[str]]:
+    """Pairs of parameters that these recordings hardly tell apart."""
+    covariance = fit.covariance(layout)
     size = np.sqrt(np.diag(covariance))
     shares = covariance / np.outer(size, size)
-    names = final.structure.names
-    pairs = [(abs(shares[i, j]), i, j) for i in range(len(names)) for j in range(i) if abs(shares[i, j]) > least]
+    names = fit.structure.names
+    pairs = [(abs(shares[i, j]), i, j) for i in range(len(names)) for j in range(i) if abs(shares[i, j]) > CORRELATED]
     return [[names[j], names[i], f"{shares[i, j]:+.3f}"] for _, i, j in sorted(pairs, reverse=True)]
 
 

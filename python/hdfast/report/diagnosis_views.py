@@ -28,6 +28,7 @@ class Trace:
         measured, baseline, extended: as the sensor reads and as the two models predict, each (n,).
         missing, left: measured minus baseline and measured minus extended, each (n,).
         floor: standard deviation of the sensor noise.
+        models: names of the two models; the second is empty where there is only one.
     """
 
     unit: Unit
@@ -36,6 +37,7 @@ class Trace:
     baseline: Floats = field(repr=False)
     extended: Floats = field(repr=False)
     floor: float
+    models: tuple[str, str]
 
     @property
     def missing(self) -> Floats:
@@ -59,13 +61,15 @@ class Trace:
 
 def traces(session: Session) -> list[Trace]:
     """Every judged channel of every recording, the held-out ones first."""
-    found = _of(session.bench, (session.baseline.mismatch, session.search.final.mismatch))
+    models = ("nominal", "extended" if session.search.accepted else "")
+    found = traces_of(session.bench, (session.baseline.mismatch, session.search.final.mismatch), models)
     if session.held is not None and session.proof is not None:
-        found = _of(session.held, session.proof.mismatch) + found
+        found = traces_of(session.held, session.proof.mismatch, models) + found
     return found
 
 
-def _of(bench: Bench, mismatches: tuple[Floats, Floats]) -> list[Trace]:
+def traces_of(bench: Bench, mismatches: tuple[Floats, Floats], models: tuple[str, str]) -> list[Trace]:
+    """The channels of a bench with the stacked mismatches (N,) of two models."""
     layout = bench.layout
     found = []
     for index, channel, where in layout.pieces:
@@ -76,7 +80,8 @@ def _of(bench: Bench, mismatches: tuple[Floats, Floats]) -> list[Trace]:
         before, after = measured.copy(), measured.copy()
         before[sample] -= mismatches[0][where]
         after[sample] -= mismatches[1][where]
-        found.append(Trace(unit, channel, measured, before, after, float(bench.floor[layout.channels.index(channel)])))
+        floor = float(bench.floor[layout.channels.index(channel)])
+        found.append(Trace(unit, channel, measured, before, after, floor, models))
     return found
 
 
@@ -136,7 +141,7 @@ def spectrum(x: Sequence[Floats], signals: Sequence[Floats], highest: float) -> 
         place = ((position[known] - position[known].min()) / width).astype(np.int64)
         values = signal[known] - signal[known].mean()
         sums = np.bincount(place, values)
-        count = 1 << (2 * len(sums) - 1).bit_length()
+        count = 1 << (max(2 * len(sums), 16 * CELLS) - 1).bit_length()
         size = 2.0 / len(values) * np.abs(np.fft.rfft(sums, count))
         cycles = np.arange(len(size)) / (count * width)
         used = (cycles < highest) & (cycles * span >= FEWEST_CYCLES)

@@ -1,0 +1,113 @@
+"""Fit the drive of a campaign to its recordings, priors included; the equations stay as the file states them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import cached_property
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from threadpoolctl import threadpool_limits
+
+from hdfast import files
+from hdfast.checks import Floats
+from hdfast.diagnosis.extended import extended_model
+from hdfast.diagnosis.fit import Bench, Fit, fit
+from hdfast.diagnosis.score import nrmse
+from hdfast.diagnosis.session import Setup, nominal, set_up_usable
+from hdfast.recordings import Campaign, load_campaign
+
+MODELS = ("given", "calibrated")
+
+
+@dataclass(frozen=True, eq=False)
+class Calibration:
+    """A calibrated drive.
+
+    Attributes:
+        setup: the recordings at the working rate.
+        fit: the drive as the recordings want it.
+    """
+
+    setup: Setup = field(repr=False)
+    fit: Fit = field(repr=False)
+
+    @property
+    def parameters(self) -> list[dict[str, Any]]:
+        """Prior, estimate, standard deviation and pull (in standard deviations of the prior) of every fitted value."""
+        sigma = self.fit.sigma_of(self.setup.bench.layout)
+        structure = self.fit.structure
+        pulls = (self.fit.coordinates - structure.start) / structure.sigma
+        return [
+            {
+                "parameter": free.name,
+                "unit": free.unit,
+                "prior": free.value,
+                "prior_sigma": free.sigma * (free.value if free.positive else 1.0),
+                "value": self.fit.value(free.name),
+                "sigma": sigma[free.name],
+                "pull": float(pull),
+            }
+            for free, pull in zip(structure.free, pulls, strict=True)
+        ]
+
+    @property
+    def model(self) -> str:
+        """The calibrated drive as TOML text that every other command loads."""
+        values = {name: self.fit.value(name) for name in self.fit.structure.names}
+        sigma = self.fit.sigma_of(self.setup.bench.layout)
+        return extended_model(self.setup.campaign, self.fit.structure, values, sigma, "calibrated")
+
+    def to_dict(self) -> dict[str, Any]:
+        """What calibration.json holds."""
+        errors = {
+            role: {name: nrmse(bench.layout, stacked) for name, stacked in zip(MODELS, mismatches, strict=True)}
+            for role, (bench, mismatches) in self.mismatches.items()
+        }
+        return {"parameters": self.parameters, "nrmse": errors, "version": version("hdfast")}
+
+    @cached_property
+    def mismatches(self) -> dict[str, tuple[Bench, Floats]]:
+        """Measured minus simulated by role: the recordings, and (2, N) stacked for the given and the fitted drive."""
+        structure = self.fit.structure
+        both = np.stack([structure.start, self.fit.coordinates])
+        benches = {"fit": self.setup.bench, "heldout": self.setup.held}
+        return {role: (bench, bench.mismatch(structure, both)) for role, bench in benches.items() if bench is not None}
+
+    def report(self, folder: str | Path) -> Path:
+        """Write the page, model.toml, the numbers and a copy of the campaign; returns the page's path.
+
+        Raises:
+            InputError: the folder cannot be written.
+        """
+        from hdfast.report.calibration_page import PAGE, page
+
+        path = files.prepare(folder)
+        files.write_text(path / "campaign.toml", self.setup.campaign.text)
+        files.write_text(path / "model.toml", self.model)
+        files.write_text(path / PAGE, page(self))
+        files.write_json(path / "calibration.json", self.to_dict())
+        return path / PAGE
+
+    def __repr__(self) -> str:
+        bench, mismatches = self.mismatches["fit"]
+        before, after = (100 * nrmse(bench.layout, one) for one in mismatches)
+        return f"Calibration({len(self.fit.structure.free)} parameters, nrmse {before:.1f} % -> {after:.1f} %)"
+
+
+def calibrate(campaign: str | Path | Campaign, *, threads: int | None = None) -> Calibration:
+    """Fit the drive of a campaign to its recordings for fitting.
+
+    Args:
+        campaign: campaign file, or one that is loaded.
+        threads: threads of the engine.
+
+    Raises:
+        ConfigError: the campaign file is wrong.
+        InputError: a recording cannot be read, or the health checks leave none.
+    """
+    with threadpool_limits(1):
+        setup = set_up_usable(campaign if isinstance(campaign, Campaign) else load_campaign(campaign), threads)
+        return Calibration(setup, fit(setup.bench, nominal(setup)))

@@ -1,0 +1,40 @@
+"""The command `hdfast calibrate`."""
+
+from __future__ import annotations
+
+import argparse
+import json
+from collections.abc import Callable
+from typing import Any
+
+from hdfast.calibration.calibrate import calibrate
+from hdfast.printing import text_table
+
+NAME = "calibrate"
+TEXT = "Fit the parameters of a campaign's drive to its recordings, within their tolerances."
+EXAMPLE = "hdfast calibrate examples/concealed-friction/campaign.toml --out out/calibration"
+
+
+def arguments(command: argparse.ArgumentParser, whole: Callable[[str, int, int], Any]) -> None:
+    """Declare the arguments; `whole` makes a reader of whole numbers."""
+    command.add_argument("campaign", metavar="CAMPAIGN.toml", help="nominal drive, sensors and recordings")
+    command.add_argument("--out", metavar="DIR", help="folder for report.html, model.toml and calibration.json")
+    command.add_argument("--threads", type=whole("--threads", 1, 1024), help="number of threads")
+
+
+def run(options: argparse.Namespace) -> int:
+    """Run the command; 0 when the drive was fitted."""
+    found = calibrate(options.campaign, threads=options.threads)
+    page = found.report(options.out) if options.out else None
+    if options.json:
+        print(json.dumps(found.to_dict(), indent=2))
+    elif not options.quiet:
+        rows = [
+            [row["parameter"], *(f"{row[key]:.5g}" for key in ("prior", "value", "sigma", "pull")), row["unit"]]
+            for row in found.parameters
+        ]
+        print(f"{found}\n")
+        print(text_table(["parameter", "prior", "estimate", "sigma", "pull", "unit"], rows, right=(1, 2, 3, 4)))
+        if page is not None:
+            print(f"\n{page}\n{page.parent / 'model.toml'}")
+    return 0

@@ -1,0 +1,34 @@
+"""The command `hdfast compare`."""
+
+from __future__ import annotations
+
+import argparse
+import json
+from collections.abc import Callable
+from typing import Any
+
+from hdfast.comparison.compare import compare
+
+NAME = "compare"
+TEXT = "Simulate the drive of a campaign as given and compare it with the recordings."
+EXAMPLE = "hdfast compare examples/concealed-friction/campaign.toml --out out/comparison"
+
+
+def arguments(command: argparse.ArgumentParser, whole: Callable[[str, int, int], Any]) -> None:
+    """Declare the arguments; `whole` makes a reader of whole numbers."""
+    command.add_argument("campaign", metavar="CAMPAIGN.toml", help="nominal drive, sensors and recordings")
+    command.add_argument("--out", metavar="DIR", help="folder for report.html and comparison.json")
+    command.add_argument("--threads", type=whole("--threads", 1, 1024), help="number of threads")
+
+
+def run(options: argparse.Namespace) -> int:
+    """Run the command; 0 however large the mismatch is."""
+    found = compare(options.campaign, threads=options.threads)
+    page = found.report(options.out) if options.out else None
+    if options.json:
+        print(json.dumps(found.to_dict(), indent=2))
+    elif not options.quiet:
+        print(found)
+        if page is not None:
+            print(page)
+    return 0

@@ -1,0 +1,85 @@
+"""Simulate the drive of a campaign as its file states it, on the recorded motion, and measure how far off it is."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+from hdfast import files
+from hdfast.checks import Floats
+from hdfast.diagnosis.fit import Bench
+from hdfast.diagnosis.score import nrmse
+from hdfast.diagnosis.session import Setup, nominal, set_up_usable
+from hdfast.recordings import Campaign, load_campaign
+
+
+@dataclass(frozen=True, eq=False)
+class Comparison:
+    """A nominal drive and its recordings.
+
+    Attributes:
+        setup: the recordings at the working rate.
+        mismatch: measured minus simulated of the fitted and of the held-out recordings, stacked.
+    """
+
+    setup: Setup = field(repr=False)
+    mismatch: tuple[tuple[Bench, Floats], ...] = field(repr=False)
+
+    @property
+    def errors(self) -> list[dict[str, Any]]:
+        """Error by recording and channel: root mean square over the standard deviation of what was measured."""
+        rows = []
+        for bench, stacked in self.mismatch:
+            for index, channel, where in bench.layout.pieces:
+                unit = bench.plant.units[index]
+                size = float((stacked[where] ** 2).mean() ** 0.5)
+                spread = float(bench.layout.spread[where][0])
+                rows.append(
+                    {"recording": unit.name, "role": unit.role, "channel": channel, "rms": size, "nrmse": size / spread}
+                )
+        return rows
+
+    def to_dict(self) -> dict[str, Any]:
+        """What comparison.json holds."""
+        overall = {bench.plant.units[0].role: nrmse(bench.layout, stacked) for bench, stacked in self.mismatch}
+        return {"nrmse": overall, "errors": self.errors, "version": version("hdfast")}
+
+    def report(self, folder: str | Path) -> Path:
+        """Write the page, the numbers and a copy of the campaign; returns the page's path.
+
+        Raises:
+            InputError: the folder cannot be written.
+        """
+        from hdfast.report.comparison_page import PAGE, page
+
+        path = files.prepare(folder)
+        files.write_text(path / "campaign.toml", self.setup.campaign.text)
+        files.write_text(path / PAGE, page(self))
+        files.write_json(path / "comparison.json", self.to_dict())
+        return path / PAGE
+
+    def __repr__(self) -> str:
+        shares = ", ".join(f"{role} {100 * share:.1f} %" for role, share in self.to_dict()["nrmse"].items())
+        return f"Comparison(nrmse of the nominal drive: {shares})"
+
+
+def compare(campaign: str | Path | Campaign, *, threads: int | None = None) -> Comparison:
+    """Compare the nominal drive of a campaign, as given, with its recordings.
+
+    The recorded motion of the motor drives the model; motor torque, transmission error and output torque are compared,
+    as far as they were recorded.
+
+    Args:
+        campaign: campaign file, or one that is loaded.
+        threads: threads of the engine.
+
+    Raises:
+        ConfigError: the campaign file is wrong.
+        InputError: a recording cannot be read, or the health checks leave none.
+    """
+    setup = set_up_usable(campaign if isinstance(campaign, Campaign) else load_campaign(campaign), threads)
+    structure = nominal(setup)
+    benches = [bench for bench in (setup.bench, setup.held) if bench is not None]
+    return Comparison(setup, tuple((bench, bench.mismatch(structure, structure.start[None])[0]) for bench in benches))

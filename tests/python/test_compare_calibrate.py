@@ -1,0 +1,84 @@
+from __future__ import annotations
+
+import json
+
+import hdfast
+import numpy as np
+import pytest
+import small_campaign
+from hdfast.cli import main
+from hdfast.errors import InputError
+from hdfast.recordings import load_campaign
+
+TRUE = {"J_m": 3.5e-4, "B_m": 1.2e-3}
+
+
+@pytest.fixture(scope="module")
+def path(tmp_path_factory):
+    """Recordings of a drive whose motor inertia and damping are not those of the campaign."""
+    return small_campaign.write(tmp_path_factory.mktemp("off"), parameters=TRUE)
+
+
+@pytest.fixture(scope="module")
+def calibrated(path):
+    return hdfast.calibrate(path)
+
+
+def test_exact_a_drive_as_given_differs_where_it_is_wrong(path, tmp_path):
+    wrong = hdfast.compare(path)
+    right = hdfast.compare(small_campaign.write(tmp_path))
+    assert wrong.to_dict()["nrmse"]["fit"] > 1.5 * right.to_dict()["nrmse"]["fit"]
+    assert {(row["recording"], row["channel"]) for row in wrong.errors} == {
+        (f"r{number}.npz", channel) for number in range(4) for channel in ("motor_torque", "te")
+    }
+
+
+def test_against_the_truth_calibration_finds_what_was_off(calibrated):
+    known = {row["parameter"]: row for row in calibrated.parameters}
+    row = known["J_m"]
+    assert abs(row["value"] - TRUE["J_m"]) < 3.0 * row["sigma"]
+    assert row["sigma"] < 0.6 * row["prior_sigma"]
+    damping = known["B_m"]["value"] + known["B_ml"]["value"]
+    assert damping == pytest.approx(TRUE["B_m"] + small_campaign.DRIVE["B_ml"], rel=0.15)
+    assert row["pull"] == pytest.approx(np.log(row["value"] / row["prior"]) / (row["prior_sigma"] / row["prior"]))
+
+
+def test_exact_calibration_predicts_what_it_was_not_fitted_to(calibrated):
+    held = calibrated.to_dict()["nrmse"]["heldout"]
+    assert held["calibrated"] < 0.5 * held["given"]
+
+
+def test_exact_other_commands_load_the_calibrated_model(calibrated, tmp_path):
+    file = tmp_path / "model.toml"
+    file.write_text(calibrated.model)
+    loaded = load_campaign(file)
+    assert loaded.priors["J_m"].value == pytest.approx(calibrated.fit.value("J_m"), rel=1e-12)
+    assert loaded.title.endswith("calibrated")
+
+
+@pytest.mark.parametrize(
+    ("command", "files"),
+    [
+        ("compare", {"report.html", "comparison.json", "campaign.toml"}),
+        ("calibrate", {"report.html", "calibration.json", "model.toml", "campaign.toml"}),
+    ],
+)
+def test_exact_commands_write_their_folder(command, files, path, tmp_path, capsys):
+    out = tmp_path / "out"
+    assert main([command, str(path), "--out", str(out)]) == 0
+    assert {item.name for item in out.iterdir()} == files
+    assert str(out / "report.html") in capsys.readouterr().out
+    numbers = json.loads(next(out.glob("c*.json")).read_text())
+    assert set(numbers["nrmse"]) == {"fit", "heldout"}
+    page = (out / "report.html").read_text()
+    assert "A &lt;small&gt; campaign" in page
+
+
+def test_exact_unusable_recordings_are_refused_with_the_reason(tmp_path):
+    path = small_campaign.write(tmp_path)
+    for number in range(4):
+        table = dict(np.load(tmp_path / f"r{number}.npz"))
+        del table["motor_torque"]
+        np.savez(tmp_path / f"r{number}.npz", **table)
+    with pytest.raises(InputError, match="motor_torque"):
+        hdfast.compare(path)

@@ -192,7 +192,14 @@ def importers(module):
 def test_exact_dependencies_go_one_way():
     """Only commands and the `plot` and `report` of a result reach for the report, only four modules for the core."""
     callers = {file for file in importers("hdfast.report") if not file.endswith("command.py")}
-    results = {"simulate.py", "tolerance/study.py", "identify/fit.py", "studies/study.py", "diagnosis/diagnose.py"}
+    results = {
+        "simulate.py",
+        "tolerance/study.py",
+        "identify/fit.py",
+        "studies/study.py",
+        "diagnosis/diagnose.py",
+        "proof/run.py",
+    }
     results |= {"calibration/calibrate.py", "comparison/compare.py"}
     assert callers == {"cli.py", *results}
     assert importers("hdfast._core") == {"catalogue.py", "params.py", "sweep.py", "terms.py"}

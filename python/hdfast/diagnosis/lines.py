@@ -16,6 +16,7 @@ PROMINENCE = 20.0
 NEIGHBOURS = 61
 HIGHEST_ORDER = 64.0
 FEWEST_CYCLES = 4.0
+INSIDE = 0.85  # of the band: its edge looks like a line
 MOST = 10
 
 
@@ -43,7 +44,7 @@ def order_lines(bench: Bench, mismatch: Floats) -> list[Line]:
         source = bench.plant.units[unit]
         turns = source.angle[bench.layout.sample[where]] / (2.0 * math.pi)
         speed = float(np.median(np.abs(source.speed[bench.layout.sample[where]]))) / (2.0 * math.pi)
-        highest = min(HIGHEST_ORDER, bench.plant.band.corner / max(speed, 1e-9))
+        highest = min(HIGHEST_ORDER, INSIDE * bench.plant.band.corner / max(speed, 1e-9))
         found += _lines(turns, mismatch[where], highest)
     return _merged(found)
 
@@ -53,7 +54,7 @@ def tone_lines(bench: Bench, mismatch: Floats) -> list[Line]:
     found = []
     for unit, _, where in bench.layout.pieces:
         t = bench.plant.units[unit].t[bench.layout.sample[where]]
-        found += _lines(t, mismatch[where], bench.plant.band.corner)
+        found += _lines(t, mismatch[where], INSIDE * bench.plant.band.corner)
     return _merged(found)
 
 

@@ -173,7 +173,8 @@ def candidates(bench: Bench, current: Fit, ratio: float) -> list[Candidate]:
     model = current.structure.model
     expected = [1.0, 2.0, 4.0, 6.0, 1.0 / ratio, 2.0 / ratio, 1.0 - 1.0 / ratio, 2.0 - 2.0 / ratio]
     lines = [snapped(line, expected) for line in order_lines(bench, current.mismatch)]
-    tones = [line.position for line in tone_lines(bench, current.mismatch)]
+    several = min(2, len(units))
+    tones = [line.position for line in tone_lines(bench, current.mismatch) if line.recordings >= several]
     stiffness = current.value("K1" if model.spring == "piecewise" else "k1") if model.base == "two_inertia" else 1e4
     sizes = Sizes(
         motor_torque=float(np.median([np.std(unit.measured["motor_torque"]) for unit in units])),

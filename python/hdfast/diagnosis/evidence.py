@@ -113,6 +113,13 @@ class Weights:
         return stacked / (self.scale * np.sqrt(self.colour))[layout.channel]
 
 
+def limited(values: Floats) -> tuple[Floats, Floats]:
+    """Half squares of normalised values, linear beyond `CAP` (Huber), and the weights that belong to them."""
+    size = np.abs(values)
+    inside = size <= CAP
+    return np.where(inside, 0.5 * size**2, CAP * (size - 0.5 * CAP)), np.where(inside, 1.0, CAP / np.maximum(size, CAP))
+
+
 def weigh(layout: Layout, stacked: Floats, floor: Floats) -> Weights:
     """Robust scale and colour of a mismatch (N,), not below the floor per channel."""
     scale, colours = np.ones(len(layout.channels)), np.ones(len(layout.channels))

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from hdfast.checks import Floats
-from hdfast.diagnosis.evidence import CAP, Layout, Weights, weigh
+from hdfast.diagnosis.evidence import Layout, Weights, limited, weigh
 from hdfast.diagnosis.plant import Plant, Structure
 from hdfast.diagnosis.whiten import Whitener, whiten
 
@@ -103,7 +103,6 @@ def fit(bench: Bench, structure: Structure, start: Floats | None = None, known: 
     mismatch, slopes = _linearise(bench, structure, x, kept)
     if known is not None:
         slopes[:, :kept] = known.slopes
-    weights = weigh(bench.layout, mismatch, bench.floor)
     for turn in range(ROUNDS):
         weights = weigh(bench.layout, mismatch, bench.floor)
         moved = False
@@ -143,15 +142,8 @@ def _linearise(bench: Bench, structure: Structure, x: Floats, kept: int) -> tupl
     return found[0], np.nan_to_num(slopes)
 
 
-def _limited(values: Floats) -> tuple[Floats, Floats]:
-    """Huber: half squares and weights of normalised values."""
-    size = np.abs(values)
-    inside = size <= CAP
-    return np.where(inside, 0.5 * size**2, CAP * (size - 0.5 * CAP)), np.where(inside, 1.0, CAP / np.maximum(size, CAP))
-
-
 def _cost(layout: Layout, structure: Structure, x: Floats, mismatch: Floats, weights: Weights) -> float:
-    half, _ = _limited(mismatch / weights.scale[layout.channel])
+    half, _ = limited(mismatch / weights.scale[layout.channel])
     pull = (x - structure.start) / structure.sigma
     return float(np.sum(half / weights.colour[layout.channel]) + 0.5 * pull @ pull)
 
@@ -160,7 +152,7 @@ def _step(
     layout: Layout, structure: Structure, x: Floats, mismatch: Floats, slopes: Floats, weights: Weights
 ) -> Floats:
     """Gauss-Newton step of the coordinates."""
-    _, share = _limited(mismatch / weights.scale[layout.channel])
+    _, share = limited(mismatch / weights.scale[layout.channel])
     A = weights.normalise(layout, slopes.T).T
     r = weights.normalise(layout, mismatch)
     precision = structure.sigma**-2

@@ -7,8 +7,9 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from hdfast.checks import Floats
+from hdfast.diagnosis.evidence import limited
 from hdfast.diagnosis.fit import Bench, Fit
-from hdfast.diagnosis.score import Gain, limited, nrmse
+from hdfast.diagnosis.score import Gain, nrmse
 
 PROOF_ERRORS = 2.0
 POWERED = 8.0
@@ -48,7 +49,7 @@ def prove(bench: Bench, baseline: Fit, extended: Fit, floor: float) -> Proof:
         bench.commanded(one).mismatch(one.structure, one.coordinates[None])[0] for one in (baseline, extended)
     )
     layout = bench.layout
-    loud, quiet = (limited(extended.white(layout, mismatch)) for mismatch in (before, after))
+    loud, quiet = (limited(extended.white(layout, mismatch))[0] for mismatch in (before, after))
     errors = nrmse(layout, after), nrmse(layout, before)
     expected = 0.5 * float(np.sum(extended.white(layout, before - after) ** 2))
     return Proof(errors[1], errors[0], floor, Gain(layout.sums(loud - quiet), errors), expected, (before, after))

@@ -72,6 +72,12 @@ class Structure:
         return [free.name for free in self.free]
 
     @property
+    def sensed(self) -> list[str]:
+        """Names of the sensor stage's parameters, fixed or free."""
+        own = tuple(f"{channel}_{effect}_" for effect, channel in self.sensors)
+        return [name for name in {**self.fixed, **dict.fromkeys(self.names)} if own and name.startswith(own)]
+
+    @property
     def start(self) -> Floats:
         """Prior centre in coordinates, shape (P,)."""
         return np.array([float(free.coordinate(free.value)) for free in self.free])
@@ -138,9 +144,8 @@ class Plant:
         ones = np.ones(len(coordinates))
         scale = values.get(TORQUE_SCALE, ones)[:, None]
         offset = values.get(TORQUE_OFFSET, 0.0 * ones)[:, None]
-        own = tuple(f"{channel}_{effect}_" for effect, channel in structure.sensors)
         every: dict[str, Floats | float] = {**structure.fixed, **values}
-        sensed = {name: value for name, value in every.items() if own and name.startswith(own)}
+        sensed = {name: every[name] for name in structure.sensed}
         left = {*NUISANCE, *sensed}
         result = self._simulate(
             structure.model,
@@ -176,8 +181,7 @@ class Plant:
     def needed(self, structure: Structure, coordinates: Floats) -> list[Floats]:
         """Motor torque that each recorded motion takes, in the recorded unit, per unit (n,); coordinates (P,)."""
         values = {name: float(value) for name, value in structure.values(coordinates).items()}
-        own = tuple(f"{channel}_{effect}_" for effect, channel in structure.sensors)
-        left = {name for name in {**structure.fixed, **values} if own and name.startswith(own)} | {*NUISANCE}
+        left = {*NUISANCE, *structure.sensed}
         fixed = {name: value for name, value in {**structure.fixed, **values}.items() if name not in left}
         result = self._simulate(structure.model, fixed, {}, 1)
         scale, offset = values.get(TORQUE_SCALE, 1.0), values.get(TORQUE_OFFSET, 0.0)
@@ -192,10 +196,9 @@ class Plant:
         """Rows in the order parameter set by parameter set, recording by recording."""
         units = len(self.units)
         which = np.tile(np.arange(units), count)
-        columns: dict[str, Floats | float] = {"te_scale": np.ones(count * units)}
-        columns |= dict(fixed)
+        columns: dict[str, Floats | float] = dict(fixed)
         columns |= {name: np.repeat(column, units) for name, column in values.items()}
-        columns["te_scale"] = np.broadcast_to(columns["te_scale"], (count * units,)).astype(np.float64)
+        columns["te_scale"] = columns.get("te_scale", 1.0) * np.ones(count * units)
         if "thermal_viscous" in model.terms:
             warmth = [unit.temperature for unit in self.units]
             known = [float(np.mean(own)) for own in warmth if own is not None]

@@ -14,7 +14,6 @@ from hdfast.diagnosis.screen import Signature
 from hdfast.diagnosis.select import Round, Search, Trial, without
 
 ALIKE = 0.95
-RELATED = 0.80
 UNKNOWN_FLOOR = 0.02
 SURE = 0.75
 MOST_RIVALS = 3
@@ -150,14 +149,3 @@ def alike(first: Signature, second: Signature) -> float:
     """Largest correlation between two signatures after refit (the cosine of their smallest angle)."""
     bases = [np.linalg.qr(one.left)[0] for one in (first, second)]
     return float(np.linalg.svd(bases[0].T @ bases[1], compute_uv=False)[0])
-
-
-def classes(signatures: Sequence[Signature]) -> dict[str, list[str]]:
-    """Effects that these recordings cannot tell from each other, by effect."""
-    best: dict[str, Signature] = {}
-    for one in sorted(signatures, key=lambda one: -one.visibility):
-        best.setdefault(one.candidate.effect, one)
-    return {
-        name: [other for other, theirs in best.items() if other != name and alike(own, theirs) > ALIKE]
-        for name, own in best.items()
-    }

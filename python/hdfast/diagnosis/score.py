@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from hdfast.checks import Floats
-from hdfast.diagnosis.evidence import CAP, Index, Layout
+from hdfast.diagnosis.evidence import Index, Layout, limited
 from hdfast.diagnosis.fit import Bench, Fit
 from hdfast.diagnosis.plant import Plant
 from hdfast.diagnosis.whiten import Whitener
@@ -67,7 +67,7 @@ def left_out(fit: Fit, white: Whitener, layout: Layout, folds: Index) -> tuple[F
     The refit goes no farther than a few standard deviations: beyond, the slopes mean nothing.
     """
     A, r = white(layout, fit.slopes), white(layout, fit.mismatch)
-    share = np.where(np.abs(r) <= CAP, 1.0, CAP / np.maximum(np.abs(r), CAP))
+    _, share = limited(r)
     precision = fit.structure.sigma**-2
     pull = precision * (fit.coordinates - fit.structure.start)
     information = A.T @ (A * share[:, None]) + np.diag(precision)
@@ -89,13 +89,7 @@ def gain(bench: Bench, better: Fit, lesser: Fit, folds: Index) -> Gain:
     """Gain of one fit over another on left-out folds, both seen through the filter that whitens the better one."""
     layout = bench.layout
     (after, quiet), (before, loud) = (left_out(one, better.white, layout, folds) for one in (better, lesser))
-    return Gain(layout.sums(limited(loud) - limited(quiet)), (nrmse(layout, after), nrmse(layout, before)))
-
-
-def limited(values: Floats) -> Floats:
-    """Half squares that grow linearly beyond `CAP` (Huber)."""
-    size = np.abs(values)
-    return np.where(size <= CAP, 0.5 * size**2, CAP * (size - 0.5 * CAP))
+    return Gain(layout.sums(limited(loud)[0] - limited(quiet)[0]), (nrmse(layout, after), nrmse(layout, before)))
 
 
 def nrmse(layout: Layout, mismatch: Floats, channel: str | None = None) -> float:

@@ -22,9 +22,7 @@ class Signature:
 
     Attributes:
         candidate: the hypothesis.
-        raw: whitened change of the simulated signals, shape (N, d).
-        left: the part of it that refitting the model does not absorb, shape (N, d).
-        absorbed: shift of the model's coordinates that absorbs the rest, shape (P, d).
+        left: part of the whitened change of the simulated signals that a refit does not absorb, shape (N, d).
         shares: least-squares amplitude in the mismatch, in typical amplitudes, shape (d,).
         gain: fall of half the whitened sum of squares at that amplitude.
         bulk: the same without whitening, in independent samples.
@@ -32,9 +30,7 @@ class Signature:
     """
 
     candidate: Candidate
-    raw: Floats = field(repr=False)
     left: Floats = field(repr=False)
-    absorbed: Floats = field(repr=False)
     shares: Floats
     gain: float
     bulk: float
@@ -69,14 +65,9 @@ class Projector:
         self.A = fit.white(layout, fit.slopes)
         self.inverse = np.linalg.inv(self.A.T @ self.A + np.diag(fit.structure.sigma**-2))
 
-    def absorbed(self, signal: Floats) -> Floats:
-        """Shift of the coordinates (P, ...) that absorbs a whitened signal (N, ...)."""
-        shift: Floats = self.inverse @ (self.A.T @ signal)
-        return shift
-
     def left(self, signal: Floats) -> Floats:
-        """The signal without what is absorbed."""
-        remaining: Floats = signal - self.A @ self.absorbed(signal)
+        """A whitened signal (N, ...) without what is absorbed."""
+        remaining: Floats = signal - self.A @ (self.inverse @ (self.A.T @ signal))
         return remaining
 
     def levered(self, residual: Floats) -> Floats:
@@ -141,7 +132,7 @@ def signatures(bench: Bench, fit: Fit, candidates: Sequence[Candidate]) -> list[
         shares = np.linalg.solve(gram + ridge, score)
         found.append(
             Signature(
-                candidate, raw, left, projector.absorbed(raw), shares, float(0.5 * score @ shares), bulk.gain(change.T),
+                candidate, left, shares, float(0.5 * score @ shares), bulk.gain(change.T),
                 float(np.sum(left**2)) / size,
             )
         )  # fmt: skip

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
+from operator import attrgetter
 
 import numpy as np
 
@@ -84,6 +85,10 @@ class Rules:
     noisy: float
     folds: Index = field(repr=False)
 
+    def waived(self, alarm: bool, error: float) -> bool:
+        """Whether an error need not fall much: the screen saw something, and the error is little more than noise."""
+        return alarm and error <= NEAR_FLOOR * self.floor
+
 
 def search(
     bench: Bench,
@@ -135,7 +140,7 @@ def _possible(candidate: Candidate, accepted: Sequence[Trial], current: Fit) -> 
 def _shortlist(found: Sequence[Signature]) -> list[Signature]:
     """The best shapes of the most telling effects, by fine structure and by bulk, and their special cases."""
     chosen: dict[str, Signature] = {}
-    for size in (_fine, _bulk):
+    for size in (attrgetter("gain"), attrgetter("bulk")):
         best: dict[str, Signature] = {}
         for one in sorted(found, key=size, reverse=True):
             best.setdefault(one.candidate.effect, one)
@@ -148,14 +153,6 @@ def _shortlist(found: Sequence[Signature]) -> list[Signature]:
         if one.candidate.effect in special:
             chosen.setdefault(one.candidate.label, one)
     return list(chosen.values())
-
-
-def _fine(one: Signature) -> float:
-    return one.gain
-
-
-def _bulk(one: Signature) -> float:
-    return one.bulk
 
 
 def _try(bench: Bench, current: Fit, signature: Signature, rules: Rules, alarm: bool) -> Trial:
@@ -207,13 +204,13 @@ def without(current: Fit, parts: Sequence[str]) -> tuple[Structure, Floats]:
 def _failed(
     bench: Bench, joint: Fit, current: Fit, candidate: Candidate, gained: Gain, rules: Rules, alarm: bool
 ) -> tuple[str, ...]:
+    if not np.isfinite(joint.mismatch).all():
+        return ("A0 simulation",)
     failed = []
     if not gained.ratio > GAIN_ERRORS:
         failed.append("A1 gain")
     after, before = gained.nrmse
-    if not np.isfinite(joint.mismatch).all():
-        return ("A0 simulation",)
-    if not (after <= (1.0 - FALL) * before or (alarm and before <= NEAR_FLOOR * rules.floor)):
+    if not (after <= (1.0 - FALL) * before or rules.waived(alarm, before)):
         failed.append("A2 error")
     covariance = joint.covariance(bench.layout)
     names = joint.structure.names
@@ -263,5 +260,5 @@ def _lead(first: Trial, second: Trial) -> float:
 
 def _clearly(general: Trial, special: Trial, alarm: bool, rules: Rules) -> bool:
     after, before = general.gain.nrmse[0], special.gain.nrmse[0]
-    enough = after <= (1.0 - GENERAL_FALL) * before or (alarm and before <= NEAR_FLOOR * rules.floor)
+    enough = after <= (1.0 - GENERAL_FALL) * before or rules.waived(alarm, before)
     return enough and _lead(general, special) > GENERAL_ERRORS

@@ -2,13 +2,22 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from hypothesis import settings
+
+settings.register_profile("same", derandomize=True, deadline=None)
+settings.register_profile("new", print_blob=True, deadline=None)
 
 
 def pytest_addoption(parser):
-    parser.addoption("--long", action="store_true", help="full size of the comparisons against references (minutes)")
+    parser.addoption(
+        "--long",
+        action="store_true",
+        help="comparisons against references in full size, properties on new examples (minutes)",
+    )
 
 
 def pytest_configure(config):
+    settings.load_profile("new" if config.getoption("--long") else "same")
     config.addinivalue_line("markers", "long: only with --long")
 
 

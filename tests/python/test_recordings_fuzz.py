@@ -277,3 +277,16 @@ def test_exact_campaigns_that_are_no_text(tmp_path):
             load_campaign(tmp_path / "c.toml")
     with pytest.raises(ConfigError, match="no such file"):
         load_campaign(tmp_path / "missing.toml")
+
+
+def test_exact_few_whole_samples_are_refused_and_a_sparse_load_angle_is_left_out():
+    holes = np.where(np.arange(N) % 2 == 0, np.nan, 1.0)
+    alternating = GOOD | {
+        "motor_angle": GOOD["motor_angle"] * holes,
+        "motor_torque": GOOD["motor_torque"] * holes[::-1],
+    }
+    sparse = GOOD | {"motor_angle": GOOD["motor_angle"] * holes, "load_angle": GOOD["load_angle"] * holes[::-1]}
+    refused, used = health.check(campaign([alternating, sparse])).recordings
+    assert not refused.usable
+    assert "0 samples have all of t, motor_angle, motor_torque" in refused.reason
+    assert used.usable

@@ -49,12 +49,12 @@ class Alignment:
 
 
 def slope(motion: Motion) -> float:
-    """Load angle over motor angle by total least squares of their changes; 0 when the motor did not turn."""
+    """Load angle over motor angle by least squares; 0 when the motor did not turn."""
     assert motion.load_angle is not None
     th, load = motion.angle[motion.valid], motion.load_angle[motion.valid]
-    if th.size < 2 or np.ptp(th) == 0.0:
-        return 0.0
-    return float(np.polyfit(th - th.mean(), load - load.mean(), 1)[0])
+    turned = th - th.mean()
+    power = float(turned @ turned)
+    return float(turned @ (load - load.mean())) / power if power > 0.0 else 0.0
 
 
 def align(motion: Motion, ratio: float, orders: Iterable[float] = ()) -> Alignment | None:

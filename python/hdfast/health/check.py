@@ -44,6 +44,8 @@ def check(campaign: Campaign) -> Health:
         columns.check(subject)
         if "t" in subject.recording:
             timing.check(subject)
+        if not subject.rejected:
+            columns.together(subject)
     readable = [subject for subject in subjects if not subject.rejected]
     for subject in readable:
         for examine in ON_EACH:

@@ -10,6 +10,7 @@ from hdfast.recordings import COLUMNS
 
 NAME = "columns"
 FEWEST_FINITE = 0.5
+FEWEST = 8
 
 
 def check(subject: Subject) -> None:
@@ -38,3 +39,11 @@ def check(subject: Subject) -> None:
             subject.find(
                 NAME, NOTE, f"{missing} samples of {name} are missing and masked", value=share, limit=FEWEST_FINITE
             )
+
+
+def together(subject: Subject) -> None:
+    """Reject a recording with too few samples that have a time and every required column."""
+    whole = int(subject.mask().sum())
+    if whole < FEWEST:
+        sentence = f"{whole} samples have all of {', '.join(REQUIRED)} (allowed: at least {FEWEST})"
+        subject.find(NAME, REJECT, sentence, value=whole, limit=FEWEST)

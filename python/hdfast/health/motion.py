@@ -43,7 +43,10 @@ class Motion:
 
     @classmethod
     def of(cls, recording: Recording, rate: float) -> Motion:
-        """Resample a recording at its own rate and smooth it with a local quadratic."""
+        """Resample a recording at its own rate and smooth it with a local quadratic.
+
+        The load angle takes part where enough of its samples have an angle and a torque of the motor beside them.
+        """
         t = recording["t"]
         span = float(t[-1] - t[0])
         size = int(np.clip(round(span * rate) + 1, FEWEST, MOST))
@@ -51,8 +54,10 @@ class Motion:
         step = span / (size - 1)
         half = max(FEWEST // 2, round(SMOOTHING / step / 2.0))
         window = min(2 * half + 1, size if size % 2 else size - 1)
-        used = ["motor_angle", "motor_torque", *(["load_angle"] if "load_angle" in recording else [])]
-        known = np.logical_and.reduce([np.isfinite(recording[name]) for name in used])
+        known = np.isfinite(recording["motor_angle"]) & np.isfinite(recording["motor_torque"])
+        both = known & np.isfinite(recording["load_angle"]) if "load_angle" in recording else np.zeros_like(known)
+        loaded = both.sum() >= FEWEST
+        known = both if loaded else known
         moments = t[known]
         around = np.searchsorted(moments, grid)
         before, after = moments[np.maximum(around - 1, 0)], moments[np.minimum(around, len(moments) - 1)]
@@ -68,7 +73,6 @@ class Motion:
         def smooth(name: str, derivative: int = 0) -> Floats:
             return np.asarray(savgol_filter(even(name), window, 2, deriv=derivative, delta=step), dtype=np.float64)
 
-        loaded = "load_angle" in recording
         return cls(
             grid,
             smooth("motor_angle"),

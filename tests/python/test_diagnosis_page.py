@@ -10,6 +10,7 @@ import pytest
 import small_campaign
 from hdfast.cli import main
 from hdfast.diagnosis import diagnose
+from hdfast.diagnosis.experiment import NOTHING, Contest, propose
 from hdfast.diagnosis.verdict import NAMED
 from hdfast.recordings import load_campaign
 from hdfast.report import diagnosis_page
@@ -107,13 +108,15 @@ def test_exact_a_mismatch_without_a_name_shows_its_variables(unnamed):
 
 
 def test_exact_an_undecided_page_begins_with_what_to_record_next(found):
-    experiment = {"manoeuvre": "slow_ladder", "separates": ["coulomb_friction", "stribeck_friction"]}
+    session = found.evidence.session
+    contest = Contest(("coulomb_friction", NOTHING), (session.search.final, session.baseline))
+    experiment = propose(session.bench, contest, np.random.default_rng(0)).to_dict()
     finding = {"file": "r0.npz", "check": "torque_sign", "severity": "warning", "sentence": "s", "t0": 0.5, "t1": None}
     changed = {"verdict": "undecided", "next_experiment": experiment, "health": [finding], "notes": ["a weaker proof"]}
     text = diagnosis_page.page(replace(found, content={**found.content, **changed}))
     titles = re.findall(r"<h2>([^<]*)</h2>", text)
     assert titles.index("What to record next") < titles.index("When")
-    for part in ("slow_ladder", "Coulomb friction; Stribeck friction", "torque_sign", "a weaker proof"):
+    for part in ("rad/s in", "Coulomb friction from nothing left out", "torque_sign", "a weaker proof"):
         assert part in text
 
 

@@ -100,7 +100,7 @@ def fit(bench: Bench, structure: Structure, start: Floats | None = None, known: 
     """
     x = structure.start if start is None else np.array(start, dtype=np.float64)
     kept = 0 if known is None else known.slopes.shape[1]
-    mismatch, slopes = _linearise(bench, structure, x, kept)
+    mismatch, slopes = linearise(bench, structure, x, kept)
     if known is not None:
         slopes[:, :kept] = known.slopes
     for turn in range(ROUNDS):
@@ -121,7 +121,7 @@ def fit(bench: Bench, structure: Structure, start: Floats | None = None, known: 
             x, mismatch = trials[best], found[best]
         if not moved or turn == ROUNDS - 1:
             break
-        _, fresh = _linearise(bench, structure, x, kept)
+        _, fresh = linearise(bench, structure, x, kept)
         slopes[:, kept:] = fresh[:, kept:]
     return _finished(bench, structure, x, mismatch, slopes)
 
@@ -132,7 +132,7 @@ def _finished(bench: Bench, structure: Structure, x: Floats, mismatch: Floats, s
     return Fit(structure, x, mismatch, slopes, weights, white, _cost(bench.layout, structure, x, mismatch, weights))
 
 
-def _linearise(bench: Bench, structure: Structure, x: Floats, kept: int) -> tuple[Floats, Floats]:
+def linearise(bench: Bench, structure: Structure, x: Floats, kept: int = 0) -> tuple[Floats, Floats]:
     """Mismatch (N,) and slopes (N, P) of the simulated signals by one-sided differences; the first `kept` stay 0."""
     steps = STEP * np.array([1.0 if free.positive else free.sigma for free in structure.free])
     moved = np.concatenate([x[None], x + np.diag(steps)[kept:]])

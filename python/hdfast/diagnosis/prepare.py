@@ -80,7 +80,7 @@ class Unit:
 
     def commanded(self, command: Floats) -> Unit:
         """The same recording with another torque before the actuator [N m], shape (n,)."""
-        return replace(self, command=command, scenario=_scenario(self.t, self.angle, command, self.load_torque))
+        return replace(self, command=command, scenario=imposed(self.t, self.angle, command, self.load_torque))
 
 
 @dataclass(frozen=True)
@@ -165,11 +165,12 @@ def prepare(source: Source, band: Band, ratio: float) -> Unit:
         judged=judged,
         load_torque=load,
         temperature=bring(recording["temperature"]) if "temperature" in recording else None,
-        scenario=_scenario(t, angle, command, load),
+        scenario=imposed(t, angle, command, load),
     )
 
 
-def _scenario(t: Floats, angle: Floats, command: Floats, load: Floats) -> Scenario:
+def imposed(t: Floats, angle: Floats, command: Floats, load: Floats) -> Scenario:
+    """The prescribed motion (n,) [s, rad] with the torques asked of the drive and put on the load (n,) [N m]."""
     replayed = {"t": t, "motor_angle": angle, "motor_torque": command, "load_torque": load}
     return Scenario.replay(replayed, input="motor_motion")
 

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
+from typing import Any
 
 import numpy as np
 
@@ -31,6 +32,7 @@ class Rival:
         alike: largest correlation of the two signatures after refit, 0 to 1.
         behind: gain of the accepted effect over it, in standard errors.
         contains: its special cases.
+        fit: the model with it in the place of the accepted effect.
     """
 
     effect: str
@@ -39,6 +41,11 @@ class Rival:
     alike: float
     behind: float
     contains: tuple[str, ...]
+    fit: Fit = field(repr=False)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Everything but the fit."""
+        return {one.name: getattr(self, one.name) for one in fields(self) if one.name != "fit"}
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,6 +58,7 @@ class Standing:
         probability: of the name, 0 to 1.
         rivals: effects that could stand in its place, most likely first.
         alone: gain of the whole model over the model without this effect.
+        lesser: the model without it.
     """
 
     trial: Trial
@@ -58,6 +66,7 @@ class Standing:
     probability: float
     rivals: tuple[Rival, ...]
     alone: Gain = field(repr=False)
+    lesser: Fit = field(repr=False)
 
 
 def stand(bench: Bench, search: Search, folds: Index, rng: np.random.Generator) -> list[Standing]:
@@ -81,7 +90,8 @@ def stand(bench: Bench, search: Search, folds: Index, rng: np.random.Generator) 
             name = trial.candidate.contains[0]
             rivals = [rival for rival in rivals if rival not in kin]
             probability = _probability(rivals)
-        found.append(Standing(trial, name, probability, tuple(rivals), gain(bench, search.final, lesser, folds)))
+        alone = gain(bench, search.final, lesser, folds)
+        found.append(Standing(trial, name, probability, tuple(rivals), alone, lesser))
     return found
 
 
@@ -138,6 +148,7 @@ def _compare(
         alike(_signature(seen, trial), _signature(seen, other)),
         lead.ratio,
         other.candidate.contains,
+        substitute,
     )
 
 

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from hdfast.checks import Floats
+from hdfast.diagnosis.experiment import NOTHING, Contest, Experiment, propose
 from hdfast.diagnosis.facts import FACTS
 from hdfast.diagnosis.features import features
 from hdfast.diagnosis.fit import Bench
@@ -50,6 +51,7 @@ class Verdict:
         where: location of the mismatch.
         masked: parameters that had swallowed an effect.
         limits: what these recordings can show of every effect.
+        experiment: the manoeuvre that would decide, or None when nothing is open.
     """
 
     name: str
@@ -60,6 +62,7 @@ class Verdict:
     where: Where
     masked: tuple[Masked, ...]
     limits: tuple[Limit, ...] = field(repr=False)
+    experiment: Experiment | None = field(repr=False)
 
 
 def conclude(session: Session, seed: int) -> Verdict:
@@ -72,10 +75,11 @@ def conclude(session: Session, seed: int) -> Verdict:
     rigid = session.baseline.structure.model.base == "one_inertia"
     last = search.rounds[-1]
     known = [*limits(last.signatures, last.screen), *(without_windup(OF_THE_WINDUP) if rigid else [])]
-    name, reason = _decide(session, standings, unknown)
+    name, reason, contest = _decide(session, standings, unknown)
+    experiment = None if contest is None else propose(bench, contest, np.random.default_rng([seed, 3]))
     hidden = masked(session.baseline, search.final, bench.layout) if standings else []
     sentence = _sentence(name, standings, unknown, session, reason)
-    return Verdict(name, sentence, session, tuple(standings), unknown, where, tuple(hidden), tuple(known))
+    return Verdict(name, sentence, session, tuple(standings), unknown, where, tuple(hidden), tuple(known), experiment)
 
 
 def _unknown(session: Session) -> Unknown | None:
@@ -88,28 +92,36 @@ def _unknown(session: Session) -> Unknown | None:
     return describe(session.bench, final, found, session.folds)
 
 
-def _decide(session: Session, standings: Sequence[Standing], unknown: Unknown | None) -> tuple[str, str]:
-    """The verdict and, for an undecided one, why."""
+def _decide(
+    session: Session, standings: Sequence[Standing], unknown: Unknown | None
+) -> tuple[str, str, Contest | None]:
+    """The verdict and, for an undecided one, why and between which models."""
     search = session.search
     if not standings:
         if unknown is not None and unknown.accepted:
-            return "depends_on", ""
-        near = [trial for trial in search.rounds[0].trials if trial.failed and trial.failed[0].startswith("A2")]
-        alarm = search.rounds[0].screen.smallest_p <= ALARM
-        if alarm and near:
-            return "undecided", "something is there, but nothing improves the prediction enough"
-        return "no_evidence", ""
-    if session.proof is not None and not session.proof.holds:
-        return "undecided", "the improvement does not show on the held-out recordings"
+            return "depends_on", "", None
+        first = search.rounds[0]
+        near = [trial for trial in first.trials if trial.failed and trial.failed[0].startswith("A2")]
+        if first.screen.smallest_p <= ALARM and near:
+            best = max(near, key=lambda trial: trial.gain.total)
+            contest = Contest((best.candidate.effect, NOTHING), (best.fit, first.before))
+            return "undecided", "something is there, but nothing improves the prediction enough", contest
+        return "no_evidence", "", None
     leading = max(standings, key=lambda one: one.alone.total)
+    if session.proof is not None and not session.proof.holds:
+        contest = Contest((leading.name, NOTHING), (search.final, leading.lesser))
+        return "undecided", "the improvement does not show on the held-out recordings", contest
+    rivals = leading.rivals
     if leading.probability < SURE:
-        return "undecided", f"{leading.name} cannot be told from {leading.rivals[0].effect}"
-    close = [rival for rival in leading.rivals if rival.alike > ALIKE and rival.behind < CLOSE_ERRORS]
+        reason = f"{leading.name} cannot be told from {rivals[0].effect}"
+        return "undecided", reason, Contest((leading.name, rivals[0].effect), (search.final, rivals[0].fit))
+    close = [rival for rival in rivals if rival.alike > ALIKE and rival.behind < CLOSE_ERRORS]
     if close:
-        return "undecided", f"{leading.name} looks like {close[0].effect} on these recordings"
+        reason = f"{leading.name} looks like {close[0].effect} on these recordings"
+        return "undecided", reason, Contest((leading.name, close[0].effect), (search.final, close[0].fit))
     if all(one.trial.candidate.place == "sensor" for one in standings):
-        return "sensor", ""
-    return "found", ""
+        return "sensor", "", None
+    return "found", "", None
 
 
 def _sentence(name: str, standings: Sequence[Standing], unknown: Unknown | None, session: Session, reason: str) -> str:
@@ -197,7 +209,7 @@ def as_dict(verdict: Verdict, health: Health, seed: int, version: str) -> dict[s
                 for one in verdict.limits
                 if one.reason is None
             ],
-            "next_experiment": None,
+            "next_experiment": None if verdict.experiment is None else verdict.experiment.to_dict(),
             "notes": [session.weaker] if session.weaker else [],
             "health": _findings(health),
             "seed": seed,
@@ -239,7 +251,7 @@ def _effect(one: Standing, verdict: Verdict, sigma: Mapping[str, float]) -> dict
             "gain_error": one.trial.gain.error,
             "gain_in_errors": one.trial.gain.ratio,
             "left_out_nrmse": list(one.trial.gain.nrmse),
-            "rivals": [vars(r) for r in one.rivals],
+            "rivals": [r.to_dict() for r in one.rivals],
             "fitted_as": candidate.effect,
             "shape": candidate.shape,
         },

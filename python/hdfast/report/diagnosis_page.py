@@ -16,11 +16,11 @@ from hdfast.report.diagnosis_screen import TAGS, Card, cards, headline
 from hdfast.report.diagnosis_tables import (
     PAIR_HEADER,
     correlations,
+    experiment_rows,
     parameter_table,
     plus_minus,
     pull,
     screened,
-    sections_of,
     spoken,
     trial_table,
     words,
@@ -161,8 +161,7 @@ def _experiment(content: Mapping[str, Any]) -> Section:
     proposal = content["next_experiment"]
     if proposal is None:
         return Section("What to record next")
-    rows = [[label, text] for label, text in sections_of(proposal)]
-    return Section("What to record next", tables=[html_table(["", ""], rows)])
+    return Section("What to record next", tables=[html_table(["", ""], experiment_rows(proposal))])
 
 
 def _health(content: Mapping[str, Any]) -> Section:

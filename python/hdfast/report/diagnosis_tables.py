@@ -177,18 +177,28 @@ def screened(one: Round) -> str:
     return f"Next in the screen, not refitted: {shown}." if shown else ""
 
 
-def sections_of(value: Any) -> list[tuple[str, str]]:
-    """A proposed experiment as (label, text) lines, whatever entries it has."""
-    if not isinstance(value, Mapping):
-        return [("", _flat(value))]
-    return [(key.replace("_", " "), _flat(entry)) for key, entry in value.items() if entry not in (None, [], {})]
-
-
-def _flat(value: Any) -> str:
-    if isinstance(value, Mapping):
-        return ", ".join(f"{key.replace('_', ' ')} {_flat(entry)}" for key, entry in value.items())
-    if isinstance(value, (list, tuple)):
-        return "; ".join(_flat(entry) for entry in value)
-    if isinstance(value, float):
-        return number(value)
-    return spoken(str(value))
+def experiment_rows(proposal: Mapping[str, Any]) -> list[list[str]]:
+    """A proposed experiment as rows of label and text."""
+    motion, limits = proposal["manoeuvre"], proposal["limits"]
+    steps = "; ".join(
+        f"to {number(one['speed_rad_s'])} rad/s in {one['ramp_s']:.2g} s, held for {one['hold_s']:.2g} s"
+        for one in motion["segments"]
+    )
+    first, second = proposal["separates"]
+    return [
+        ["tells apart", f"{spoken(first)} from {spoken(second)}"],
+        ["motor speed", f"{motion['kind']}, {proposal['duration_s']:.1f} s from standstill: {steps}"],
+        [
+            "keeps to",
+            f"{number(limits['speed_rad_s'])} rad/s, {number(limits['acceleration_rad_s2'])} rad/s\u00b2, motor angle "
+            f"{number(limits['low_angle_rad'])} to {number(limits['high_angle_rad'])} rad, starting at "
+            f"{number(motion['start_angle_rad'])} rad",
+        ],
+        [
+            "expected evidence",
+            f"log Bayes factor {proposal['expected_log_bayes_factor']:.1f}; a motion at random gives "
+            f"{proposal['random_motion_log_bayes_factor']:.1f}"
+            + ("" if proposal["decides"] else "; that does not decide, a further sensor would be needed"),
+        ],
+        ["look for", spoken(proposal["difference"])],
+    ]

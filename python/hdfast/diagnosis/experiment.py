@@ -1,0 +1,146 @@
+"""The manoeuvre that would decide between two models that the recordings at hand cannot tell apart."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+
+from hdfast.checks import Floats
+from hdfast.diagnosis.evidence import lay_out
+from hdfast.diagnosis.fit import Bench, Fit, linearise
+from hdfast.diagnosis.manoeuvres import Limits, Manoeuvre, drawn, known, varied
+
+RANDOM = 12
+ROUNDS, KEPT, NEIGHBOURS = 3, 2, 3
+NOTHING = "nothing left out"
+DECIDING = 5.0
+
+
+@dataclass(frozen=True, eq=False)
+class Contest:
+    """Two models that both stand.
+
+    Attributes:
+        names: what each holds to be left out.
+        fits: the fitted models; the noise is what the first leaves over.
+    """
+
+    names: tuple[str, str]
+    fits: tuple[Fit, Fit] = field(repr=False)
+
+
+@dataclass(frozen=True, eq=False)
+class Experiment:
+    """A proposed manoeuvre.
+
+    Attributes:
+        contest: the models it tells apart.
+        manoeuvre: the motion.
+        limits: what it keeps to.
+        odds: expected log Bayes factor for the model that is true.
+        usual: the median of random motions.
+        telling: (channel, time [s], motor speed [rad/s], first model minus second there), where they differ most.
+        unit: of that difference.
+    """
+
+    contest: Contest
+    manoeuvre: Manoeuvre
+    limits: Limits
+    odds: float
+    usual: float
+    telling: tuple[str, float, float, float]
+    unit: str
+
+    def to_dict(self) -> dict[str, Any]:
+        """The content of `next_experiment`."""
+        channel, time, speed, difference = self.telling
+        first, second = self.contest.names
+        return {
+            "separates": [first, second],
+            "manoeuvre": self.manoeuvre.to_dict(),
+            "duration_s": self.limits.duration,
+            "limits": {"speed_rad_s": self.limits.speed, "acceleration_rad_s2": self.limits.acceleration,
+                       "low_angle_rad": self.limits.low, "high_angle_rad": self.limits.high},
+            "expected_log_bayes_factor": self.odds,
+            "random_motion_log_bayes_factor": self.usual,
+            "decides": self.odds > DECIDING,
+            "difference": f"after {time:.2f} s, with the motor at {speed:.3g} rad/s, {channel} is "
+                          f"{abs(difference):.3g} {self.unit} {'higher' if difference > 0.0 else 'lower'} "
+                          f"with {first} than with {second}",
+        }  # fmt: skip
+
+
+def propose(bench: Bench, contest: Contest, rng: np.random.Generator) -> Experiment:
+    """Search motions within the limits of the recordings for the one that separates the models best.
+
+    What counts is the smaller of the two expected log Bayes factors, each after the false model's parameters were
+    refitted to the new recording as far as the old ones let them.
+
+    Args:
+        bench: the recordings at hand.
+        contest: the models.
+        rng: for random motions.
+    """
+    limits = Limits.of(bench.plant.units)
+    chance = drawn(limits, RANDOM, rng)
+    pool = known(limits) + chance
+    odds = _odds(bench, contest, pool)
+    usual = float(np.median(odds[-RANDOM:]))
+    for _ in range(ROUNDS):
+        leading = np.argsort(-odds, kind="stable")[:KEPT]
+        near = [varied(pool[index], limits, rng) for index in leading for _ in range(NEIGHBOURS)]
+        pool = [pool[index] for index in leading] + near
+        odds = np.concatenate([odds[leading], _odds(bench, contest, near)])
+    best = int(np.argmax(odds))
+    telling, unit = _telling(bench, contest, pool[best])
+    return Experiment(contest, pool[best], limits, float(odds[best]), usual, telling, unit)
+
+
+def _imagined(bench: Bench, contest: Contest, manoeuvres: Sequence[Manoeuvre]) -> Bench:
+    """A bench on which the motions are recorded."""
+    plant = bench.plant
+    like = max(plant.units, key=lambda unit: len(unit.measured))
+    ratio = contest.fits[0].value("ratio")
+    slowest = _slowest(bench)
+    plant = replace(plant, units=[one.unit(plant.band, ratio, like, slowest) for one in manoeuvres])
+    return Bench(plant, lay_out(plant), bench.floor).commanded(contest.fits[0])
+
+
+def _slowest(bench: Bench) -> float:
+    """Speed below which the recordings' torque is not judged [rad/s]."""
+    judged = [np.abs(unit.speed[unit.judged["motor_torque"]]) for unit in bench.plant.units]
+    return min((float(own.min()) for own in judged if own.size), default=0.0)
+
+
+def _odds(bench: Bench, contest: Contest, manoeuvres: Sequence[Manoeuvre]) -> Floats:
+    """Expected log Bayes factor of each motion, shape (n,); 0 where a model cannot follow it."""
+    imagined = _imagined(bench, contest, manoeuvres)
+    layout = imagined.layout
+    mismatch, slopes = zip(*(linearise(imagined, one.structure, one.coordinates) for one in contest.fits), strict=True)
+    found = np.full((2, len(manoeuvres)), np.inf)
+    weights = contest.fits[0].weights
+    for row, fit in enumerate(contest.fits):
+        already = np.linalg.inv(fit.covariance(bench.layout))
+        A = weights.normalise(layout, slopes[row].T).T
+        r = weights.normalise(layout, mismatch[row] - mismatch[1 - row])
+        for index in range(len(manoeuvres)):
+            own = layout.unit == index
+            pull = A[own].T @ r[own]
+            absorbed = pull @ np.linalg.solve(already + A[own].T @ A[own], pull)
+            found[row, index] = 0.5 * (r[own] @ r[own] - absorbed)
+    return np.asarray(np.nan_to_num(found.min(axis=0), nan=0.0, posinf=0.0))
+
+
+def _telling(bench: Bench, contest: Contest, manoeuvre: Manoeuvre) -> tuple[tuple[str, float, float, float], str]:
+    imagined = _imagined(bench, contest, [manoeuvre])
+    layout, unit = imagined.layout, imagined.plant.units[0]
+    first, second = (imagined.mismatch(one.structure, one.coordinates[None])[0] for one in contest.fits)
+    apart = np.abs(contest.fits[0].weights.normalise(layout, second - first))
+    best = int(np.argmax(apart))
+    sample = int(layout.sample[best])
+    channel = layout.channels[int(layout.channel[best])]
+    place = (channel, float(unit.t[sample]), float(unit.speed[sample]), float(second[best] - first[best]))
+    return place, "rad" if channel == "te" else "N m"

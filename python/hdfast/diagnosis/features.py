@@ -7,67 +7,94 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.interpolate import BSpline
+from scipy.signal import lfilter
 
 from hdfast.checks import Floats
+from hdfast.diagnosis.evidence import Layout
 from hdfast.diagnosis.fit import Bench
 from hdfast.diagnosis.prepare import Unit
 
 KNOTS = 8
 HARMONICS = 3
 WIDTHS = 6
+NOTHING = 1e-12
 TIMES = (0.01, 0.03, 0.1, 0.3, 1.0, 10.0)
 
-Variable = Callable[[Unit, float], Floats]
+Variable = Callable[[Unit], Floats]
 
 
 @dataclass(frozen=True)
 class Feature:
-    """A group of regressors.
+    """A group of regressors of a torque at the motor.
 
     Attributes:
         name: in the vocabulary of `where.depends_on`.
         memory: "none", "rate_independent" or "fading".
-        columns: regressors per stacked sample, zero on every channel but the motor torque, shape (N, d).
+        regressors: of a recording's slow motion, shape (n, d).
+        size: root mean square of each on the recordings that are fitted, shape (d,).
     """
 
     name: str
     memory: str
-    columns: Floats
+    regressors: Variable
+    size: Floats
+
+    def columns(self, layout: Layout, slow: Sequence[Unit]) -> Floats:
+        """Scaled regressors on the stacked samples of the motor torque, zero on every other channel, shape (N, d')."""
+        return _stacked(layout, slow, self.regressors)[:, self._kept] / self.size[self._kept]
+
+    @property
+    def width(self) -> int:
+        """Number of regressors that are not always zero."""
+        return int(self._kept.sum())
+
+    @property
+    def _kept(self) -> NDArray[np.bool_]:
+        return self.size > NOTHING
 
 
 def features(bench: Bench, ratio: float, inertia: float) -> list[Feature]:
-    """Instantaneous, rate-independent and fading regressors of a torque at the motor.
+    """Instantaneous, rate-independent and fading regressors.
+
+    The acceleration is not among them: whatever torque is missing has accelerated the drive.
 
     Args:
         bench: recordings.
         ratio: reduction ratio.
         inertia: load inertia [kg m^2], for the transmitted torque.
     """
-    slow = _slow(bench)
+    slow = slowed(bench)
+
+    def transmitted(unit: Unit) -> Floats:
+        return np.asarray(inertia * unit.acceleration / ratio + unit.load_torque)
+
     smooth: dict[str, Variable] = {
-        "motor_speed": lambda unit, _: unit.speed,
-        "motor_acceleration": lambda unit, _: unit.acceleration,
-        "transmitted_torque": lambda unit, ratio: inertia * unit.acceleration / ratio + unit.load_torque,
-        "abs_transmitted_torque": lambda unit, ratio: (
-            np.sign(unit.speed) * np.abs(inertia * unit.acceleration / ratio + unit.load_torque)
-        ),
-        "time_since_start": lambda unit, _: unit.offset + unit.t,
-        "direction": lambda unit, _: np.sign(unit.speed),
+        "motor_speed": lambda unit: unit.speed,
+        "abs_transmitted_torque": lambda unit: np.sign(unit.speed) * np.abs(transmitted(unit)),
+        "time_since_start": lambda unit: unit.offset + unit.t,
+        "direction": lambda unit: np.sign(unit.speed),
     }
+    if any(np.any(unit.load_torque != 0.0) for unit in slow):
+        smooth["transmitted_torque"] = transmitted
     circular: dict[str, Variable] = {
-        "motor_phase": lambda unit, _: unit.angle,
-        "load_phase": lambda unit, ratio: unit.angle / ratio,
-        "lobe_phase": lambda unit, ratio: unit.angle * (1.0 - 1.0 / ratio),
+        "motor_phase": lambda unit: unit.angle,
+        "load_phase": lambda unit: unit.angle / ratio,
+        "lobe_phase": lambda unit: unit.angle * (1.0 - 1.0 / ratio),
     }
-    found = [Feature(name, "none", _spread(bench, _splines(slow, of, ratio))) for name, of in smooth.items()]
-    found += [Feature(name, "none", _spread(bench, _waves(slow, of, ratio))) for name, of in circular.items()]
-    found.append(Feature("motor_phase", "rate_independent", _spread(bench, _plays(slow))))
-    found.append(Feature("motor_speed", "fading", _spread(bench, _filters(slow, bench.plant.band.rate))))
-    return [one for one in found if one.columns.shape[1]]
+    named = [(name, "none", _splines(slow, of)) for name, of in smooth.items()]
+    named += [(name, "none", _waves(slow, of)) for name, of in circular.items()]
+    named.append(("motor_phase", "rate_independent", _plays(slow)))
+    named.append(("motor_speed", "fading", _filters(bench.plant.band.rate)))
+    found = [
+        Feature(name, memory, of, np.sqrt(np.mean(_stacked(bench.layout, slow, of) ** 2, axis=0)))
+        for name, memory, of in named
+    ]
+    return [one for one in found if one.width]
 
 
-def _slow(bench: Bench) -> list[Unit]:
+def slowed(bench: Bench) -> list[Unit]:
     """The recordings' slow motion: the noise of an acceleration would explain itself in the torque."""
     slow = bench.plant.band.slow
     return [
@@ -81,36 +108,35 @@ def _slow(bench: Bench) -> list[Unit]:
     ]
 
 
-def _splines(units: Sequence[Unit], of: Variable, ratio: float) -> list[Floats]:
-    """Cubic B-splines over the quantiles of a variable, per unit (n, d)."""
-    values = [of(unit, ratio) for unit in units]
-    together = np.concatenate(values)
+def _nothing(unit: Unit) -> Floats:
+    return np.zeros((len(unit.t), 0))
+
+
+def _splines(units: Sequence[Unit], of: Variable) -> Variable:
+    """Cubic B-splines over the quantiles of a variable, constant beyond them; its levels where it has few."""
+    together = np.concatenate([of(unit) for unit in units])
     inner = np.unique(np.quantile(together, np.linspace(0.0, 1.0, KNOTS)))
     if len(inner) < 4:
         levels = np.unique(together)[1:]
-        if not len(levels):
-            return [np.zeros((len(value), 0)) for value in values]
-        return [np.stack([(value == level).astype(float) for level in levels], axis=1) for value in values]
+        return (lambda unit: (of(unit)[:, None] == levels).astype(np.float64)) if len(levels) else _nothing
     knots = np.concatenate([[inner[0]] * 3, inner, [inner[-1]] * 3])
-    return [np.asarray(BSpline.design_matrix(value, knots, 3).toarray()) for value in values]
+    return lambda unit: np.asarray(BSpline.design_matrix(np.clip(of(unit), inner[0], inner[-1]), knots, 3).toarray())
 
 
-def _waves(units: Sequence[Unit], of: Variable, ratio: float) -> list[Floats]:
-    """Sines and cosines of the first harmonics of an angle, per unit (n, d); nothing where no turn is completed."""
-    angles = [of(unit, ratio) for unit in units]
-    if max(float(np.ptp(angle)) for angle in angles) < math.pi:
-        return [np.zeros((len(angle), 0)) for angle in angles]
-    return [
-        np.stack([wave(k * angle) for k in range(1, HARMONICS + 1) for wave in (np.cos, np.sin)], axis=1)
-        for angle in angles
-    ]
+def _waves(units: Sequence[Unit], of: Variable) -> Variable:
+    """Sines and cosines of the first harmonics of an angle; nothing where no turn is completed."""
+    if max(float(np.ptp(of(unit))) for unit in units) < math.pi:
+        return _nothing
+    return lambda unit: np.stack(
+        [wave(k * of(unit)) for k in range(1, HARMONICS + 1) for wave in (np.cos, np.sin)], axis=1
+    )
 
 
-def _plays(units: Sequence[Unit]) -> list[Floats]:
-    """Play operators of log-spaced widths on the motor angle: its distance from each, per unit (n, d)."""
+def _plays(units: Sequence[Unit]) -> Variable:
+    """Distance of the motor angle from play operators of log-spaced widths."""
     largest = max(float(np.ptp(unit.angle)) for unit in units)
     widths = np.geomspace(1e-4 * largest, 0.3 * largest, WIDTHS)
-    return [np.stack([_play(unit.angle, width) / width for width in widths], axis=1) for unit in units]
+    return lambda unit: np.stack([_play(unit.angle, width) / width for width in widths], axis=1)
 
 
 def _play(x: Floats, width: float) -> Floats:
@@ -123,22 +149,17 @@ def _play(x: Floats, width: float) -> Floats:
     return found
 
 
-def _filters(units: Sequence[Unit], rate: float) -> list[Floats]:
-    """First-order low-passes of the motor speed, per unit (n, d)."""
-    from scipy.signal import lfilter
-
+def _filters(rate: float) -> Variable:
+    """First-order low-passes of the motor speed."""
     shares = [-math.expm1(-1.0 / (rate * time)) for time in TIMES]
-    return [np.stack([lfilter([share], [1.0, share - 1.0], unit.speed) for share in shares], axis=1) for unit in units]
+    return lambda unit: np.stack([lfilter([share], [1.0, share - 1.0], unit.speed) for share in shares], axis=1)
 
 
-def _spread(bench: Bench, columns: list[Floats]) -> Floats:
-    """Columns per unit (n, d) on the stacked samples of the motor torque (N, d), scaled to a root mean square of 1."""
-    layout = bench.layout
+def _stacked(layout: Layout, slow: Sequence[Unit], of: Variable) -> Floats:
+    """Regressors on the stacked samples of the motor torque, zero on every other channel, shape (N, d)."""
+    columns = [of(unit) for unit in slow]
     stacked = np.zeros((layout.size, columns[0].shape[1]))
     for unit, channel, where in layout.pieces:
         if channel == "motor_torque":
             stacked[where] = columns[unit][layout.sample[where]]
-    size = np.sqrt(np.mean(stacked**2, axis=0))
-    kept = size > 1e-12
-    scaled: Floats = stacked[:, kept] / size[kept]
-    return scaled
+    return stacked

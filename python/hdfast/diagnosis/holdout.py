@@ -7,9 +7,10 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from hdfast.checks import Floats
-from hdfast.diagnosis.evidence import limited
+from hdfast.diagnosis.evidence import Layout, limited
 from hdfast.diagnosis.fit import Bench, Fit
 from hdfast.diagnosis.score import Gain, nrmse
+from hdfast.diagnosis.whiten import Whitener
 
 PROOF_ERRORS = 2.0
 POWERED = 8.0
@@ -48,8 +49,12 @@ def prove(bench: Bench, baseline: Fit, extended: Fit, floor: float) -> Proof:
     before, after = (
         bench.commanded(one).mismatch(one.structure, one.coordinates[None])[0] for one in (baseline, extended)
     )
-    layout = bench.layout
-    loud, quiet = (limited(extended.white(layout, mismatch))[0] for mismatch in (before, after))
+    return weigh_up(bench.layout, extended.white, before, after, floor)
+
+
+def weigh_up(layout: Layout, white: Whitener, before: Floats, after: Floats, floor: float) -> Proof:
+    """The proof from the mismatches (N,) of baseline and extended model, the latter's noise whitened by `white`."""
+    loud, quiet = (limited(white(layout, mismatch))[0] for mismatch in (before, after))
     errors = nrmse(layout, after), nrmse(layout, before)
-    expected = 0.5 * float(np.sum(extended.white(layout, before - after) ** 2))
+    expected = 0.5 * float(np.sum(white(layout, before - after) ** 2))
     return Proof(errors[1], errors[0], floor, Gain(layout.sums(loud - quiet), errors), expected, (before, after))

@@ -89,7 +89,8 @@ def _unknown(session: Session) -> Unknown | None:
         return None
     ratio = final.value("ratio")
     found = features(session.bench, ratio, final.value("J_l"))
-    return describe(session.bench, final, found, session.folds)
+    floor = session.proof.floor if session.proof else session.floor
+    return describe(session.bench, session.held, final, found, session.folds, floor)
 
 
 def _decide(
@@ -181,8 +182,9 @@ def as_dict(verdict: Verdict, health: Health, seed: int, version: str) -> dict[s
     sigma = final.sigma_of(layout)
     every = [_effect(one, verdict, sigma) for one in verdict.standings]
     effects = [one for one in every if one["probability"] >= SURE or verdict.name == "undecided"]
-    if verdict.unknown is not None and verdict.name == "depends_on":
-        effects.append(_unknown_effect(verdict.unknown))
+    unknown = verdict.unknown if verdict.name == "depends_on" else None
+    if unknown is not None:
+        effects.append(_unknown_effect(unknown))
     content: dict[str, Any] = _finite(
         {
             "verdict": verdict.name,
@@ -190,7 +192,7 @@ def as_dict(verdict: Verdict, health: Health, seed: int, version: str) -> dict[s
             "effects": effects,
             "candidates": [one for one in every if one not in effects],
             "where": _where(verdict),
-            "fit": _fit(session),
+            "fit": _fit(session, unknown),
             "masking": [vars(one) for one in verdict.masked],
             "displaced": pulled(session.baseline),
             "not_showable": [
@@ -309,15 +311,16 @@ def _where(verdict: Verdict) -> dict[str, Any]:
     }
 
 
-def _fit(session: Session) -> dict[str, Any]:
+def _fit(session: Session, unknown: Unknown | None) -> dict[str, Any]:
     layout = session.bench.layout
-    proof = session.proof
+    extended = session.search.final if unknown is None else unknown.fit
+    proof = session.proof if unknown is None else unknown.proof
     return {
         "fit": {
             "baseline_nrmse": nrmse(layout, session.baseline.mismatch),
-            "extended_nrmse": nrmse(layout, session.search.final.mismatch),
+            "extended_nrmse": nrmse(layout, extended.mismatch),
             "noise_floor_nrmse": session.floor,
-            "channels": _channels(session.bench, session.baseline.mismatch, session.search.final.mismatch),
+            "channels": _channels(session.bench, session.baseline.mismatch, extended.mismatch),
         },
         "heldout": {
             "baseline_nrmse": proof.baseline if proof else None,

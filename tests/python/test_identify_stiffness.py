@@ -7,6 +7,8 @@ import pytest
 from hdfast import Model, Scenario, config, identify, simulate
 from hdfast.bench import SlipLoop, rig, stiffness
 from hdfast.errors import InputError
+from hdfast.identify.estimate import Estimate, mean
+from hdfast.report import identify_page
 from hdfast.sensors import encoder
 
 SENSORS = [(17, 100.0), (17, 1000.0), (20, 100.0), (20, 1000.0)]
@@ -109,3 +111,35 @@ def test_against_engine_the_written_hysteresis_costs_what_the_loop_cost():
     )
     energy = abs(np.trapezoid(np.interp(t, moments, torque), run["te"]))
     assert energy == pytest.approx(made.truth["loop_energy"], rel=0.01)
+
+
+def test_exact_loops_of_several_sizes_and_rates_share_one_spring():
+    """Largest last; the rates differ, so do the sensors' noises; one loop is too small to show parallel branches."""
+    made = [
+        stiffness(torque=torque, rate=rate, sensors=rig(hz), seed=seed)
+        for seed, (torque, rate, hz) in enumerate([(8, 1, 1000.0), (20, 0.5, 100.0), (40, 2, 1000.0), (67, 8, 1000.0)])
+    ]
+    together = identify.stiffness([item.recording for item in made], ratio=121.0)
+    alone = identify.stiffness(made[-1].recording, ratio=121.0)
+    truth = made[-1].truth
+    for name in ("k1", "k3", "k5", "hysteresis_torque", "loop_energy"):
+        found = together.estimates.named(name)
+        assert found.value == pytest.approx(truth[name], rel=2e-3), name
+        assert found.sigma <= alone.estimates.named(name).sigma
+    assert together.estimates.named("k1").sigma < 0.7 * alone.estimates.named("k1").sigma
+    for item, loop in zip(reversed(made), together.numbers["loops"], strict=True):
+        assert loop["loop_energy"] == pytest.approx(item.truth["loop_energy"], rel=5e-3)
+    assert sum("losses only" in note for note in together.notes) == 1
+    assert "<svg" in identify_page.page(together)
+
+
+def test_exact_repeated_loops_are_averaged_and_their_scatter_counts():
+    made = [stiffness(sensors=rig(100.0), seed=seed) for seed in range(4)]
+    fit = identify.stiffness([item.recording for item in made], ratio=121.0)
+    single = [loop["loop_energy"] for loop in fit.numbers["loops"]]
+    energy = fit.estimates.named("loop_energy")
+    assert min(single) < energy.value < max(single)
+    assert energy.value == pytest.approx(made[0].truth["loop_energy"], rel=1e-3)
+    apart = [Estimate("E", value, "J", 1.0, 0.0, 0.0) for value in (0.0, 10.0)]
+    assert mean(apart).value == 5.0
+    assert mean(apart).sigma == pytest.approx(5.0)

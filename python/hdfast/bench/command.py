@@ -6,6 +6,7 @@ import argparse
 import json
 from collections.abc import Callable
 from dataclasses import asdict, replace
+from itertools import product
 from typing import Any
 
 from hdfast import bench
@@ -47,8 +48,8 @@ def arguments(command: argparse.ArgumentParser, whole: Callable[[str, int, int],
         part.add_argument("--json", action="store_true", help="print JSON instead of text")
         part.add_argument("--quiet", action="store_true", help="print nothing but errors")
         if kind == "stiffness":
-            part.add_argument("--torque", type=float, default=67.0, help="largest torque [N m]")
-            part.add_argument("--torque-rate", type=float, default=2.0, help="speed of the torque [N m/s]")
+            part.add_argument("--torque", type=float, nargs="+", default=[67.0], help="largest torques [N m]")
+            part.add_argument("--torque-rate", type=float, nargs="+", default=[2.0], help="its speeds [N m/s]")
             part.add_argument("--loops", type=whole("--loops", 1, 100), default=2, help="whole loops")
             part.add_argument("--hysteresis", type=float, default=2.0, help="torque of the slip elements [N m]")
         elif kind == "kinematic-error":
@@ -106,17 +107,7 @@ def _record(
     drive, model = settings.drive, settings.model
     nominal = settings.nominal()
     if options.kind == "stiffness":
-        loop = bench.SlipLoop(torque=options.hysteresis)
-        made = bench.stiffness(
-            drive,
-            model=model,
-            torque=options.torque,
-            rate=options.torque_rate,
-            loops=options.loops,
-            loop=loop,
-            **shared,
-        )
-        return [made.recording], made.truth
+        return _loops(options, settings, sensors)
     if options.kind == "kinematic-error":
         runs = bench.kinematic_error(
             drive, model=model, speed_rpm=options.speed_rpm, revolutions=options.revolutions, **shared
@@ -131,3 +122,24 @@ def _record(
     if options.kind == "friction":
         return bench.friction(law, ratio=nominal["ratio"], **shared), truth
     return bench.coastdown(law, inertia=inertia, **shared), truth
+
+
+def _loops(
+    options: argparse.Namespace, settings: Config, sensors: SensorStage
+) -> tuple[list[Recording], dict[str, Any]]:
+    """A recording for every torque at every rate; the truth is that of the largest torque."""
+    found = {
+        f"loop {torque:g} N m at {rate:g} N m per s": bench.stiffness(
+            settings.drive,
+            model=settings.model,
+            torque=torque,
+            rate=rate,
+            loops=options.loops,
+            loop=bench.SlipLoop(torque=options.hysteresis),
+            sensors=sensors,
+            seed=[options.seed, index],
+        )
+        for index, (rate, torque) in enumerate(product(options.torque_rate, sorted(options.torque, reverse=True)))
+    }
+    recordings = [replace(made.recording, name=name) for name, made in found.items()]
+    return recordings, next(iter(found.values())).truth

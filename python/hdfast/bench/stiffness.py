@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -41,7 +41,7 @@ def stiffness(
     loops: int = 2,
     loop: SlipLoop | None = None,
     sensors: SensorStage | None = None,
-    seed: int = 1,
+    seed: int | Sequence[int] = 1,
 ) -> StiffnessBench:
     """Record a torque-windup loop of a known drive, quasi-statically.
 

@@ -8,11 +8,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hdfast.checks import Floats
+from hdfast.identify.crossings import Crossings
 from hdfast.identify.estimate import Estimate, estimate
 from hdfast.identify.least_squares import fit
-from hdfast.identify.loop import Crossings
 
 LOST_MOTION_SHARE = 0.04
+CLOSING_SHARE = 0.15  # of the range of windup: within it the branches have to reach their distance
+CUT_MARGIN = 1.3
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,6 +27,7 @@ class Branches:
         noise: standard deviation of one averaged torque [N m].
         cut: windup after a reversal within which the branches still approach their distance [rad].
         plateau: their distance beyond [N m].
+        settled: False when they still approach it where they should be parallel.
     """
 
     windup: Floats
@@ -33,6 +36,7 @@ class Branches:
     noise: float
     cut: float
     plateau: float
+    settled: bool
 
 
 def branches(found: Crossings) -> Branches:
@@ -47,7 +51,8 @@ def branches(found: Crossings) -> Branches:
     middle = np.abs(windup - np.mean(found.reach)) < 0.25 * np.ptp(found.reach)
     plateau = float(np.median(width[middle]))
     cut = _cut(windup, width, found.reach, plateau, noise)
-    return Branches(windup, up, down, noise / np.sqrt(2.0), cut, plateau)
+    settled = cut < CUT_MARGIN * CLOSING_SHARE * float(np.ptp(found.reach)) - 2.0 * found.spacing
+    return Branches(windup, up, down, noise / np.sqrt(2.0), cut, plateau, settled)
 
 
 def _means(key: NDArray[np.int64], torque: Floats) -> dict[int, float]:
@@ -64,9 +69,9 @@ def _cut(windup: Floats, width: Floats, reach: tuple[float, float], plateau: flo
     smooth = np.convolve(width[order], np.full(4, 0.25), mode="same")[2:-2]
     near = np.abs(smooth - plateau) > max(2.0 * noise, 0.03 * plateau)
     far = after[order][2:-2]
-    reachable = far < 0.15 * np.ptp(reach)
+    reachable = far < CLOSING_SHARE * np.ptp(reach)
     late = np.flatnonzero(near & reachable)
-    return float(1.3 * far[late[-1]]) if late.size else 0.0
+    return float(CUT_MARGIN * far[late[-1]]) if late.size else 0.0
 
 
 def parallel(found: Crossings, cut: float) -> NDArray[np.bool_]:

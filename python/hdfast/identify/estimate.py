@@ -39,6 +39,18 @@ def estimate(
     return Estimate(name, float(value), unit, float(sigma), float(value - half), float(value + half), meaning)
 
 
+def mean(found: Sequence[Estimate]) -> Estimate:
+    """Weighted mean of estimates of one quantity; scatter beyond their standard deviations widens it (Birge 1932)."""
+    first = found[0]
+    if len(found) == 1:
+        return first
+    weights = [item.sigma**-2 for item in found]
+    value = sum(weight * item.value for weight, item in zip(weights, found, strict=True)) / sum(weights)
+    scatter = sum(weight * (item.value - value) ** 2 for weight, item in zip(weights, found, strict=True))
+    birge = max(scatter / (len(found) - 1), 1.0)
+    return estimate(first.name, value, first.unit, math.sqrt(birge / sum(weights)), meaning=first.meaning)
+
+
 def rows(estimates: Sequence[Estimate]) -> list[list[str]]:
     """The estimates as rows of text under `HEADER`."""
     return [

@@ -15,8 +15,8 @@ from scipy.interpolate import PchipInterpolator
 
 from hdfast.checks import Floats
 from hdfast.identify.branches import Branches
+from hdfast.identify.crossings import Crossings
 from hdfast.identify.estimate import Estimate, estimate
-from hdfast.identify.loop import Crossings
 
 ARRIVING, ARRIVING_SHARE = 6, 0.08  # levels of the branch that lead to a tip: at least, and as a share of all
 CLOSING = 4  # levels from the tip that belong to its end at least

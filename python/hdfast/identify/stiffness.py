@@ -1,4 +1,4 @@
-"""Torsional stiffness from a torque-windup loop with the input locked."""
+"""Torsional stiffness from torque-windup loops with the input locked."""
 
 from __future__ import annotations
 
@@ -10,12 +10,10 @@ import numpy as np
 from hdfast import checks, spring
 from hdfast.checks import Floats
 from hdfast.errors import choose
-from hdfast.identify import branches, left_out, loop, spring_fit
+from hdfast.identify import left_out, loop, spring_fit
 from hdfast.identify.estimate import Estimates
 from hdfast.identify.fit import Fit
-from hdfast.identify.loop_energy import energy
 from hdfast.identify.spring_fit import SpringFit
-from hdfast.recordings import gather
 
 LAWS = ("odd", "full", "piecewise")
 CATALOGUE_CORNERS = (14.0, 48.0)  # size 25, N m
@@ -32,14 +30,15 @@ def stiffness(
     base: Mapping[str, Any] | None = None,
     source: str = "",
 ) -> Fit:
-    """Identify the spring from a slow torque loop 0, +T, -T, +T, ... at the locked output shaft.
+    """Identify the spring from slow torque loops 0, +T, -T, +T, ... at the output shaft, the input locked.
 
     Windup is theta_m/ratio - theta_l, torque is output_torque, or load_torque when there is none. Loading and unloading
     branches are compared at equal windup, where hysteresis adds to the torque of the spring; the coefficients come from
-    the parts where the branches run parallel.
+    the parts where the branches run parallel. Loops of several amplitudes and rates share one spring; each keeps its
+    own zero and its own hysteresis torque, and is listed with its losses. The estimates hold those of the largest loop.
 
     Args:
-        recordings: one recording or several; each needs t, load_angle and output_torque or load_torque.
+        recordings: one loop each; each needs t, load_angle and output_torque or load_torque.
         law: law of the model file: "odd" (k1, k3, k5), "full" (k1 ... k5) or "piecewise" (K1, K2, K3). All are fitted.
         ratio: gear ratio, to take off what the motor turned; needed when it turned.
         corners: torques T1, T2 of the piecewise law [N m].
@@ -55,28 +54,29 @@ def stiffness(
     t1 = checks.positive("corners[0]", corners[0], 1e6, "N m")
     t2 = checks.number("corners[1]", corners[1], t1, 1e6, "N m")
     rated = checks.positive("rated_torque", rated_torque, 1e6, "N m")
-    found, torque_column, notes = _crossings(recordings, ratio, columns)
-    pair = branches.branches(found)
-    used = branches.parallel(found, pair.cut)
-    data = (found.windup[used], found.torque[used], found.direction[used])
-    odd = spring_fit.odd(*data, float(np.mean(found.reach)))
-    fits = {"odd": odd, "full": spring_fit.full(*data, odd.zero)}
-    if min(abs(found.top[0]), abs(found.top[1])) > t2:
-        half = odd.value("hysteresis_torque")
-        fits["piecewise"] = spring_fit.piecewise(*data, half, (t1, t2), odd.zero)
+    notes: list[str] = []
+    listed = loop.loops(recordings, ratio, columns, rated, notes)
+    largest, fitted = listed[0], loop.settled(listed, notes)
+    points = loop.points(fitted)
+    odd = spring_fit.odd(points, np.array([np.mean(item.found.reach) for item in fitted]))
+    fits = {"odd": odd, "full": spring_fit.full(points, odd.zeros)}
+    reached = min(map(abs, largest.found.top))
+    if reached > t2:
+        fits["piecewise"] = spring_fit.piecewise(points, odd, (t1, t2))
     else:
-        notes.append(f"no K1, K2, K3: the torque reaches {min(map(abs, found.top)):.3g} N m, T2 is {t2:g} N m")
+        notes.append(f"no K1, K2, K3: the torque reaches {reached:.3g} N m, T2 is {t2:g} N m")
         choose("law (with this range of torque)", law, fits)
     chosen = fits[law]
-    phi_max = float(np.max(np.abs(np.array(found.reach) - chosen.zero)))
+    phi_max = float(np.max(np.abs(np.array(largest.found.reach) - chosen.zeros[0])))
     drive = law_parameters(chosen, phi_max, (t1, t2))
-    loss = [energy(pair, found), branches.hysteresis_loss(found), branches.lost_motion(found, rated)]
-    notes += _limits(chosen, drive, phi_max, pair, torque_column)
-    terms = left_out.hysteresis(Estimates([*chosen.estimates, *loss]), phi_max, notes)
+    estimates = Estimates([*chosen.estimates, *loop.losses(listed)])
+    notes += _limits(chosen, drive, phi_max, largest)
+    terms = left_out.hysteresis(estimates, phi_max, notes)
+    several = {"Loops": loop.table(listed, fitted, chosen)} if len(listed) > 1 else {}
     return Fit(
         "stiffness",
-        "Torsional stiffness from a torque-windup loop",
-        Estimates([*chosen.estimates, *loss]),
+        "Torsional stiffness from torque-windup loops" if several else "Torsional stiffness from a torque-windup loop",
+        estimates,
         {"drive": drive, "terms": terms},
         notes,
         {
@@ -84,28 +84,28 @@ def stiffness(
             "laws": {name: {item.name: item.value for item in fit.estimates} for name, fit in fits.items()},
             "rms_residual": {name: fit.rms for name, fit in fits.items()},
             "range": phi_max,
-            "cut": pair.cut,
+            "cut": largest.pair.cut,
+            "loops": [
+                {"recording": item.name, "torque": item.size, "rate": item.rate}
+                | {loss.name: loss.value for loss in item.losses}
+                for item in listed
+            ],
         },
-        {
-            "Spring laws": _law_table(fits, data[2]),
+        several
+        | {
+            "Spring laws": _law_table(fits, points.direction),
             "Stiffness along the spring": _slope_table(fits, phi_max, (0.0, t1, t2, rated)),
         },
-        {"branches": pair, "fits": fits, "data": data, "found": found, "rated": rated, "corners": (t1, t2)},
-        {"windup": ("rad", found.windup), "torque": ("N m", found.torque), "direction": ("1", found.direction)},
+        {"loops": fitted, "points": points, "fits": fits, "rated": rated, "corners": (t1, t2)},
+        {
+            "loop": ("1", np.concatenate([np.full(len(item.found.windup), float(j)) for j, item in enumerate(listed)])),
+            "windup": ("rad", np.concatenate([item.found.windup for item in listed])),
+            "torque": ("N m", np.concatenate([item.found.torque for item in listed])),
+            "direction": ("1", np.concatenate([item.found.direction for item in listed])),
+        },
         base or {},
         source,
     )
-
-
-def _crossings(recordings: Any, ratio: float | None, columns: Any) -> tuple[loop.Crossings, str, list[str]]:
-    listed = gather(recordings, columns)
-    notes = [f"{item.name}: {note}" for item in listed for note in item.notes]
-    if len(listed) > 1:
-        notes.append(f"the loop of {listed[0].name} is used; {len(listed) - 1} further recordings are not joined to it")
-    windup, torque, column = loop.windup_and_torque(listed[0], ratio)
-    if "load_angle" not in listed[0].resolution:
-        notes.append("resolution of load_angle is not stated: the smallest step found is taken")
-    return loop.crossings(windup, torque, listed[0].resolution.get("load_angle")), column, notes
 
 
 def law_parameters(chosen: SpringFit, phi_max: float, corners: tuple[float, float]) -> dict[str, Any]:
@@ -116,10 +116,9 @@ def law_parameters(chosen: SpringFit, phi_max: float, corners: tuple[float, floa
     return {"spring": "polynomial", **kept, "phi_max": phi_max}
 
 
-def _limits(
-    chosen: SpringFit, drive: Mapping[str, Any], phi_max: float, pair: branches.Branches, torque: str
-) -> list[str]:
-    notes = [f"torque is the column {torque}; windup counts from {chosen.zero:.4g} rad, where the spring is relaxed"]
+def _limits(chosen: SpringFit, drive: Mapping[str, Any], phi_max: float, largest: loop.Loop) -> list[str]:
+    pair, zero = largest.pair, chosen.zeros[0]
+    notes = [f"torque is the column {largest.column}; windup counts from {zero:.4g} rad, where the spring is relaxed"]
     if pair.cut:
         notes.append(
             f"the branches run parallel {pair.plateau:.3g} N m apart from {pair.cut * 1e6:.0f} µrad "
@@ -132,11 +131,11 @@ def _limits(
         notes.append(f"smallest tangent within the range of ±{phi_max:.4g} rad: {np.min(slope):.4g} N m/rad")
         beyond = np.linspace(phi_max, 3.0 * phi_max, 4001)
         tangent = spring.polynomial_tangent(dict(drive) | {"phi_max": np.inf}, beyond)
-        zero = beyond[np.argmax(tangent <= 0.0)] if np.any(tangent <= 0.0) else np.inf
+        vanishes = beyond[np.argmax(tangent <= 0.0)] if np.any(tangent <= 0.0) else np.inf
         notes.append(
-            f"the tangent vanishes at {zero:.4g} rad, {100 * (zero / phi_max - 1):.0f} % outside; "
+            f"the tangent vanishes at {vanishes:.4g} rad, {100 * (vanishes / phi_max - 1):.0f} % outside; "
             "simulation continues linearly there"
-            if np.isfinite(zero)
+            if np.isfinite(vanishes)
             else "the tangent stays positive up to three times the range"
         )
     return notes

@@ -18,26 +18,30 @@ TURN = 2.0 * np.pi
 
 @styled
 def stiffness_loop(fit: Fit) -> Figure:
-    """The loop with the spring through its middle, the distance of the branches, and the residual of each."""
-    pair, found, fits = fit.curves["branches"], fit.curves["found"], fit.curves["fits"]
-    law = fits[fit.numbers["law"]]
+    """The loops with the spring through their middle, the distance of the branches, and the residual of each."""
+    law, points = fit.curves["fits"][fit.numbers["law"]], fit.curves["points"]
     figure = Figure(figsize=(9.6, 6.4), layout="constrained")
     grid = figure.add_gridspec(2, 2, width_ratios=(3, 2))
     left = figure.add_subplot(grid[:, 0])
     upper, lower = figure.add_subplot(grid[0, 1]), figure.add_subplot(grid[1, 1])
-    for direction, color, name in ((1.0, BLUE, "loading"), (-1.0, ORANGE, "unloading")):
-        chosen = found.direction == direction
-        left.plot((found.windup[chosen] - law.zero) * 1e3, found.torque[chosen], ".", ms=2.5, color=color, label=name)
-        windup, _, direct = fit.curves["data"]
-        used = direct == direction
-        lower.plot((windup[used] - law.zero) * 1e3, law.residual[used], ".", ms=2.0, color=color, label=name)
+    branches = ((1.0, BLUE, "loading"), (-1.0, ORANGE, "unloading"))
+    for j, (loop, zero) in enumerate(zip(fit.curves["loops"], law.zeros, strict=True)):
+        found, pair = loop.found, loop.pair
+        for direction, color, name in branches:
+            chosen = found.direction == direction
+            text = "" if j else name
+            left.plot((found.windup[chosen] - zero) * 1e3, found.torque[chosen], ".", ms=2.5, color=color, label=text)
+        upper.plot((pair.windup - zero) * 1e3, pair.rising - pair.falling, ".", ms=2.5, color=GREEN)
+    for direction, color, _ in branches:
+        used = points.direction == direction
+        windup = points.windup[used] - law.zeros[points.loop[used]]
+        lower.plot(windup * 1e3, law.residual[used], ".", ms=2.0, color=color)
     x = np.linspace(-1.0, 1.0, 401) * fit.numbers["range"]
     drive = fit.sections["drive"]
     left.plot(x * 1e3, spring.torque(drive["spring"], drive, x), color=INK, label=f"spring, {law.law}")
     label(left, "windup [mrad]", "torque [N m]")
     legend(left)
-    upper.plot((pair.windup - law.zero) * 1e3, pair.rising - pair.falling, ".", ms=2.5, color=GREEN)
-    upper.axhline(2.0 * law.value("hysteresis_torque"), color=INK, linewidth=0.9, linestyle="--")
+    upper.axhline(2.0 * law.halves[0], color=INK, linewidth=0.9, linestyle="--")
     label(upper, "windup [mrad]", "distance [N m]", "distance of the branches")
     label(lower, "windup [mrad]", "residual [N m]", "torque minus fit")
     return figure

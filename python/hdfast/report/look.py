@@ -8,6 +8,7 @@ from hdfast.report.plots import BLUE, GREY, INK, ORANGE, RED
 
 GREEN, VIOLET = "#2e7d4f", "#6b4c9a"
 SERIES = (BLUE, ORANGE, GREEN, VIOLET, RED, GREY, INK)
+DASHES = ("-", "--", "-.", ":")  # a curve that lies on another one is still seen
 
 
 def label(axes: Any, x: str, y: str, title: str = "") -> None:

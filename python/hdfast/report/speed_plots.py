@@ -15,6 +15,7 @@ from hdfast.studies import cases, speed, validate
 from hdfast.studies.study import Study
 
 TURN = 2.0 * math.pi
+FLOOR = 1e-6  # µrad; rounding of the integration lies below
 
 
 @styled
@@ -125,7 +126,7 @@ def _phase_planes(run: Trajectory, end: float) -> Figure:
             "wrapped",
         ),
         (
-            run["theta_l"] % load_period * 1e3,
+            (run["theta_l"] - load_period * np.floor(run["theta_m"] / TURN)) * 1e3,
             run["omega_l"] * RPM,
             "load angle [mrad], one motor revolution",
             "load speed [r/min]",
@@ -157,14 +158,15 @@ def held_runs(study: Study) -> Figure:
         )
         left.plot(turns[shown] - turns[-1], run["te"][shown] * 1e6, color=BLUE, label="transmission error")
         label(left, "motor revolutions before the end", f"{set_speed:g} r/min\nTE [µrad]")
-        steady = run.t >= 2.0
+        steady = run.t >= validate.RUN_IN
         signal = run["te"][steady] - run["te"][steady].mean()
         window = np.hanning(len(signal))
         amplitude = 2.0 * np.abs(np.fft.rfft(signal * window)) / window.sum()
-        right.plot(np.fft.rfftfreq(len(signal), 1e-3), np.maximum(amplitude * 1e6, 1e-6), color=BLUE, linewidth=0.8)
+        right.plot(np.fft.rfftfreq(len(signal), 1e-3), np.maximum(amplitude * 1e6, FLOOR), color=BLUE, linewidth=0.8)
         right.set_yscale("log")
         right.set_xscale("log")
         right.set_xlim(0.1, 500.0)
+        right.set_ylim(10.0 * FLOOR, 300.0)
         label(right, "frequency [Hz], to the Nyquist frequency", "amplitude [µrad]")
         if line == 0:
             legend(left)
@@ -200,10 +202,10 @@ def draw_rmse(axes: Any, selection: Any) -> None:
     numbers = np.arange(1, len(selection.rmse) + 1)
     axes.plot(numbers, selection.rmse * 1e6, "o-", ms=3.5, color=BLUE, label="RMSE of the fit")
     axes.plot(numbers, selection.held_out * 1e6, "x--", ms=4.0, color=ORANGE, label="on left-out revolutions")
-    axes.axvline(selection.knee, color=GREY, linewidth=0.9, linestyle=":", label=f"knee at {selection.knee}")
-    axes.axvline(
-        selection.suggested, color=RED, linewidth=0.8, linestyle="--", label=f"suggested {selection.suggested}"
-    )
+    marks = {selection.suggested: "suggested"}
+    marks[selection.knee] = "knee and suggested" if selection.knee in marks else "knee"
+    for (number, name), color, dash in zip(marks.items(), (RED, GREY), ("--", ":"), strict=False):
+        axes.axvline(number, color=color, linewidth=0.9, linestyle=dash, label=f"{name}: {number}")
     axes.set_yscale("log")
     axes.set_xticks([1, 5, 10, 15, 20] if len(numbers) <= 20 else numbers[::5])
     plain_log(axes.yaxis)

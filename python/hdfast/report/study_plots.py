@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from hdfast.checks import Floats
-from hdfast.report.look import SERIES, label, legend, plain_log
+from hdfast.report.look import DASHES, SERIES, label, legend, plain_log
 from hdfast.report.plots import GREY, INK, styled
 from hdfast.studies import cases
 from hdfast.studies.cases import Grid
@@ -50,12 +50,12 @@ def trends(grid: Grid, load: float) -> Figure:
     for position, (phase, what, lines) in enumerate(COLUMNS):
         axes = figure.add_subplot(2, 3, position + 1)
         frequency = what == "frequency"
-        for (case, metric), color in zip(lines, SERIES, strict=False):
+        for (case, metric), color, dash in zip(lines, SERIES, DASHES, strict=False):
             values = grid.of(metric, case, load)
             reference = 1.0 if frequency else _nominal(grid, values)
             name = cases.CASES[case].label.split(",")[0].split(" ", maxsplit=1)[0]
             name = f"{name} {NAMES[metric]}" if metric in NAMES else cases.CASES[case].label.split(",")[0]
-            axes.plot(grid.values, values / reference, color=color, label=name)
+            axes.plot(grid.values, values / reference, dash, color=color, label=name)
             axes.plot(grid.values[grid.marked], values[grid.marked] / reference, "o", ms=3.5, color=color)
         axes.set_xscale("log")
         _plain_ticks(axes, grid)

@@ -26,7 +26,8 @@ from hdfast.studies.study import Study
 
 SPEEDS = (15.0, 50.0, 100.0, 300.0, 600.0)
 POINTS = (15.0, 50.0, 100.0)
-END = 15.0
+END, RUN_IN = 15.0, 2.0
+SHOWN_TURNS = 8.0  # motor revolutions: as many as tell the orders apart in a spectrum
 DRY = (0.02, 0.05)  # N m; the catalogue's starting torque is 0.069 N m
 NOISE = 1.36e-6  # rad; the article's residual of 7.7665e-5, read as degrees
 SIZES = {
@@ -71,7 +72,7 @@ def _held(drive: Mapping[str, float] | None, threads: int | None) -> SweepResult
     columns["omega_set"] = np.tile(np.array(SPEEDS) * RPM, len(LOADS))
     scenarios = []
     for speed in SPEEDS:
-        revolutions = max(3, math.floor((END - 2.0) * speed / 60.0))
+        revolutions = max(3, math.floor((END - RUN_IN) * speed / 60.0))
         begin = END - revolutions * 60.0 / speed
         scenarios.append(
             Scenario.start_stop(speed_rpm=speed, start="speed_ramp", stop=None, t_end=END, run_window=(begin, END))
@@ -81,10 +82,11 @@ def _held(drive: Mapping[str, float] | None, threads: int | None) -> SweepResult
 
 
 def _from_rest(drive: Mapping[str, float] | None, speed: float, initial: str = "relaxed") -> Trajectory:
+    end = max(10.0, RUN_IN + SHOWN_TURNS * 60.0 / speed)
     scenario = Scenario.start_stop(
-        speed_rpm=speed, start="speed_ramp", stop=None, t_end=10.0, initial=initial, run_window=(2.0, 10.0)
+        speed_rpm=speed, start="speed_ramp", stop=None, t_end=end, initial=initial, run_window=(RUN_IN, end)
     )
-    return simulate(dict(drive or {}), scenario=scenario, t_eval=np.linspace(0.0, 10.0, 10_001))
+    return simulate(dict(drive or {}), scenario=scenario, t_eval=np.linspace(0.0, end, round(1000.0 * end) + 1))
 
 
 def _static_fit(drive: Mapping[str, float] | None) -> Fit:

@@ -18,6 +18,7 @@ EXAMPLE = str(Path(__file__).parents[2] / "examples" / "shf-25-120.toml")
         ("kinematic-error", ["--revolutions", "6"], "te_cos_2"),
         ("friction", ["--format", "csv", "--rate", "200"], None),
         ("coastdown", ["--format", "npz"], None),
+        ("starting-torque", ["--rate", "200"], None),
     ],
 )
 def test_exact_bench_then_identify_then_sweep(kind, options, key, tmp_path, capsys):

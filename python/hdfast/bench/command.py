@@ -24,6 +24,7 @@ KINDS = {
     "kinematic-error": "slow runs at constant speed in both directions",
     "startstop": "the file's scenario",
     "friction": "ladder of constant speeds (rigid, with dry friction)",
+    "starting-torque": "slow torque ramps out of rest at twelve angles (rigid, with dry friction)",
     "coastdown": "coasting to rest (rigid, with dry friction)",
 }
 
@@ -121,6 +122,9 @@ def _record(
     truth = {**asdict(law), "inertia": inertia}
     if options.kind == "friction":
         return bench.friction(law, ratio=nominal["ratio"], **shared), truth
+    if options.kind == "starting-torque":
+        made = bench.starting_torque(law, inertia=inertia, **shared)
+        return made.recordings, made.truth
     return bench.coastdown(law, inertia=inertia, **shared), truth
 
 
@@ -129,7 +133,7 @@ def _loops(
 ) -> tuple[list[Recording], dict[str, Any]]:
     """A recording for every torque at every rate; the truth is that of the largest torque."""
     found = {
-        f"loop {torque:g} N m at {rate:g} N m per s": bench.stiffness(
+        f"loop {torque:g} {rate:g}": bench.stiffness(
             settings.drive,
             model=settings.model,
             torque=torque,

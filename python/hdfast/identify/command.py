@@ -16,12 +16,13 @@ from hdfast.identify.fit import Fit, plain
 from hdfast.recordings import gather, load_campaign
 
 NAME = "identify"
-TEXT = "Identify a drive from recordings: stiffness, kinematic error, friction, coast-down."
+TEXT = "Identify a drive from recordings: stiffness, kinematic error, friction, starting torque, coast-down."
 EXAMPLE = "hdfast identify stiffness out/bench/campaign.toml --out out/stiffness"
 KINDS = {
-    "stiffness": "spring and hysteresis from a torque-windup loop at the locked input",
+    "stiffness": "spring and hysteresis from torque-windup loops at the locked input",
     "kinematic-error": "Fourier series of the kinematic error from slow runs at constant speed",
     "friction": "Coulomb, Stribeck and viscous friction from a ladder of constant speeds",
+    "starting-torque": "distribution of the starting torque from slow ramps out of rest",
     "coastdown": "friction over inertia from coasting to rest",
 }
 GAIN = ("J_l", "k1", "B_sp", "B_l")
@@ -96,6 +97,8 @@ def _identify(options: argparse.Namespace) -> Fit:
         )
     if options.kind == "coastdown":
         return identify.coastdown(recordings, inertia=options.inertia, ratio=ratio, cubic=options.cubic, **shared)
+    if options.kind == "starting-torque":
+        return identify.starting_torque(recordings, **shared)
     if ratio is None:
         raise InputError("ratio is missing: give --ratio, or [drive] ratio in the campaign or the model file")
     if options.kind == "friction":

@@ -21,7 +21,7 @@ class Fit:
     """Result of an identification.
 
     Attributes:
-        kind: "stiffness", "kinematic_error", "friction" or "coastdown".
+        kind: "stiffness", "kinematic_error", "friction", "starting_torque" or "coastdown".
         title: one line for the page.
         estimates: every number with its 90 % interval.
         sections: what the model file gets, by section: drive, kinematic_error, terms.

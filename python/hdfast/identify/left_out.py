@@ -9,6 +9,7 @@ from typing import Any
 from hdfast.identify.estimate import CONFIDENCE, Estimate, Estimates
 
 DRY = ("coulomb_friction", "coulomb_friction_smooth", "stribeck_friction", "presliding_friction")
+DIPPING = ("stribeck_friction", "presliding_friction")
 LAWS = {**dict.fromkeys(DRY, DRY), "hysteresis": ("hysteresis",)}
 GAUSSIAN = 2.0  # shape of the fitted dip exp(-(w/omega_s)^2)
 
@@ -63,6 +64,41 @@ def coulomb(torque: Estimate, notes: list[str]) -> list[dict[str, Any]]:
         return [entry("coulomb_friction", T_c=torque.value)]
     notes.append(f"no dry friction: it does not differ from zero at {100.0 * CONFIDENCE:.0f} %")
     return []
+
+
+def breakaway(
+    sides: Sequence[Estimate],
+    ripple: tuple[Estimate, float] | None,
+    declared: Sequence[Mapping[str, Any]],
+    notes: list[str],
+) -> list[dict[str, Any]]:
+    """Terms of a starting-torque test: the level as breakaway of a declared law with a dip, else as Coulomb torque.
+
+    Args:
+        sides: starting torque of each direction.
+        ripple: relative amplitude twice per motor revolution and its phase [rad].
+        declared: entries of the base model.
+        notes: what was written is added.
+    """
+    level = sum(item.value for item in sides) / len(sides)
+    dipping = [item for item in declared if item.get("effect") in DIPPING and "T_c" in item.get("parameters", {})]
+    if dipping:
+        law = dict(dipping[0]["parameters"])
+        ratio = max(level / float(law["T_c"]), 1.0)
+        found = [entry(dipping[0]["effect"], **law | {"breakaway_ratio": ratio})]
+    else:
+        found = [entry("coulomb_friction", T_c=level)]
+        notes.append("sliding friction is not known: the starting torque stands as Coulomb torque")
+    if len(sides) == 2:
+        bias = 0.5 * (sides[0].value - sides[1].value)
+        if abs(bias) > 2.0 * math.hypot(sides[0].sigma, sides[1].sigma):
+            found.append(entry("asymmetric_friction", eps_c=bias / level, eps_B=0.0))
+    if ripple is not None and ripple[0].value > 3.0 * ripple[0].sigma:
+        found.append(
+            entry("position_dependent_friction", friction_ripple=ripple[0].value, order=2.0, psi=ripple[1] % math.tau)
+        )
+    notes.append(f"the model file declares {', '.join(item['effect'] for item in found)}")
+    return found
 
 
 def hysteresis(estimates: Estimates, phi_max: float, notes: list[str]) -> list[dict[str, Any]]:

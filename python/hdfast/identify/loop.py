@@ -107,4 +107,4 @@ def table(listed: Sequence[Loop], fitted: Sequence[Loop], law: SpringFit) -> tup
         half = f"{law.halves[fitted.index(loop)]:.4g}" if loop in fitted else "-"
         cells = [f"{loop.size:.4g}", f"{loop.rate:.3g}", *(f"{item.value:.4g}" for item in loop.losses)]
         rows.append([loop.name, *cells, half])
-    return [*header, "hysteresis torque [N m]"], rows
+    return [*header, "T_h [N m]"], rows

@@ -9,7 +9,8 @@ from hdfast import spring
 from hdfast.identify.coastdown import coast
 from hdfast.identify.fit import Fit
 from hdfast.identify.friction import law_torque
-from hdfast.report.look import GREEN, SERIES, label, legend
+from hdfast.identify.starting_torque import ORDER
+from hdfast.report.look import DASHES, GREEN, SERIES, label, legend
 from hdfast.report.plots import BLUE, GREY, INK, ORANGE, RED, RPM, styled
 from hdfast.report.speed_plots import draw_rmse
 
@@ -55,10 +56,10 @@ def stiffness_slope(fit: Fit) -> Figure:
     figure = Figure(figsize=(9.6, 3.0), layout="constrained")
     axes = figure.add_subplot()
     x = np.linspace(0.0, fit.numbers["range"], 2001)
-    for (name, law), color in zip(fit.curves["fits"].items(), (BLUE, ORANGE, GREY), strict=False):
+    for (name, law), color, dash in zip(fit.curves["fits"].items(), SERIES, DASHES, strict=False):
         k = law_parameters(law, fit.numbers["range"], fit.curves["corners"])
         held = spring.torque(k["spring"], k, x)
-        axes.plot(held, np.gradient(held, x) * 1e-3, color=color, label=name)
+        axes.plot(held, np.gradient(held, x) * 1e-3, dash, color=color, label=name)
     axes.axvline(fit.curves["rated"], color=RED, linewidth=0.8, linestyle=":", label="rated torque")
     axes.set_ylim(bottom=0.0)
     label(axes, "torque [N m]", "stiffness [kN m/rad]")
@@ -165,6 +166,28 @@ def friction_ladder(fit: Fit) -> Figure:
 
 
 @styled
+def starts(fit: Fit) -> Figure:
+    """Starting torque over the motor angle with what the starts share, and its distribution in each direction."""
+    found, line = fit.curves["starts"], fit.curves["line"]
+    figure = Figure(figsize=(9.6, 3.8), layout="constrained")
+    left, right = figure.subplots(1, 2, width_ratios=(3, 2))
+    angle = np.linspace(0.0, TURN, 361)
+    share = line[-2] * np.cos(ORDER * angle) + line[-1] * np.sin(ORDER * angle) if fit.curves["waves"] else 0.0 * angle
+    for j, ((name, sign), color, mark) in enumerate(zip(fit.curves["sides"], SERIES, "os", strict=False)):
+        chosen = found.direction == sign
+        torque = np.sort(found.torque[chosen]) * 1e3
+        left.plot(found.angle[chosen] % TURN, found.torque[chosen] * 1e3, mark, ms=4.0, color=color, label=name)
+        left.plot(angle, line[j] * (1.0 + share) * 1e3, DASHES[j], color=color, linewidth=0.9)
+        below = np.arange(1, len(torque) + 1) / len(torque)
+        right.step(torque, below, DASHES[j], where="post", color=color, label=name)
+    label(left, "motor angle [rad], one revolution", "starting torque [mN m]")
+    label(right, "starting torque [mN m]", "share of the starts below [1]")
+    right.set_ylim(0.0, 1.05)
+    legend(left)
+    return figure
+
+
+@styled
 def coasts(fit: Fit) -> Figure:
     """Angle over time of every coast, and the residual."""
     figure = Figure(figsize=(9.6, 3.4), layout="constrained")
@@ -199,6 +222,9 @@ FIGURES = {
     ),
     "friction": (
         (friction_ladder, "Friction torque at constant speeds, less the share of the load; lines: fitted law."),
+    ),
+    "starting_torque": (
+        (starts, "Torque at which the motor left rest, over its angle and as a distribution; lines: mean and ripple."),
     ),
     "coastdown": ((coasts, "Angle while coasting; black: fitted law."),),
 }

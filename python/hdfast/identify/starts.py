@@ -1,0 +1,98 @@
+"""Starts from rest under a slowly rising torque."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from hdfast.checks import Floats
+from hdfast.errors import InputError
+from hdfast.recordings import Recording
+
+WINDOW = 0.02  # s, over which speed is taken
+WEAK, STRONG = 3.0, 30.0  # standard deviations of that speed
+LEAST_REST = 0.5  # s
+SLOW = 2.0 / 3.0  # share of the starting torque that has to stand LEAST_REST before the start
+LINE, MEAN = 2.0, 0.1  # s, over which the torque is read and judged
+CLEAR = 5.0  # standard deviations
+
+
+@dataclass(frozen=True, eq=False)
+class Starts:
+    """Starts of all recordings, each (n,).
+
+    Attributes:
+        torque: motor torque at the start [N m], positive in both directions.
+        noise: standard deviation of that reading [N m].
+        angle: motor angle at rest [rad].
+        direction: +1 or -1.
+        recording: number of the recording.
+    """
+
+    torque: Floats
+    noise: Floats
+    angle: Floats
+    direction: Floats
+    recording: Floats
+
+
+def starts(recordings: list[Recording]) -> Starts:
+    """Collect the starts: speed leaves its noise after half a second of rest or more, the torque rising slowly.
+
+    Moves that begin with a fast torque are passed over.
+
+    Raises:
+        InputError: a column is missing, or no start is found.
+    """
+    rows = [(*row, float(j)) for j, recording in enumerate(recordings) for row in _of(recording)]
+    if not rows:
+        raise InputError(
+            "no start found (allowed: rest of at least 0.5 s, then a torque that rises slowly until the motor moves)"
+        )
+    return Starts(*np.array(rows).T)
+
+
+def _of(recording: Recording) -> list[tuple[float, float, float, float]]:
+    t, angle, torque = recording.need("a starting-torque test", "t", "motor_angle", "motor_torque")
+    span = max(1, round(WINDOW / float(np.median(np.diff(t)))))
+    speed = (angle[span:] - angle[:-span]) / (t[span:] - t[:-span])
+    jitter = float(np.median(np.abs(np.diff(angle, 2)))) / 0.6745 / math.sqrt(6.0)
+    step = recording.resolution.get("motor_angle", 0.0)
+    noise = math.sqrt(2.0) * max(jitter, 0.5 * step, 1e-12) / WINDOW
+    found, rested = [], float(t[0])
+    for first, surely, last in _moving(np.abs(speed), noise):
+        begin = first + span
+        if t[begin] - rested > LEAST_REST:
+            row = _start(t, angle, torque, rested, begin, float(np.sign(speed[surely])))
+            found += [row] if row is not None else []
+        rested = float(t[min(last + span, len(t) - 1)])
+    return found
+
+
+def _moving(speed: Floats, noise: float) -> list[tuple[int, int, int]]:
+    """Stretches [first, last) of motion above the weak threshold, and where inside the strong one is reached."""
+    above = np.concatenate([[False], speed > WEAK * noise, [False]]).astype(np.int8)
+    edges = np.flatnonzero(np.diff(above)).reshape(-1, 2)
+    strong = speed > STRONG * noise
+    return [(int(a), int(a + np.argmax(strong[a:b])), int(b)) for a, b in edges if strong[a:b].any()]
+
+
+def _start(
+    t: Floats, angle: Floats, torque: Floats, rested: float, begin: int, direction: float
+) -> tuple[float, float, float, float] | None:
+    """(torque, its standard deviation, angle, direction) from a straight line through the rest before the start."""
+    late = (t > t[begin] - MEAN) & (t <= t[begin])
+    early = np.abs(t - t[begin] + LEAST_REST) < 0.5 * MEAN
+    line = (t > max(rested, t[begin] - LINE)) & (t <= t[begin])
+    if min(late.sum(), early.sum()) < 2:
+        return None
+    x = t[line] - t[begin]
+    (slope, level), covariance = np.polyfit(x, torque[line], 1, cov="unscaled")
+    scatter = float(np.std(torque[line] - level - slope * x))
+    held, reached = direction * float(np.mean(torque[early])), direction * float(np.mean(torque[late]))
+    if reached <= CLEAR * scatter / math.sqrt(late.sum()) or held < SLOW * reached:
+        return None
+    reading = scatter * math.sqrt(float(covariance[1, 1]))
+    return direction * float(level), reading, float(np.median(angle[line])), direction

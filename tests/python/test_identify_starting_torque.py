@@ -1,0 +1,79 @@
+"""Round trip of the starting-torque test: known friction, rigid bench, sensors, identification."""
+
+from __future__ import annotations
+
+import hdfast
+import numpy as np
+import pytest
+from hdfast import config, identify
+from hdfast.bench import FrictionLaw, starting_torque
+from hdfast.errors import InputError
+from hdfast.identify.starts import starts
+from hdfast.report import identify_page
+
+LAW = FrictionLaw(T_c=0.03, T_s=0.04, asymmetry=0.1)
+STRIBECK = {"effect": "stribeck_friction", "parameters": {"T_c": 0.03, "omega_s": 3.0, "stribeck_shape": 2.0}}
+
+
+@pytest.fixture(scope="module")
+def made():
+    return starting_torque(LAW, seed=4)
+
+
+def test_exact_every_start_is_found_and_moves_between_are_not(made):
+    found = starts(made.recordings)
+    assert found.direction.tolist() == [1.0] * 12 + [-1.0] * 12
+    np.testing.assert_allclose(found.torque, made.torques, rtol=0.01)
+    np.testing.assert_allclose(found.angle % (np.pi / 6) % (np.pi / 6 - 1e-3), 0.0, atol=1e-3)
+
+
+def test_exact_mean_ripple_and_spread_and_their_coverage(long):
+    covered = []
+    for seed in range(100 if long else 12):
+        bench = starting_torque(LAW, rate=5e-3, seed=seed)
+        fit = identify.starting_torque(bench.recordings)
+        for name, near in (("T_s_forward", 1e-3), ("T_s_backward", 1e-3), ("ripple", 0.02)):
+            assert fit.estimates.named(name).value == pytest.approx(bench.truth[name], abs=near), (seed, name)
+            covered.append(fit.estimates.named(name).covers(bench.truth[name]))
+        assert fit.estimates.named("spread").value == pytest.approx(5e-4, rel=0.6)
+    assert 0.82 <= np.mean(covered) <= 0.98
+
+
+def test_against_engine_the_written_drive_starts_at_the_identified_torque(made):
+    """Torque just below and just above the identified level, at the angle where the ripple vanishes."""
+    fit = identify.starting_torque(made.recordings, base={"terms": [STRIBECK]})
+    settings = config.parse(fit.model_text())
+    assert settings.model.terms == ("stribeck_friction", "asymmetric_friction", "position_dependent_friction")
+    assert settings.drive["breakaway_ratio"] == pytest.approx(4.0 / 3.0, rel=0.01)
+    assert settings.drive["friction_ripple"] == pytest.approx(0.1, rel=0.05)
+    for name, sign in (("forward", 1.0), ("backward", -1.0)):
+        held = sign * fit.estimates.named(f"T_s_{name}").value * 1.1
+        for factor, moves in ((0.97, False), (1.03, True)):
+            run = hdfast.simulate(
+                settings.drive | {"te_scale": 0.0},
+                model=settings.model,
+                scenario=hdfast.Scenario.start_stop(torque=held * factor, stop=None, t_end=0.5),
+                metrics=[],
+                signals=["theta_m"],
+                t_eval=np.array([0.0, 0.5]),
+            )
+            assert (abs(run["theta_m"][-1]) > 0.05) == moves
+
+
+def test_exact_without_sliding_friction_the_level_stands_as_coulomb_torque(made):
+    fit = identify.starting_torque(made.recordings[:1])
+    settings = config.parse(fit.model_text())
+    assert settings.drive["T_c"] == pytest.approx(0.044, rel=0.01)
+    text = " ".join(fit.notes)
+    assert "one direction only" in text
+    assert "stands as Coulomb torque" in text
+    assert "<svg" in identify_page.page(fit)
+
+
+def test_exact_recordings_without_a_slow_start_are_refused():
+    t = np.linspace(0.0, 4.0, 4001)
+    moving = {"t": t, "motor_angle": 10.0 * np.maximum(t - 2.0, 0.0) ** 2, "motor_torque": np.where(t < 2.0, 0.0, 0.1)}
+    with pytest.raises(InputError, match="no start found"):
+        identify.starting_torque(moving)
+    with pytest.raises(InputError, match="motor_torque"):
+        identify.starting_torque({"t": t, "motor_angle": t})

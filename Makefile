@@ -16,7 +16,7 @@ export VIRTUAL_ENV := $(CURDIR)/$(VENV)
 export PYO3_PYTHON := $(CURDIR)/$(PY)
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 
-.PHONY: help setup demo test bench clean lint
+.PHONY: help setup demo test bench bench-peers clean lint
 
 help:
 	@echo "make setup   environment in $(VENV) and release build of the extension"
@@ -24,6 +24,7 @@ help:
 	@echo "             and the diagnosis of a drive with concealed friction into out/diagnosis"
 	@echo "make test    set up, then every test, lint and type check"
 	@echo "make bench   set up, then the speed measurements"
+	@echo "make bench-peers   set up, then work-precision against other solvers, each in its own environment"
 	@echo "make clean   remove everything that was built"
 
 setup: $(EXTENSION)
@@ -67,6 +68,10 @@ bench: setup
 	$(PY) tools/requirements.py bench | xargs $(PY) -m pip install --quiet
 	cargo bench --no-default-features
 	$(PY) benches/compare_numba.py
+
+bench-peers: setup
+	$(PY) tools/requirements.py bench | xargs $(PY) -m pip install --quiet
+	$(PY) benches/peers/compare.py
 
 clean:
 	rm -rf $(VENV) target out .hypothesis .mypy_cache .pytest_cache .ruff_cache

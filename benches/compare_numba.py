@@ -11,6 +11,7 @@ from collections.abc import Callable
 from typing import Any
 
 import hdfast
+import numba
 import numba_rows
 import numpy as np
 import problem
@@ -53,6 +54,7 @@ def first(rows: dict[str, np.ndarray], count: int) -> dict[str, np.ndarray]:
 
 
 def main() -> None:
+    numba.set_num_threads(1)
     rows = problem.columns(ROWS)
     checked = first(rows, CHECKED)
     few = first(rows, 400)

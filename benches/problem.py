@@ -1,10 +1,17 @@
 """The benchmark problem: the default gear geometry under a speed profile, every parameter varied by ±10 %."""
 
-import hdfast
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
 import numpy as np
+
+if TYPE_CHECKING:
+    import hdfast
 
 ORDERS = range(1, 16)
 VARIED = ("J_m", "J_l", "B_m", "B_l", "B_ml", "B_sp", "k1", "k3", "k5", "te_scale")
+COLUMNS = (*VARIED, "omega_set")
 NOMINAL = {
     "ratio": 121.0,
     "J_m": 2.5e-4,
@@ -52,11 +59,31 @@ def constants() -> dict[str, float]:
 
 def scenario() -> hdfast.Scenario:
     """Up in half a second, steady to 2 s, down in half a second, at rest to 3 s."""
+    import hdfast
+
     return hdfast.Scenario.speed_profile(
         t=CORNERS, relative=(0, 1, 1, 0, 0), K_p=K_P, K_i=K_I, tau_max=np.inf, t_off=2.0, run_window=RMS_WINDOW
     )
 
 
-def sweep(rows: dict[str, np.ndarray], metrics: tuple[str, ...] = ("te_rms", "peak_windup"), **options):
+def sweep(
+    rows: dict[str, np.ndarray], metrics: tuple[str, ...] = ("te_rms", "peak_windup"), **options: Any
+) -> hdfast.SweepResult:
     """Rows through hdfast."""
+    import hdfast
+
     return hdfast.sweep(constants() | rows, scenario=scenario(), metrics=list(metrics), **options)
+
+
+def matrix(count: int) -> np.ndarray:
+    """As many rows (count, 11) as wanted from one fixed draw, their set speeds spread evenly over its range.
+
+    Few rows cost on average what many do, so a slow solver may be timed on few.
+    """
+    drawn = columns(8192)
+    table = np.column_stack([drawn[name] for name in COLUMNS])
+    if count >= len(table):
+        return np.tile(table, (-(-count // len(table)), 1))[:count]
+    shares = (np.arange(count) + 0.5) * len(table) / count
+    chosen = np.argsort(table[:, -1])[shares.astype(int)]
+    return table[np.sort(chosen)]

@@ -6,7 +6,7 @@ mod comparison;
 
 use common::{Problem, layout, random_rows};
 use comparison::bits;
-use hdfast::batch::{MethodName, Outputs, paths};
+use hdfast::batch::{Direction, MethodName, Outputs, paths};
 use hdfast::model::Base;
 
 const ROWS: usize = 75;
@@ -37,7 +37,7 @@ fn exact_bits_on_every_cpu_path() {
 #[test]
 fn exact_bits_on_every_cpu_path_with_every_method() {
     let rows = random_rows(&layout(Base::TwoInertia), 20);
-    for method in [MethodName::Bs3, MethodName::Tsit5, MethodName::Dopri5] {
+    for method in [MethodName::Bs3, MethodName::Tsit5, MethodName::Dopri5, MethodName::Rodas5p] {
         let run = |path| Problem { path, method, rtol: 1e-4, ..Problem::new(rows.clone()) }.run();
         let expected = run(paths()[0]);
         for path in paths() {
@@ -73,4 +73,22 @@ fn exact_bits_in_any_row_order_and_batch() {
 fn exact_bits_whether_the_error_is_shared_or_per_row() {
     let (rows, expected) = reference(Base::TwoInertia);
     same(&expected, &Problem { own_error: true, ..Problem::new(rows) }.run());
+}
+
+#[test]
+fn exact_bits_of_derivatives() {
+    let rows = random_rows(&layout(Base::TwoInertia), 20);
+    let directions = vec![Direction::Parameter(2), Direction::Initial(1), Direction::Parameter(8)];
+    let problem = || Problem { directions: directions.clone(), ..Problem::new(rows.clone()) };
+    let expected = problem().run();
+    assert!(expected.samples.tangents.iter().all(|tangent| tangent.is_finite()));
+    for path in paths() {
+        same(&expected, &Problem { path, ..problem() }.run());
+    }
+    same(&expected, &Problem { threads: 3, ..problem() }.run());
+    let values = Problem::new(rows.clone()).run();
+    for (plain, with) in [(&values.metrics, &expected.metrics), (&values.samples, &expected.samples)] {
+        let bits = |values: &[f64]| values.iter().map(|value| value.to_bits()).collect::<Vec<_>>();
+        assert_eq!(bits(&plain.values), bits(&with.values));
+    }
 }

@@ -6,6 +6,7 @@ mod comparison;
 
 use common::{Problem, layout, random_rows};
 use comparison::bits;
+use hdfast::batch::MethodName;
 use hdfast::model::Base;
 use hdfast::solve::Status;
 
@@ -14,14 +15,19 @@ const BAD: usize = 23;
 
 /// Runs the rows with row `BAD` spoiled, and checks that no other row has changed.
 fn spoiled(spoil: impl Fn(&mut Problem)) -> (u8, i32) {
-    let mut problem = Problem::new(random_rows(&layout(Base::TwoInertia), ROWS));
+    spoiled_with(MethodName::Dop853, spoil)
+}
+
+fn spoiled_with(method: MethodName, spoil: impl Fn(&mut Problem)) -> (u8, i32) {
+    let rows = random_rows(&layout(Base::TwoInertia), ROWS);
+    let mut problem = Problem { method, ..Problem::new(rows) };
     let expected = problem.run();
     spoil(&mut problem);
     let outputs = problem.run();
     for row in (0..ROWS).filter(|row| *row != BAD) {
         assert_eq!(bits(&expected, row), bits(&outputs, row), "row {row}");
     }
-    assert!(outputs.metrics.iter().skip(BAD).step_by(ROWS).all(|value| value.is_nan()));
+    assert!(outputs.metrics.values.iter().skip(BAD).step_by(ROWS).all(|value| value.is_nan()));
     (outputs.status[BAD], outputs.detail[BAD])
 }
 
@@ -62,4 +68,12 @@ fn exact_neighbours_of_a_row_that_blows_up() {
 fn exact_neighbours_of_a_row_that_panics() {
     let (status, _) = spoiled(|problem| problem.poison = Some(BAD));
     assert_eq!(status, Status::Internal as u8);
+}
+
+#[test]
+fn exact_neighbours_of_bad_rows_with_the_stiff_method() {
+    let (status, detail) = spoiled_with(MethodName::Rodas5p, |problem| problem.rows[BAD][2] = f64::NAN);
+    assert_eq!((status, detail), (Status::BadParameters as u8, 2));
+    let (status, _) = spoiled_with(MethodName::Rodas5p, |problem| problem.rows[BAD][8] = 1e300);
+    assert!([Status::NotFinite as u8, Status::StepTooSmall as u8].contains(&status), "{status}");
 }

@@ -38,8 +38,8 @@ proptest! {
             problem.metrics = vec![metric("energy_residual"), metric("loss_mesh"), metric("loss_load")];
             let outputs = problem.run();
             prop_assert_eq!(outputs.status[0], 0);
-            prop_assert!(outputs.metrics[0] < 1e-7, "residual {}", outputs.metrics[0]);
-            prop_assert!(outputs.metrics[1] >= 0.0 && outputs.metrics[2] >= 0.0);
+            prop_assert!(outputs.metrics.values[0] < 1e-7, "residual {}", outputs.metrics.values[0]);
+            prop_assert!(outputs.metrics.values[1] >= 0.0 && outputs.metrics.values[2] >= 0.0);
         }
     }
 
@@ -49,8 +49,8 @@ proptest! {
         let mut problem = Problem::new(vec![row]);
         problem.metrics = vec![metric("te_peak_start"), metric("te_peak"), metric("te_peak_stop")];
         let outputs = problem.run();
-        let peak = outputs.metrics.iter().copied().fold(0.0, f64::max);
-        let highest = outputs.samples[..outputs.times].iter().fold(0.0, |top: f64, te| top.max(te.abs()));
+        let peak = outputs.metrics.values.iter().copied().fold(0.0, f64::max);
+        let highest = outputs.samples.values[..outputs.times].iter().fold(0.0, |top: f64, te| top.max(te.abs()));
         prop_assert!(highest <= peak * (1.0 + 1e-6), "{highest} above {peak}");
     }
 }

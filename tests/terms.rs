@@ -31,7 +31,7 @@ fn check(base: Base) {
     for ids in sets(base) {
         let terms = Choice::of(&ids).expect("room for their states");
         let rows = random_rows(&Layout { terms: terms.clone(), ..layout(base) }, ROWS);
-        for method in [MethodName::Dop853, MethodName::Tsit5] {
+        for method in [MethodName::Dop853, MethodName::Tsit5, MethodName::Rodas5p] {
             let problem = |rows: &[Vec<f64>]| Problem {
                 base,
                 terms: terms.clone(),

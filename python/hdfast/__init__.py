@@ -19,6 +19,7 @@ from hdfast.errors import (
     ParameterError,
     RowError,
 )
+from hdfast.jacobian import jacobian
 from hdfast.model import Model
 from hdfast.params import column, defaults, params
 from hdfast.result import SweepResult
@@ -43,6 +44,7 @@ __all__ = [
     "build_info",
     "column",
     "defaults",
+    "jacobian",
     "metrics",
     "params",
     "signals",

@@ -97,4 +97,10 @@ def to_xarray(result: SweepResult, parameters: str) -> Any:
             raise InputError(f"signals and metrics share the names {sorted(taken)}")
         for name, values in result.samples.items():
             data[name] = (("row", "time"), values, {"units": result.units[name]})
+    if result.sensitivities:
+        coordinates["wrt"] = list(result.sensitivities)
+        data["d_final_state"] = (("row", "state", "wrt"), result.final_state_sensitivities)
+        data.update({f"d_{name}": (("row", "wrt"), values) for name, values in result.metric_sensitivities.items()})
+        samples = result.sample_sensitivities.items()
+        data.update({f"d_{name}": (("row", "time", "wrt"), values) for name, values in samples})
     return xarray.Dataset(data, coordinates, {"model": str(result.model)})

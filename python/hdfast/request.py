@@ -18,6 +18,7 @@ from hdfast.model import Model
 from hdfast.params import ParameterTable, layout
 from hdfast.rows import Rows, read_rows
 from hdfast.scenario import Scenario
+from hdfast.sensitivities import Direction, choose_directions
 from hdfast.sensors.observation import Observation, observe
 from hdfast.sensors.stage import SensorStage
 
@@ -39,6 +40,7 @@ class Request:
         defaults: their defaults, shape (P + 6,).
         rows: columns by name, scenario columns included, and shared values (already part of `defaults`).
         scenarios: the scenarios; `scenario_index` (M,) picks one per row, None means the first for all.
+        sensitivities: what derivatives are taken with respect to, in the core's terms by name.
         grids: output times; `grid_index` (M,) picks one per row, None means the first for all.
         observation: what the sensors need, None without sensors.
     """
@@ -54,7 +56,9 @@ class Request:
     signals: list[Quantity]
     metrics: list[Quantity]
     initial_state: Floats | None
+    sensitivities: dict[str, Direction]
     method: str
+    find_stiff: bool
     rtol: float
     atol: float
     max_steps: int
@@ -73,6 +77,7 @@ def prepare(
     signals: Any = None,
     metrics: Any = None,
     initial_state: Any = None,
+    sensitivities: Any = None,
     method: str = "auto",
     rtol: float = 1e-6,
     atol: float = 1.0,
@@ -104,7 +109,12 @@ def prepare(
     quantities = catalogue.choose_metrics(metrics)
     observation = None if sensors is None else observe(sensors, readings, chosen, grids)
     sampled, times = (chosen, grids) if observation is None else (observation.signals * 2, observation.grids)
-    _check_size(given.count, len(quantities), len(sampled), max(map(len, times), default=0))
+    automatic, method = method == "auto", catalogue.choose_method(method)
+    directions = choose_directions(sensitivities, model, table, method)
+    if directions and observation is not None:
+        raise InputError("sensitivities are of the drive's own signals: ask for them without sensors")
+    numbers = len(quantities) + len(sampled) * max(map(len, times), default=0)
+    _check_size(given.count, numbers, len(directions))
     grid_index = _index("t_eval_index", t_eval_index, given.count, len(grids), "t_eval") if grids else None
     _check_ends(grids, grid_index, scenarios, index)
     return Request(
@@ -119,7 +129,9 @@ def prepare(
         signals=chosen,
         metrics=quantities,
         initial_state=_initial_state(initial_state, given.count, model),
-        method=catalogue.choose_method(method),
+        sensitivities=directions,
+        method=method,
+        find_stiff=automatic and bool(model.terms) and not directions,
         rtol=checks.number("rtol", rtol, *RTOL),
         atol=checks.number("atol", atol, *ATOL),
         max_steps=checks.whole("max_steps", max_steps, 1, 2**31 - 1),
@@ -220,14 +232,14 @@ def _initial_state(value: Any, rows: int, model: Model) -> Floats | None:
     return np.ascontiguousarray(np.broadcast_to(array, (rows, array.shape[-1])))
 
 
-def _check_size(rows: int, metrics: int, signals: int, times: int) -> None:
-    needed = 8 * rows * (metrics + signals * times + 8)
+def _check_size(rows: int, numbers: int, directions: int) -> None:
+    needed = 8 * rows * (numbers + 8) * (1 + directions)
     limit = checks.memory_limit()
     if needed > limit:
         raise InputError(
-            f"the result of {rows} rows, {metrics} metrics and {signals} signals at {times} times needs "
+            f"the result of {rows} rows with {numbers} metrics and samples and {directions} sensitivities each needs "
             f"{needed / 1e9:.3g} GB, this machine has {limit / 1e9:.3g} GB: "
-            "ask for fewer rows, signals or times at once"
+            "ask for fewer rows, signals, times or sensitivities at once"
         )
 
 

@@ -42,8 +42,16 @@ class SweepResult:
         recorded: what the sensors read, arrays (M, T) by channel; empty without sensors.
         t_eval: the sample times [s] of each grid.
         final_state: (M, S) last accepted state, columns as `states`.
+        sensitivities: names of what derivatives were taken with respect to, W of them.
+        metric_sensitivities: arrays (M, W) by metric name, derivatives in the metric's over the parameter's unit; NaN
+            for time_outside_range and energy_residual, which depend on where steps end, and for mode_*, which come from
+            an iterated fit. Windows, extrema and crossings move with the parameter, the samples of a fit do not change
+            in number.
+        sample_sensitivities: arrays (M, T, W) by signal name.
+        final_state_sensitivities: (M, S, W).
         status: (M,) codes, 0 is finished; `status_counts()` and `message(row)` put them in words.
         detail: (M,) column of the offending parameter of a row that cannot be simulated, else -1.
+        method: (M,) name of the method that ran the row.
         steps, rejected: (M,) accepted and rejected steps.
         time: (M,) time reached [s].
         seconds, threads, simd: how the sweep ran.
@@ -60,7 +68,16 @@ class SweepResult:
         self.t_eval: list[Floats] = request.grids
         self.states = request.model.states
         self.final_state: Floats = raw["final_state"]
+        self.sensitivities = tuple(request.sensitivities)
+        self.metric_sensitivities: dict[str, Floats] = dict(
+            zip(self.metrics, raw["metrics_sensitivities"], strict=True)
+        )
+        self.sample_sensitivities: dict[str, Floats] = dict(
+            zip(self.samples, raw["samples_sensitivities"], strict=True)
+        )
+        self.final_state_sensitivities: Floats = raw["final_state_sensitivities"]
         self.status: NDArray[np.uint8] = raw["status"]
+        self.method: NDArray[np.str_] = np.array(list(catalogue.methods()))[raw["method"]]
         self.detail: NDArray[np.int32] = raw["detail"]
         self.steps: NDArray[np.uint32] = raw["steps"]
         self.rejected: NDArray[np.uint32] = raw["rejected"]
@@ -175,7 +192,10 @@ class SweepResult:
         return to_polars(self, parameters)
 
     def to_xarray(self, *, parameters: str = "all") -> Any:
-        """Metrics, states and samples as an `xarray.Dataset` over row, state and time, with units as attributes."""
+        """Metrics, states and samples as an `xarray.Dataset` over row, state and time, with units as attributes.
+
+        Derivatives are named `d_<name>` and run over wrt as well.
+        """
         from hdfast.convert import to_xarray
 
         return to_xarray(self, parameters)

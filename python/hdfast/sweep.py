@@ -31,6 +31,7 @@ def sweep(
     signals: Sequence[str] | None = None,
     metrics: Sequence[str] | None = None,
     initial_state: Any = None,
+    sensitivities: Sequence[str] | None = None,
     method: str = "auto",
     rtol: float = 1e-6,
     atol: float = 1.0,
@@ -56,7 +57,11 @@ def sweep(
         signals: names of the signals sampled at t_eval; default te, omega_m, omega_l.
         metrics: names of the metrics, also `order_<o>` and `speed_order_<o>`; default all fixed ones.
         initial_state: (M, S) or (S,) start in place of the scenario's, columns as `model.states`; z may be left out.
-        method: "auto", "bs3", "tsit5", "dopri5" or "dop853".
+        sensitivities: names of parameters (scenario columns and parameters of terms included) and of initial states
+            (`initial_theta_m`, `initial_omega_m`, ...) with respect to which all numbers are differentiated; with the
+            methods auto and dop853.
+        method: "auto", "bs3", "tsit5", "dopri5", "dop853" or, for stiff motions, "rodas5p". With terms, "auto" runs a
+            row by dop853 and starts it again with rodas5p where stability holds its steps down; `result.method` tells.
         rtol: relative tolerance, 1e-13 to 1e-1.
         atol: factor on the built-in absolute tolerances of the states, 1e-9 to 1e9.
         max_steps: steps after which a row is given up with the status "max_steps".
@@ -85,6 +90,7 @@ def sweep(
         signals=signals,
         metrics=metrics,
         initial_state=initial_state,
+        sensitivities=sensitivities,
         method=method,
         rtol=rtol,
         atol=atol,
@@ -119,7 +125,9 @@ def run(
             grid_index=request.grid_index,
             signals=[signal.name for signal in (observation.signals if observation else request.signals)],
             metrics=[metric.name for metric in request.metrics],
+            directions=list(request.sensitivities.values()),
             method=request.method,
+            find_stiff=request.find_stiff,
             rtol=request.rtol,
             atol=request.atol,
             max_steps=request.max_steps,

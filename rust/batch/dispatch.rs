@@ -4,10 +4,11 @@ use super::Job;
 use super::job::MethodName;
 use super::worker::{Shared, work};
 use crate::model::{Base, Extended, ExtendedRigid, OneInertia, TwoInertia};
+use crate::real::{Dual, Pack, Path, Real, Task};
 #[cfg(target_arch = "x86_64")]
 use crate::real::{F64x4, F64x8};
-use crate::real::{Pack, Path, Real, Task};
-use crate::solve::{Bs3, Dop853, Dopri5, Tsit5};
+use crate::solve::{Bs3, Dop853, Dopri5, Rodas5p, Tsit5};
+use std::marker::PhantomData;
 
 /// A CPU path by name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -61,6 +62,16 @@ path!(
 );
 #[cfg(all(target_arch = "x86_64", not(test)))]
 path!(
+    /// AVX-512 for numbers that are large themselves.
+    Avx512Narrow, F64x8, "avx512", ["avx512f", "avx512dq", "avx512vl", "avx2", "fma"]
+);
+#[cfg(all(target_arch = "x86_64", not(test)))]
+path!(
+    /// AVX2 and FMA for numbers that are large themselves.
+    Avx2Narrow, F64x4, "avx2", ["avx2", "fma"]
+);
+#[cfg(all(target_arch = "x86_64", not(test)))]
+path!(
     /// One lane with FMA.
     ScalarFma, f64, "scalar", ["avx2", "fma"]
 );
@@ -94,6 +105,25 @@ impl Path for PortableScalar {
 
     fn enter<W: Task>(task: W) -> W::Output {
         task.run()
+    }
+}
+
+/// A path whose numbers carry a derivative.
+pub struct Differentiating<P>(PhantomData<P>);
+
+impl<P: Path> Path for Differentiating<P>
+where
+    P::Lanes: Real<Plain = P::Lanes, Lane = f64>,
+{
+    type Lanes = Dual<P::Lanes>;
+    const NAME: &str = P::NAME;
+
+    fn available() -> bool {
+        P::available()
+    }
+
+    fn enter<W: Task>(task: W) -> W::Output {
+        P::enter(task)
     }
 }
 
@@ -142,50 +172,86 @@ pub fn lanes_of_path(path: SimdPath) -> usize {
     }
 }
 
-macro_rules! by_method {
-    ($job:ident, $path:ty, $scalar:ty, $model:ty, $states:literal) => {
-        match $job.method {
+macro_rules! explicit {
+    ($method:ident, $path:ty, $scalar:ty, $model:ty, $states:literal) => {
+        match $method {
             MethodName::Bs3 => work::<$path, $scalar, $model, Bs3, $states>,
             MethodName::Tsit5 => work::<$path, $scalar, $model, Tsit5, $states>,
             MethodName::Dopri5 => work::<$path, $scalar, $model, Dopri5, $states>,
-            MethodName::Dop853 => work::<$path, $scalar, $model, Dop853, $states>,
+            _ => work::<$path, $scalar, $model, Dop853, $states>,
         }
     };
 }
 
-/// Terms come with two of the methods: every further one is one more large kernel to build.
-macro_rules! with_terms {
-    ($job:ident, $path:ty, $scalar:ty, $model:ty, $states:literal) => {
-        match $job.method {
-            MethodName::Dop853 => work::<$path, $scalar, $model, Dop853, $states>,
-            _ => work::<$path, $scalar, $model, Tsit5, $states>,
-        }
-    };
-}
-
+/// Terms come with two of the explicit methods: every further one is one more large kernel to build.
 macro_rules! by_model {
-    ($job:ident, $path:ty, $scalar:ty) => {
+    ($job:ident, $method:ident, $path:ty, $scalar:ty) => {
+        match ($job.layout.base, $job.layout.terms.on.is_empty(), $method) {
+            (Base::TwoInertia, true, _) => explicit!($method, $path, $scalar, TwoInertia, 5),
+            (Base::OneInertia, true, _) => explicit!($method, $path, $scalar, OneInertia, 4),
+            (Base::TwoInertia, false, MethodName::Tsit5) => work::<$path, $scalar, Extended, Tsit5, 13>,
+            (Base::TwoInertia, false, _) => work::<$path, $scalar, Extended, Dop853, 13>,
+            (Base::OneInertia, false, MethodName::Tsit5) => work::<$path, $scalar, ExtendedRigid, Tsit5, 12>,
+            (Base::OneInertia, false, _) => work::<$path, $scalar, ExtendedRigid, Dop853, 12>,
+        }
+    };
+}
+
+/// One method for every model.
+macro_rules! by_model_only {
+    ($job:ident, $path:ty, $scalar:ty, $method:ty) => {
         match ($job.layout.base, $job.layout.terms.on.is_empty()) {
-            (Base::TwoInertia, true) => by_method!($job, $path, $scalar, TwoInertia, 5),
-            (Base::OneInertia, true) => by_method!($job, $path, $scalar, OneInertia, 4),
-            (Base::TwoInertia, false) => with_terms!($job, $path, $scalar, Extended, 13),
-            (Base::OneInertia, false) => with_terms!($job, $path, $scalar, ExtendedRigid, 12),
+            (Base::TwoInertia, true) => work::<$path, $scalar, TwoInertia, $method, 5>,
+            (Base::OneInertia, true) => work::<$path, $scalar, OneInertia, $method, 4>,
+            (Base::TwoInertia, false) => work::<$path, $scalar, Extended, $method, 13>,
+            (Base::OneInertia, false) => work::<$path, $scalar, ExtendedRigid, $method, 12>,
         }
     };
 }
 
 /// The function that one thread of a job runs.
-pub fn worker_of(job: &Job) -> fn(&Shared) {
+pub fn worker_of(job: &Job, method: MethodName) -> fn(&Shared) {
+    match (job.directions.is_empty(), method) {
+        (true, MethodName::Rodas5p) => stiff(job),
+        (true, _) => values(job, method),
+        (false, _) => derivatives(job),
+    }
+}
+
+fn values(job: &Job, method: MethodName) -> fn(&Shared) {
     match job.path {
         // The crate's unit tests never sweep: without the lanes they build in a fraction of the time.
         #[cfg(all(target_arch = "x86_64", not(test)))]
-        SimdPath::Avx512 => by_model!(job, Avx512, ScalarFma),
+        SimdPath::Avx512 => by_model!(job, method, Avx512, ScalarFma),
         #[cfg(all(target_arch = "x86_64", not(test)))]
-        SimdPath::Avx2 => by_model!(job, Avx2, ScalarFma),
+        SimdPath::Avx2 => by_model!(job, method, Avx2, ScalarFma),
         #[cfg(all(target_arch = "x86_64", not(test)))]
-        SimdPath::Scalar if ScalarFma::available() => by_model!(job, ScalarFma, ScalarFma),
+        SimdPath::Scalar if ScalarFma::available() => by_model!(job, method, ScalarFma, ScalarFma),
         #[cfg(not(test))]
-        SimdPath::Portable if job.layout.terms.on.is_empty() => by_model!(job, Portable, PortableScalar),
-        _ => by_model!(job, PortableScalar, PortableScalar),
+        SimdPath::Portable if job.layout.terms.on.is_empty() => by_model!(job, method, Portable, PortableScalar),
+        _ => by_model!(job, method, PortableScalar, PortableScalar),
+    }
+}
+
+fn stiff(job: &Job) -> fn(&Shared) {
+    match job.path {
+        #[cfg(all(target_arch = "x86_64", not(test)))]
+        SimdPath::Avx512 => by_model_only!(job, Avx512Narrow, ScalarFma, Rodas5p),
+        #[cfg(all(target_arch = "x86_64", not(test)))]
+        SimdPath::Avx2 => by_model_only!(job, Avx2Narrow, ScalarFma, Rodas5p),
+        #[cfg(all(target_arch = "x86_64", not(test)))]
+        SimdPath::Scalar if ScalarFma::available() => by_model_only!(job, ScalarFma, ScalarFma, Rodas5p),
+        _ => by_model_only!(job, PortableScalar, PortableScalar, Rodas5p),
+    }
+}
+
+fn derivatives(job: &Job) -> fn(&Shared) {
+    type One = Differentiating<PortableScalar>;
+    match job.path {
+        #[cfg(all(target_arch = "x86_64", not(test)))]
+        SimdPath::Avx512 => by_model_only!(job, Differentiating<Avx512Narrow>, One, Dop853),
+        #[cfg(all(target_arch = "x86_64", not(test)))]
+        SimdPath::Avx2 => by_model_only!(job, Differentiating<Avx2Narrow>, One, Dop853),
+        _ => by_model_only!(job, One, One, Dop853),
     }
 }

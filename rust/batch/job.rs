@@ -8,6 +8,7 @@ use std::sync::Arc;
 
 /// A method users can name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u8)]
 pub enum MethodName {
     /// Bogacki-Shampine 3(2).
     Bs3,
@@ -17,6 +18,8 @@ pub enum MethodName {
     Dopri5,
     /// Dormand-Prince 8(5,3).
     Dop853,
+    /// Rosenbrock, order 5(4), for stiff rows.
+    Rodas5p,
 }
 
 /// Why a sweep cannot start.
@@ -58,6 +61,15 @@ pub enum StartKind {
     ZeroAngle,
 }
 
+/// What a derivative is taken with respect to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Direction {
+    /// A parameter, by position in the layout.
+    Parameter(usize),
+    /// The state at time 0: theta_m, omega_m, theta_l, omega_l, z.
+    Initial(usize),
+}
+
 /// A whole sweep. The rows themselves are read through functions, so that no copy of them is needed.
 pub struct Job<'a> {
     /// Parameters and their order.
@@ -84,7 +96,9 @@ pub struct Job<'a> {
     pub signals: Vec<Signal>,
     /// Metrics.
     pub metrics: Vec<Metric>,
-    /// Method.
+    /// Derivatives that are wanted of all numbers; with the methods tsit5 and dop853.
+    pub directions: Vec<Direction>,
+    /// Method; rows that are set aside as stiff are run by rodas5p.
     pub method: MethodName,
     /// Tolerances, limits, and what the metrics need.
     pub demand: Demand,
@@ -95,6 +109,11 @@ pub struct Job<'a> {
 }
 
 impl Job<'_> {
+    /// How many times a row is run: once for every direction.
+    pub fn runs_per_row(&self) -> usize {
+        self.directions.len().max(1)
+    }
+
     /// Length of the longest grid.
     pub fn longest_grid(&self) -> usize {
         self.grids.iter().map(|grid| grid.len()).max().unwrap_or(0)

@@ -1,25 +1,43 @@
 //! The arrays a sweep fills, row by row and from any thread.
 
-use super::Job;
+use super::{Job, MethodName};
 use crate::model::Base;
+use crate::real::Scalar;
 use crate::solve::Status;
 use std::marker::PhantomData;
+
+/// Numbers of all rows, and their derivatives: `directions` per number, NaN until known.
+#[derive(Debug)]
+pub struct Numbers {
+    /// Values.
+    pub values: Vec<f64>,
+    /// Derivatives of value `k` from `k * directions` on.
+    pub tangents: Vec<f64>,
+}
+
+impl Numbers {
+    fn new(count: usize, directions: usize) -> Self {
+        Self { values: vec![0.0; count], tangents: vec![f64::NAN; count * directions] }
+    }
+}
 
 /// Results of all rows. Row `m` of metric `k` is at `k * rows + m`; of signal `k` at `(k * rows + m) * times`.
 #[derive(Debug)]
 pub struct Outputs {
     /// Metrics.
-    pub metrics: Vec<f64>,
+    pub metrics: Numbers,
     /// Last accepted states, `states` per row.
-    pub final_state: Vec<f64>,
+    pub final_state: Numbers,
     /// States per row.
     pub states: usize,
     /// Sampled signals.
-    pub samples: Vec<f64>,
+    pub samples: Numbers,
     /// Times per signal and row.
     pub times: usize,
     /// Status codes.
     pub status: Vec<u8>,
+    /// Methods that ran the rows.
+    pub method: Vec<u8>,
     /// Index of the offending parameter, or -1.
     pub detail: Vec<i32>,
     /// Accepted steps.
@@ -38,13 +56,15 @@ impl Outputs {
         let rows = job.rows;
         let states = if job.layout.base == Base::TwoInertia { 5 } else { 3 };
         let times = if job.signals.is_empty() { 0 } else { job.longest_grid() };
+        let numbers = |count: usize| Numbers::new(count, job.directions.len());
         Self {
-            metrics: vec![0.0; job.metrics.len() * rows],
-            final_state: vec![0.0; states * rows],
+            metrics: numbers(job.metrics.len() * rows),
+            final_state: numbers(states * rows),
             states,
-            samples: vec![0.0; job.signals.len() * rows * times],
+            samples: numbers(job.signals.len() * rows * times),
             times,
             status: vec![UNTOUCHED; rows],
+            method: vec![job.method as u8; rows],
             detail: vec![-1; rows],
             steps: vec![0; rows],
             rejected: vec![0; rows],
@@ -67,16 +87,54 @@ impl Outputs {
     }
 }
 
+/// Where numbers and their derivatives go.
+struct Slots {
+    values: *mut f64,
+    tangents: *mut f64,
+    count: usize,
+    directions: usize,
+}
+
+impl Slots {
+    fn new(numbers: &mut Numbers) -> Self {
+        let count = numbers.values.len();
+        Self {
+            values: numbers.values.as_mut_ptr(),
+            tangents: numbers.tangents.as_mut_ptr(),
+            count,
+            directions: numbers.tangents.len().checked_div(count).unwrap_or(0),
+        }
+    }
+
+    /// Writes a number, or of all but the first direction the derivative only.
+    ///
+    /// # Safety
+    /// No other thread may write the same place.
+    unsafe fn put<S: Scalar>(&self, index: usize, direction: usize, number: S) {
+        assert!(index < self.count && direction < self.directions.max(1));
+        let value = number.plain();
+        // SAFETY: in range by the assertion.
+        unsafe {
+            if direction == 0 {
+                *self.values.add(index) = value;
+            }
+            if S::DIFFERENTIATES {
+                let tangent = if value.is_nan() { f64::NAN } else { number.tangent() };
+                *self.tangents.add(index * self.directions + direction) = tangent;
+            }
+        }
+    }
+}
+
 /// Lets several threads fill different rows at the same time.
 pub struct Writer<'a> {
-    metrics: *mut f64,
-    metric_count: usize,
-    final_state: *mut f64,
+    metrics: Slots,
+    final_state: Slots,
     states: usize,
-    samples: *mut f64,
-    signal_count: usize,
+    samples: Slots,
     times: usize,
     status: *mut u8,
+    method: *mut u8,
     detail: *mut i32,
     steps: *mut u32,
     rejected: *mut u32,
@@ -85,14 +143,15 @@ pub struct Writer<'a> {
     outputs: PhantomData<&'a mut Outputs>,
 }
 
-// SAFETY: every row is written by the one thread that took it from the queue.
+// SAFETY: every row and direction is written by the one thread that took it from the queue.
 unsafe impl Sync for Writer<'_> {}
 
 /// What one row adds to the arrays.
-pub struct RowOutput<'a> {
-    pub metrics: &'a [f64],
-    pub final_state: &'a [f64],
+pub struct RowOutput<'a, S> {
+    pub metrics: &'a [S],
+    pub final_state: &'a [S],
     pub status: Status,
+    pub method: MethodName,
     pub steps: u32,
     pub rejected: u32,
     pub time: f64,
@@ -100,58 +159,60 @@ pub struct RowOutput<'a> {
 
 impl<'a> Writer<'a> {
     pub fn new(outputs: &'a mut Outputs) -> Self {
-        let rows = outputs.status.len();
-        let per_row = |length: usize, width: usize| length.checked_div(rows * width).unwrap_or(0);
         Self {
-            metric_count: per_row(outputs.metrics.len(), 1),
-            signal_count: per_row(outputs.samples.len(), outputs.times),
-            metrics: outputs.metrics.as_mut_ptr(),
-            final_state: outputs.final_state.as_mut_ptr(),
+            metrics: Slots::new(&mut outputs.metrics),
+            final_state: Slots::new(&mut outputs.final_state),
             states: outputs.states,
-            samples: outputs.samples.as_mut_ptr(),
+            samples: Slots::new(&mut outputs.samples),
             times: outputs.times,
+            rows: outputs.status.len(),
             status: outputs.status.as_mut_ptr(),
+            method: outputs.method.as_mut_ptr(),
             detail: outputs.detail.as_mut_ptr(),
             steps: outputs.steps.as_mut_ptr(),
             rejected: outputs.rejected.as_mut_ptr(),
             time: outputs.time.as_mut_ptr(),
-            rows,
             outputs: PhantomData,
         }
     }
 
-    /// Writes everything but the samples of a row.
+    /// Writes everything but the samples of a row, as seen from one direction.
     ///
     /// # Safety
-    /// No other thread may write the same row.
-    pub unsafe fn row(&self, row: usize, output: &RowOutput) {
-        assert!(
-            row < self.rows && output.final_state.len() == self.states && output.metrics.len() == self.metric_count
-        );
-        // SAFETY: indices are in range by the assertion and the layout of `Outputs`.
+    /// No other thread may write the same row and direction.
+    pub unsafe fn row<S: Scalar>(&self, row: usize, direction: usize, output: &RowOutput<S>) {
+        assert!(row < self.rows);
+        // SAFETY: `row` is in range, the slots check theirs.
         unsafe {
             for (index, &value) in output.metrics.iter().enumerate() {
-                *self.metrics.add(index * self.rows + row) = value;
+                self.metrics.put(index * self.rows + row, direction, value);
             }
             for (index, &value) in output.final_state.iter().enumerate() {
-                *self.final_state.add(row * self.states + index) = value;
+                self.final_state.put(row * self.states + index, direction, value);
             }
-            *self.steps.add(row) = output.steps;
-            *self.rejected.add(row) = output.rejected;
-            *self.time.add(row) = output.time;
-            *self.status.add(row) = output.status as u8;
+            if direction == 0 {
+                *self.method.add(row) = output.method as u8;
+                *self.steps.add(row) = output.steps;
+                *self.rejected.add(row) = output.rejected;
+                *self.time.add(row) = output.time;
+                *self.status.add(row) = output.status as u8;
+            }
         }
     }
 
-    /// The samples of one signal of a row.
+    /// Times per signal and row.
+    pub fn times(&self) -> usize {
+        self.times
+    }
+
+    /// Writes one sample, by signal, row and place on the grid.
     ///
     /// # Safety
-    /// No other thread may write the same row.
-    #[allow(clippy::mut_from_ref)] // disjoint rows behind one shared writer
-    pub unsafe fn samples(&self, signal: usize, row: usize) -> &mut [f64] {
-        assert!(row < self.rows && signal < self.signal_count);
-        // SAFETY: the range is inside the array by the assertion and the layout of `Outputs`.
-        unsafe { std::slice::from_raw_parts_mut(self.samples.add((signal * self.rows + row) * self.times), self.times) }
+    /// No other thread may write the same row and direction.
+    pub unsafe fn sample<S: Scalar>(&self, (signal, row, moment): (usize, usize, usize), direction: usize, value: S) {
+        assert!(row < self.rows && moment < self.times);
+        // SAFETY: by the caller; the slots check the index.
+        unsafe { self.samples.put((signal * self.rows + row) * self.times + moment, direction, value) };
     }
 
     /// Writes a row that has no results.
@@ -162,14 +223,14 @@ impl<'a> Writer<'a> {
         assert!(row < self.rows);
         // SAFETY: as above.
         unsafe {
-            for index in 0..self.metric_count {
-                *self.metrics.add(index * self.rows + row) = f64::NAN;
+            for index in (row..self.metrics.count).step_by(self.rows) {
+                *self.metrics.values.add(index) = f64::NAN;
             }
-            for index in 0..self.states {
-                *self.final_state.add(row * self.states + index) = f64::NAN;
+            for index in row * self.states..(row + 1) * self.states {
+                *self.final_state.values.add(index) = f64::NAN;
             }
-            for signal in 0..self.signal_count {
-                self.samples(signal, row).fill(f64::NAN);
+            for block in (row * self.times..self.samples.count).step_by((self.rows * self.times).max(1)) {
+                (block..block + self.times).for_each(|index| *self.samples.values.add(index) = f64::NAN);
             }
             *self.time.add(row) = f64::NAN;
             *self.detail.add(row) = detail;

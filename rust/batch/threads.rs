@@ -3,8 +3,8 @@
 use super::dispatch::worker_of;
 use super::outputs::Writer;
 use super::worker::Shared;
-use super::{Job, Outputs};
-use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use super::{Job, MethodName, Outputs};
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread;
 use std::time::Duration;
 
@@ -20,35 +20,38 @@ pub trait Progress {
 /// Runs all rows; true where it was interrupted.
 pub fn sweep(job: &Job, progress: &mut dyn Progress) -> (Outputs, bool) {
     let mut outputs = Outputs::new(job);
-    let worker = worker_of(job);
-    let shared = Shared {
-        job,
-        writer: Writer::new(&mut outputs),
-        next: AtomicUsize::new(0),
-        done: AtomicUsize::new(0),
-        cancelled: AtomicBool::new(false),
-    };
+    let mut shared = Shared::new(job, Writer::new(&mut outputs));
+    pass(&shared, progress);
+    if shared.begin_again(MethodName::Rodas5p) {
+        pass(&shared, progress);
+    }
+    let interrupted = shared.cancelled.load(Ordering::Relaxed);
+    outputs.close();
+    (outputs, interrupted)
+}
+
+/// Runs what is in the queue.
+fn pass(shared: &Shared, progress: &mut dyn Progress) {
+    let job = shared.job;
+    let worker = worker_of(job, shared.method);
     let working = AtomicUsize::new(job.threads);
     let caller = thread::current();
     thread::scope(|scope| {
         for _ in 0..job.threads {
             scope.spawn(|| {
-                worker(&shared);
+                worker(shared);
                 working.fetch_sub(1, Ordering::Release);
                 caller.unpark();
             });
         }
         while working.load(Ordering::Acquire) > 0 {
             thread::park_timeout(PULSE);
-            if !progress.keep_going(shared.done.load(Ordering::Relaxed), job.rows) {
+            if !progress.keep_going(shared.rows_done(), job.rows) {
                 shared.cancelled.store(true, Ordering::Relaxed);
             }
         }
     });
     if !shared.cancelled.load(Ordering::Relaxed) {
-        progress.keep_going(shared.done.load(Ordering::Relaxed), job.rows);
+        progress.keep_going(shared.rows_done(), job.rows);
     }
-    let interrupted = shared.cancelled.load(Ordering::Relaxed);
-    outputs.close();
-    (outputs, interrupted)
 }

@@ -1,120 +1,198 @@
 //! One thread's share of a sweep: takes rows from the queue, runs them in lanes, writes what they yield.
 
-use super::job::{Job, StartKind};
+use super::job::{Direction, Job, MethodName, StartKind};
 use super::outputs::{RowOutput, Writer};
-use crate::model::{Base, Model, Row};
+use crate::model::{Base, Harmonics, Model, Row};
 use crate::output::{Reduction, Signal, probe_grid};
-use crate::real::{Path, Task};
-use crate::solve::{Advance, Assignment, Method, Retrace, Rows, Seat, Start, Status};
+use crate::real::{Path, Real, Scalar, Task};
+use crate::solve::{Advance, Assignment, Lane, Method, Retrace, Rows, Seat, Start, Status};
 use std::marker::PhantomData;
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
 
 /// What all threads share.
 pub struct Shared<'a> {
     pub job: &'a Job<'a>,
     pub writer: Writer<'a>,
-    pub next: AtomicUsize,
-    pub done: AtomicUsize,
     pub cancelled: AtomicBool,
+    /// The method of this pass.
+    pub method: MethodName,
+    /// The runs of this pass; all where absent.
+    queue: Option<Vec<usize>>,
+    next: AtomicUsize,
+    done: AtomicUsize,
+    /// Runs set aside as stiff.
+    stiff: Mutex<Vec<usize>>,
 }
 
-/// Rows of this thread: those it has taken and not finished are named, in case of a panic.
-struct Queue<'a, 'b> {
-    shared: &'a Shared<'b>,
-    /// Only these rows, one after the other, instead of the shared queue.
-    own: Option<std::vec::IntoIter<usize>>,
-    in_flight: &'a mut Vec<usize>,
-    values: Vec<f64>,
-    metrics: Vec<f64>,
-    empty: Arc<[f64]>,
-}
-
-impl Queue<'_, '_> {
-    fn next_index(&mut self) -> Option<usize> {
-        match &mut self.own {
-            Some(rows) => rows.next(),
-            None => Some(self.shared.next.fetch_add(1, Ordering::Relaxed)).filter(|row| *row < self.shared.job.rows),
+impl<'a> Shared<'a> {
+    pub fn new(job: &'a Job<'a>, writer: Writer<'a>) -> Self {
+        Self {
+            job,
+            writer,
+            cancelled: AtomicBool::new(false),
+            method: job.method,
+            queue: None,
+            next: AtomicUsize::new(0),
+            done: AtomicUsize::new(0),
+            stiff: Mutex::new(Vec::new()),
         }
     }
 
-    /// The next row that can be simulated; others are written off with their reason.
-    fn assignment<const N: usize>(&mut self) -> Option<Assignment<N>> {
+    /// Puts the runs set aside into the queue for another method; false where there are none.
+    pub fn begin_again(&mut self, method: MethodName) -> bool {
+        let stiff = std::mem::take(self.stiff.get_mut().unwrap_or_else(PoisonError::into_inner));
+        let any = !stiff.is_empty();
+        (self.queue, self.method) = (Some(stiff), method);
+        *self.next.get_mut() = 0;
+        any
+    }
+
+    /// The next run of this pass.
+    fn take_next(&self) -> Option<usize> {
+        let place = self.next.fetch_add(1, Ordering::Relaxed);
+        match &self.queue {
+            Some(queue) => queue.get(place).copied(),
+            None => Some(place).filter(|run| *run < self.job.rows * self.job.runs_per_row()),
+        }
+    }
+
+    /// Rows that are done in every direction.
+    pub fn rows_done(&self) -> usize {
+        self.done.load(Ordering::Relaxed) / self.job.runs_per_row()
+    }
+
+    /// Row and direction of a run.
+    fn place(&self, run: usize) -> (usize, usize) {
+        (run / self.job.runs_per_row(), run % self.job.runs_per_row())
+    }
+
+    /// Gives up a run.
+    fn give_up(&self, run: usize, status: Status, detail: i32) {
+        let (row, direction) = self.place(run);
+        if direction == 0 {
+            // SAFETY: the thread that gives up a run has taken it from the queue.
+            unsafe { self.writer.missing(row, status, detail) };
+        }
+    }
+}
+
+/// Runs of this thread, one per row and direction: those it has taken and not finished are named, in case of a panic.
+struct Queue<'a, 'b, S> {
+    shared: &'a Shared<'b>,
+    /// Only these runs, one after the other, instead of the shared queue.
+    own: Option<std::vec::IntoIter<usize>>,
+    in_flight: &'a mut Vec<usize>,
+    values: Vec<f64>,
+    metrics: Vec<S>,
+}
+
+impl<S: Scalar> Queue<'_, '_, S> {
+    fn next_index(&mut self) -> Option<usize> {
+        match &mut self.own {
+            Some(runs) => runs.next(),
+            None => self.shared.take_next(),
+        }
+    }
+
+    /// The next run that can be simulated; others are written off with their reason.
+    fn assignment(&mut self) -> Option<Assignment<S>> {
         let job = self.shared.job;
         loop {
-            let index = self.next_index()?;
-            self.in_flight.push(index);
-            (job.parameters)(index, &mut self.values);
-            match Row::new(&job.layout, &self.values, job.shared_error.is_none()) {
-                Ok(row) => return Some(self.assign(index, row)),
+            let run = self.next_index()?;
+            self.in_flight.push(run);
+            (job.parameters)(self.shared.place(run).0, &mut self.values);
+            let mut values: Vec<S> = self.values.iter().copied().map(S::splat).collect();
+            if let Some(Direction::Parameter(index)) = self.direction(run) {
+                values[index] = values[index].with_tangent(1.0);
+            }
+            match Row::new(&job.layout, &values, job.shared_error.is_none()) {
+                Ok(row) => return Some(self.assign(run, row)),
                 Err(bad) => {
-                    // SAFETY: this thread took the row from the queue.
-                    unsafe { self.shared.writer.missing(index, Status::BadParameters, bad.index as i32) };
-                    self.settle(index);
+                    self.shared.give_up(run, Status::BadParameters, bad.index as i32);
+                    self.settle(run);
                 }
             }
         }
     }
 
-    fn assign<const N: usize>(&self, index: usize, row: Row) -> Assignment<N> {
+    fn direction(&self, run: usize) -> Option<Direction> {
+        self.shared.job.directions.get(self.shared.place(run).1).copied()
+    }
+
+    fn assign(&self, run: usize, row: Row<S>) -> Assignment<S> {
         let job = self.shared.job;
+        let index = self.shared.place(run).0;
         let program = job.programs[(job.program_of)(index)].clone();
         let start = match ((job.initial_state)(index), job.start) {
-            (Some([theta_m, omega_m, theta_l, omega_l, z]), _) => {
+            (Some(full), _) => {
+                let [theta_m, omega_m, theta_l, omega_l, z] = full.map(S::splat);
                 Start::Given([theta_m, omega_m, theta_m * row.constants.inverse_ratio - theta_l, omega_l, z])
             }
             (None, StartKind::Relaxed) => Start::Relaxed,
             (None, StartKind::ZeroAngle) => Start::ZeroAngle,
         };
-        let probe = if job.metrics.is_empty() {
-            self.empty.clone()
-        } else {
-            probe_grid(&job.metrics, &job.layout, &row, &program)
-        };
-        let grid = if job.signals.is_empty() { self.empty.clone() } else { job.grids[(job.grid_of)(index)].clone() };
-        Assignment { index, row, program, start, grids: [grid, probe] }
+        let mut initial_tangent = [0.0; 5];
+        if let Some(Direction::Initial(state)) = self.direction(run) {
+            initial_tangent[state] = 1.0;
+        }
+        let probes = probe_grid(&job.metrics, &job.layout, &row, &program);
+        let grid = if job.signals.is_empty() { Arc::from([]) } else { job.grids[(job.grid_of)(index)].clone() };
+        Assignment { index: run, row, program, start, initial_tangent, grid, probes }
     }
 
     /// Writes the samples of a row; what the equations pass through at an instant is computed once for all signals.
-    fn write_samples<const N: usize>(&self, seat: &Seat<N>, retrace: &mut dyn Retrace<N>) {
-        let job = self.shared.job;
+    fn write_samples<const N: usize>(&self, seat: &Seat<S, N>, retrace: &mut dyn Retrace<S, N>) {
+        let Shared { job, writer, .. } = self.shared;
+        let (row, direction) = self.shared.place(seat.assignment.index);
         let inverse_ratio = seat.assignment.row.constants.inverse_ratio;
-        let taken = seat.assignment.grids[0].iter().zip(&seat.samples[0]);
-        let mut out: Vec<&mut [f64]> = (0..job.signals.len())
-            // SAFETY: this thread took the row from the queue.
-            .map(|place| unsafe { self.shared.writer.samples(place, seat.assignment.index) })
-            .collect();
-        for values in &mut out {
-            values[seat.samples[0].len()..].fill(f64::NAN);
-        }
-        for (moment, (&time, state)) in taken.enumerate() {
+        for (moment, (&time, state)) in seat.assignment.grid.iter().zip(&seat.samples[0]).enumerate() {
             let mut rates = None;
-            for (values, signal) in out.iter_mut().zip(&job.signals) {
-                values[moment] = signal.of_state(job.layout.base, state, inverse_ratio).unwrap_or_else(|| {
+            for (place, signal) in job.signals.iter().enumerate() {
+                let value = signal.of_state(job.layout.base, state, inverse_ratio).unwrap_or_else(|| {
                     let rates = rates.get_or_insert_with(|| retrace.rates(seat, time, state));
                     signal.of_rates(rates, state, inverse_ratio)
                 });
+                // SAFETY: this thread took the run from the queue.
+                unsafe { writer.sample((place, row, moment), direction, value) };
+            }
+        }
+        for moment in seat.samples[0].len()..writer.times() {
+            for place in 0..job.signals.len() {
+                // SAFETY: as above.
+                unsafe { writer.sample((place, row, moment), direction, S::splat(f64::NAN)) };
             }
         }
     }
 
-    fn settle(&mut self, index: usize) {
-        self.in_flight.retain(|row| *row != index);
+    fn land(&mut self, run: usize) {
+        self.in_flight.retain(|taken| *taken != run);
+    }
+
+    fn settle(&mut self, run: usize) {
+        self.land(run);
         self.shared.done.fetch_add(1, Ordering::Relaxed);
     }
 }
 
-impl<const N: usize> Rows<N> for Queue<'_, '_> {
-    fn next(&mut self) -> Option<Assignment<N>> {
+impl<S: Scalar, const N: usize> Rows<S, N> for Queue<'_, '_, S> {
+    fn next(&mut self) -> Option<Assignment<S>> {
         self.assignment()
     }
 
-    fn finish(&mut self, seat: &Seat<N>, t: f64, state: &[f64; N], status: Status, retrace: &mut dyn Retrace<N>) {
+    fn set_aside(&mut self, seat: &Seat<S, N>) {
+        let run = seat.assignment.index;
+        self.shared.stiff.lock().unwrap_or_else(PoisonError::into_inner).push(run);
+        self.land(run);
+    }
+
+    fn finish(&mut self, seat: &Seat<S, N>, t: f64, state: &[S; N], status: Status, retrace: &mut dyn Retrace<S, N>) {
         let job = self.shared.job;
-        let index = seat.assignment.index;
+        let run = seat.assignment.index;
+        let (row, direction) = self.shared.place(run);
         self.metrics.clear();
-        self.metrics.resize(job.metrics.len(), f64::NAN);
+        self.metrics.resize(job.metrics.len(), S::splat(f64::NAN));
         if status == Status::Finished {
             Reduction::new(&job.layout, seat, retrace, t, *state).values(&job.metrics, &mut self.metrics);
         }
@@ -122,23 +200,24 @@ impl<const N: usize> Rows<N> for Queue<'_, '_> {
         let theta_l = Signal::ThetaL.value(seat, retrace, t, state);
         let two_inertia = [state[0], state[1], theta_l, state[3], state[4 % N]];
         let one_inertia = [state[0], state[1], state[2]];
-        let final_state: &[f64] = if job.layout.base == Base::OneInertia { &one_inertia } else { &two_inertia };
+        let final_state: &[S] = if job.layout.base == Base::OneInertia { &one_inertia } else { &two_inertia };
         let output = RowOutput {
             metrics: &self.metrics,
             final_state,
             status,
+            method: self.shared.method,
             steps: seat.accepted,
             rejected: seat.rejected,
             time: t,
         };
-        // SAFETY: this thread took the row from the queue.
-        unsafe { self.shared.writer.row(index, &output) };
-        self.settle(index);
+        // SAFETY: this thread took the run from the queue.
+        unsafe { self.shared.writer.row(row, direction, &output) };
+        self.settle(run);
     }
 }
 
-struct Run<'a, 'b, P, M, T, const N: usize> {
-    queue: Queue<'a, 'b>,
+struct Run<'a, 'b, P: Path, M, T, const N: usize> {
+    queue: Queue<'a, 'b, Lane<P>>,
     types: PhantomData<(P, M, T)>,
 }
 
@@ -148,42 +227,45 @@ impl<P: Path, M: Model<N>, T: Method, const N: usize> Task for Run<'_, '_, P, M,
     #[inline(always)]
     fn run(mut self) {
         let shared = self.queue.shared;
-        let Some(first) = self.queue.assignment::<N>() else { return };
-        let own = first.row.harmonics.clone();
-        let harmonics = shared.job.shared_error.as_ref().or(own.as_ref()).expect("a kinematic error");
+        let Some(first) = self.queue.assignment() else { return };
+        let common = shared.job.shared_error.as_ref().map(|error| error.map(Lane::<P>::splat));
+        let harmonics: Harmonics<Lane<P>> = common.or(first.row.harmonics.clone()).expect("a kinematic error");
         let mut lanes =
-            Advance::<P, M, T, N>::new(&shared.job.demand, &shared.job.layout, harmonics, &shared.cancelled, &first);
+            Advance::<P, M, T, N>::new(&shared.job.demand, &shared.job.layout, &harmonics, &shared.cancelled, &first);
         let mut rows = FirstThen { first: Some(first), rest: self.queue };
         lanes.run(&mut rows);
     }
 }
 
 /// Gives back the row that was taken to size the lanes.
-struct FirstThen<'a, 'b, const N: usize> {
-    first: Option<Assignment<N>>,
-    rest: Queue<'a, 'b>,
+struct FirstThen<'a, 'b, S> {
+    first: Option<Assignment<S>>,
+    rest: Queue<'a, 'b, S>,
 }
 
-impl<const N: usize> Rows<N> for FirstThen<'_, '_, N> {
-    fn next(&mut self) -> Option<Assignment<N>> {
+impl<S: Scalar, const N: usize> Rows<S, N> for FirstThen<'_, '_, S> {
+    fn next(&mut self) -> Option<Assignment<S>> {
         self.first.take().or_else(|| self.rest.assignment())
     }
 
-    fn finish(&mut self, seat: &Seat<N>, t: f64, state: &[f64; N], status: Status, retrace: &mut dyn Retrace<N>) {
+    fn set_aside(&mut self, seat: &Seat<S, N>) {
+        self.rest.set_aside(seat);
+    }
+
+    fn finish(&mut self, seat: &Seat<S, N>, t: f64, state: &[S; N], status: Status, retrace: &mut dyn Retrace<S, N>) {
         self.rest.finish(seat, t, state, status, retrace);
     }
 }
 
-/// Works until the queue is empty. A panic costs no more than the row that caused it: the rows in
+/// Works until the queue is empty. A panic costs no more than the run that caused it: the runs in
 /// flight are run again one by one, and only the one that panics again is given up.
-pub fn work<P: Path, Scalar: Path, M: Model<N>, T: Method, const N: usize>(shared: &Shared) {
+pub fn work<P: Path, One: Path, M: Model<N>, T: Method, const N: usize>(shared: &Shared) {
     let mut in_flight = Vec::new();
     while !run::<P, M, T, N>(shared, None, &mut in_flight) {
-        for row in std::mem::take(&mut in_flight) {
+        for taken in std::mem::take(&mut in_flight) {
             let mut alone = Vec::new();
-            if !run::<Scalar, M, T, N>(shared, Some(vec![row]), &mut alone) {
-                // SAFETY: this thread took the row from the queue.
-                unsafe { shared.writer.missing(row, Status::Internal, -1) };
+            if !run::<One, M, T, N>(shared, Some(vec![taken]), &mut alone) {
+                shared.give_up(taken, Status::Internal, -1);
                 shared.done.fetch_add(1, Ordering::Relaxed);
             }
         }
@@ -202,7 +284,6 @@ fn run<P: Path, M: Model<N>, T: Method, const N: usize>(
         in_flight,
         values: vec![0.0; shared.job.layout.len()],
         metrics: Vec::new(),
-        empty: Arc::from([]),
     };
     let work = Run::<P, M, T, N> { queue, types: PhantomData };
     catch_unwind(AssertUnwindSafe(|| P::enter(work))).is_ok()

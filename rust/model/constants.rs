@@ -2,6 +2,7 @@
 
 use super::terms::{Place, TermInfo};
 use super::{BadParameter, Base, Harmonics, Layout, ScenarioColumn, Spring, spring};
+use crate::real::Scalar;
 
 /// A struct of numbers that can be filled lane by lane.
 macro_rules! per_lane {
@@ -12,11 +13,16 @@ macro_rules! per_lane {
 
         impl<R: $crate::real::Real> $name<R> {
             /// The same numbers in every lane.
-            pub fn splat(one: &$name<f64>) -> Self {
-                Self { $($field: R::splat(one.$field),)* }
+            pub fn splat(one: &$name<R::Lane>) -> Self {
+                Self { $($field: R::every(one.$field),)* }
+            }
+            /// The same numbers converted.
+            #[inline(always)]
+            pub fn map<Q>(&self, convert: impl Fn(R) -> Q) -> $name<Q> {
+                $name { $($field: convert(self.$field),)* }
             }
             /// Replaces the numbers in one lane.
-            pub fn set_lane(&mut self, lane: usize, one: &$name<f64>) {
+            pub fn set_lane(&mut self, lane: usize, one: &$name<R::Lane>) {
                 $(self.$field.set(lane, one.$field);)*
             }
         }
@@ -91,23 +97,23 @@ const SMALLEST_GAIN: f64 = 1e-12;
 
 /// One checked row, ready to run.
 #[derive(Clone, Debug)]
-pub struct Row {
+pub struct Row<S> {
     /// Constants of the equations.
-    pub constants: Constants<f64>,
+    pub constants: Constants<S>,
     /// Factor on the kinematic error.
-    pub te_scale: f64,
+    pub te_scale: S,
     /// The kinematic error itself, where it differs from the batch's.
-    pub harmonics: Option<Harmonics<f64>>,
+    pub harmonics: Option<Harmonics<S>>,
     /// Set speed [rad/s].
-    pub omega_set: f64,
+    pub omega_set: S,
     /// Load torque [N m].
-    pub tau_load: f64,
+    pub tau_load: S,
     /// Motor angle at the start [rad].
-    pub theta_m0: f64,
+    pub theta_m0: S,
     /// Motor torque that sustains the set speed [N m].
-    pub sustaining_torque: f64,
+    pub sustaining_torque: S,
     /// Parameters of the terms.
-    pub terms: Vec<f64>,
+    pub terms: Vec<S>,
     /// Orders of the kinematic error that force the mode most (largest n^2 A_n), NaN where there are fewer.
     pub strongest_orders: [f64; STRONGEST],
 }
@@ -115,9 +121,10 @@ pub struct Row {
 /// How many orders [`Row::strongest_orders`] names.
 const STRONGEST: usize = 4;
 
-fn strongest_orders(orders: &[f64], cosines: &[f64], sines: &[f64]) -> [f64; STRONGEST] {
+fn strongest_orders<S: Scalar>(orders: &[f64], cosines: &[S], sines: &[S]) -> [f64; STRONGEST] {
     let mut found = [(0.0, f64::NAN); STRONGEST];
     for ((&order, a), b) in orders.iter().zip(cosines).zip(sines) {
+        let (a, b) = (a.plain(), b.plain());
         let weight = order * order * (a * a + b * b).sqrt();
         if weight > found[STRONGEST - 1].0 {
             found[STRONGEST - 1] = (weight, order);
@@ -127,32 +134,34 @@ fn strongest_orders(orders: &[f64], cosines: &[f64], sines: &[f64]) -> [f64; STR
     found.map(|entry| entry.1)
 }
 
-impl Row {
+impl<S: Scalar> Row<S> {
     /// Checks a parameter row and derives the constants.
-    pub fn new(layout: &Layout, values: &[f64], own_harmonics: bool) -> Result<Self, BadParameter> {
+    pub fn new(layout: &Layout, values: &[S], own_harmonics: bool) -> Result<Self, BadParameter> {
+        let (zero, one) = (S::zero(), S::splat(1.0));
         let check = |index: usize, good: bool| if good { Ok(()) } else { Err(BadParameter { index }) };
         let tau_max = layout.scenario(ScenarioColumn::TauMax);
         for (index, value) in values.iter().enumerate() {
-            check(index, value.is_finite() || (index == tau_max && *value == f64::INFINITY))?;
+            let value = value.plain();
+            check(index, value.is_finite() || (index == tau_max && value == f64::INFINITY))?;
         }
         let [ratio, j_m, j_l, b_m, b_l, b_ml, b_sp, s] = *values.first_chunk().expect("a full row");
-        check(0, ratio != 0.0)?;
-        check(1, j_m > 0.0)?;
-        check(2, j_l > 0.0 || (layout.base == Base::OneInertia && j_l == 0.0))?;
+        check(0, ratio.plain() != 0.0)?;
+        check(1, j_m.plain() > 0.0)?;
+        check(2, j_l.plain() > 0.0 || (layout.base == Base::OneInertia && j_l.plain() == 0.0))?;
         for index in 3..8 {
-            check(index, values[index] >= 0.0)?;
+            check(index, values[index].plain() >= 0.0)?;
         }
         let scenario = |column| values[layout.scenario(column)];
         for column in [ScenarioColumn::Kp, ScenarioColumn::Ki] {
-            let gain = scenario(column);
+            let gain = scenario(column).plain();
             check(layout.scenario(column), gain == 0.0 || gain >= SMALLEST_GAIN)?;
         }
-        check(tau_max, values[tau_max] > 0.0)?;
+        check(tau_max, values[tau_max].plain() > 0.0)?;
 
         let mut constants = Constants {
-            inverse_ratio: 1.0 / ratio,
-            inverse_j_m: 1.0 / j_m,
-            inverse_j_l: 1.0 / j_l,
+            inverse_ratio: one / ratio,
+            inverse_j_m: one / j_m,
+            inverse_j_l: one / j_l,
             j_m,
             j_l,
             b_m,
@@ -163,24 +172,24 @@ impl Row {
             d_mm: b_m + b_ml,
             d_ml: s * b_ml,
             d_ll: b_l + s * s * b_ml,
-            k1: 0.0,
-            k2: 0.0,
-            k3: 0.0,
-            k4: 0.0,
-            k5: 0.0,
-            phi_max: f64::INFINITY,
-            k_3: 0.0,
-            k_12: 0.0,
-            k_23: 0.0,
-            phi_1: 0.0,
-            phi_2: 0.0,
+            k1: zero,
+            k2: zero,
+            k3: zero,
+            k4: zero,
+            k5: zero,
+            phi_max: S::splat(f64::INFINITY),
+            k_3: zero,
+            k_12: zero,
+            k_23: zero,
+            phi_1: zero,
+            phi_2: zero,
             k_p: scenario(ScenarioColumn::Kp),
             k_i: scenario(ScenarioColumn::Ki),
-            inverse_k_p: 0.0,
+            inverse_k_p: zero,
             tau_max: values[tau_max],
         };
-        if constants.k_p > 0.0 {
-            constants.inverse_k_p = 1.0 / constants.k_p;
+        if constants.k_p.plain() > 0.0 {
+            constants.inverse_k_p = one / constants.k_p;
         }
         set_spring(layout, values, &mut constants)?;
 
@@ -190,7 +199,7 @@ impl Row {
             .then(|| Harmonics::new(&layout.orders, &coefficients[..orders], &coefficients[orders..2 * orders]));
         let omega_set = scenario(ScenarioColumn::OmegaSet);
         let tau_load = scenario(ScenarioColumn::TauLoad);
-        let slip = 1.0 - s / ratio;
+        let slip = one - s / ratio;
         Ok(Self {
             constants,
             te_scale: values[layout.te_scale()],
@@ -206,7 +215,7 @@ impl Row {
             terms: term_values(layout, values)?,
             sustaining_torque: (b_m + b_ml * slip * slip + b_l / (ratio * ratio)) * omega_set
                 + tau_load / ratio
-                + dry_level(layout, values) * omega_set.signum(),
+                + dry_level(layout, values) * S::splat(omega_set.plain().signum()),
         })
     }
 
@@ -214,47 +223,51 @@ impl Row {
     pub fn mode(&self, layout: &Layout) -> f64 {
         let c = &self.constants;
         let reflected = c.j_m / (c.inverse_ratio * c.inverse_ratio);
-        match layout.base {
+        let mode = match layout.base {
             Base::TwoInertia => {
-                let stiffness = spring::tangent(layout.spring, c, 0.0);
+                let stiffness = spring::tangent(layout.spring, c, S::zero());
                 (stiffness * (reflected + c.j_l) / (reflected * c.j_l)).sqrt()
             }
             Base::OneInertia => (c.k_p + c.d_mm) / c.j_m + (c.k_i / c.j_m).sqrt(),
-        }
+        };
+        mode.plain()
     }
 }
 
 /// The motor torque that constant dry friction takes at any speed [N m].
-fn dry_level(layout: &Layout, values: &[f64]) -> f64 {
+fn dry_level<S: Scalar>(layout: &Layout, values: &[S]) -> S {
     let parameters =
         layout.terms.terms().flat_map(|term| term.parameters.iter().map(move |parameter| (term, parameter)));
     let own = &values[layout.term_parameters()..];
     let is_level = |term: &TermInfo, name: &str| term.place == Place::Motor && name == "T_c" && term.amplitude == name;
-    parameters.zip(own).filter(|((term, parameter), _)| is_level(term, parameter.name)).map(|(_, value)| value).sum()
+    parameters
+        .zip(own)
+        .filter(|((term, parameter), _)| is_level(term, parameter.name))
+        .fold(S::zero(), |sum, (_, value)| sum + *value)
 }
 
 /// The terms' parameters, each inside its allowed range.
-fn term_values(layout: &Layout, values: &[f64]) -> Result<Vec<f64>, BadParameter> {
+fn term_values<S: Scalar>(layout: &Layout, values: &[S]) -> Result<Vec<S>, BadParameter> {
     let first = layout.term_parameters();
     let own = &values[first..first + layout.terms.parameter_count];
     let parameters = layout.terms.terms().flat_map(|term| term.parameters);
     for (offset, (parameter, value)) in parameters.zip(own).enumerate() {
-        if *value < parameter.allowed.0 || *value > parameter.allowed.1 {
+        if value.plain() < parameter.allowed.0 || value.plain() > parameter.allowed.1 {
             return Err(BadParameter { index: first + offset });
         }
     }
     Ok(own.to_vec())
 }
 
-fn set_spring(layout: &Layout, values: &[f64], c: &mut Constants<f64>) -> Result<(), BadParameter> {
+fn set_spring<S: Scalar>(layout: &Layout, values: &[S], c: &mut Constants<S>) -> Result<(), BadParameter> {
     let at = |offset: usize| BadParameter { index: Layout::SPRING + offset };
     match layout.spring {
         Spring::Polynomial => {
             [c.k1, c.k2, c.k3, c.k4, c.k5, c.phi_max] = *values[Layout::SPRING..].first_chunk().expect("a full row");
-            if c.phi_max <= 0.0 {
+            if c.phi_max.plain() <= 0.0 {
                 return Err(at(5));
             }
-            if c.k1 <= 0.0 {
+            if c.k1.plain() <= 0.0 {
                 return Err(at(0));
             }
             if !tangent_is_positive(c) {
@@ -263,7 +276,9 @@ fn set_spring(layout: &Layout, values: &[f64], c: &mut Constants<f64>) -> Result
         }
         Spring::Piecewise => {
             let [k_1, k_2, k_3, t_1, t_2] = *values[Layout::SPRING..].first_chunk().expect("a full row");
-            for (offset, good) in [k_1 > 0.0, k_2 > 0.0, k_3 > 0.0, t_1 > 0.0, t_2 > t_1].into_iter().enumerate() {
+            let zero = S::zero();
+            let checks = [zero.lt(k_1), zero.lt(k_2), zero.lt(k_3), zero.lt(t_1), t_1.lt(t_2)];
+            for (offset, good) in checks.into_iter().enumerate() {
                 if !good {
                     return Err(at(offset));
                 }
@@ -279,11 +294,12 @@ fn set_spring(layout: &Layout, values: &[f64], c: &mut Constants<f64>) -> Result
 }
 
 /// Whether the polynomial's tangent is positive on the whole range.
-fn tangent_is_positive(c: &Constants<f64>) -> bool {
-    let positive = |x: f64| spring::tangent(Spring::Polynomial, c, x) > 0.0;
-    if c.k2 == 0.0 && c.k4 == 0.0 {
-        let vertex = (-0.3 * c.k3 / c.k5).max(0.0).sqrt();
-        return positive(c.phi_max) && (vertex.is_nan() || vertex >= c.phi_max || positive(vertex));
+fn tangent_is_positive<S: Scalar>(c: &Constants<S>) -> bool {
+    let positive = |x: f64| spring::tangent(Spring::Polynomial, c, S::splat(x)).plain() > 0.0;
+    let phi_max = c.phi_max.plain();
+    if c.k2.plain() == 0.0 && c.k4.plain() == 0.0 {
+        let vertex = (-0.3 * c.k3.plain() / c.k5.plain()).max(0.0).sqrt();
+        return positive(phi_max) && (vertex.is_nan() || vertex >= phi_max || positive(vertex));
     }
-    (0..=256).all(|step| positive(c.phi_max * (f64::from(step) / 128.0 - 1.0)))
+    (0..=256).all(|step| positive(phi_max * (f64::from(step) / 128.0 - 1.0)))
 }

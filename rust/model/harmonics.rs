@@ -7,12 +7,12 @@
 //! The power basis loses a factor of about (1 + sqrt 2)^n of accuracy, 1e-9 at order 20.
 //! Fractional and higher orders are evaluated one by one.
 
-use crate::real::Real;
+use crate::real::{Real, Scalar};
 
 /// The highest integer order that is summed as a polynomial.
 pub const MAX_POLYNOMIAL_ORDER: usize = 20;
 const TERMS: usize = MAX_POLYNOMIAL_ORDER + 1;
-type Series = [f64; TERMS];
+type Series<S> = [S; TERMS];
 
 /// A kinematic error ready for evaluation.
 #[derive(Clone, Debug)]
@@ -26,12 +26,12 @@ pub struct Harmonics<R> {
     singles: Vec<(f64, R, R)>,
 }
 
-impl Harmonics<f64> {
+impl<S: Scalar> Harmonics<S> {
     /// From orders and their coefficients [rad].
-    pub fn new(orders: &[f64], cosines: &[f64], sines: &[f64]) -> Self {
+    pub fn new(orders: &[f64], cosines: &[S], sines: &[S]) -> Self {
         let polynomial = |order: f64| order.fract() == 0.0 && order <= MAX_POLYNOMIAL_ORDER as f64;
-        let mut p = [0.0; TERMS];
-        let mut q = [0.0; TERMS];
+        let mut p = [S::zero(); TERMS];
+        let mut q = [S::zero(); TERMS];
         let mut singles = Vec::new();
         let mut degree = 0;
         for ((&order, &a), &b) in orders.iter().zip(cosines).zip(sines) {
@@ -59,37 +59,51 @@ impl Harmonics<f64> {
 
     /// The same error times a factor.
     #[must_use]
-    pub fn scaled(&self, factor: f64) -> Self {
-        Self {
-            degree: self.degree,
-            value_and_slope: self.value_and_slope.iter().map(|c| c.map(|x| x * factor)).collect(),
-            curvature: self.curvature.iter().map(|c| c.map(|x| x * factor)).collect(),
-            singles: self.singles.iter().map(|&(n, a, b)| (n, a * factor, b * factor)).collect(),
-        }
+    pub fn scaled(&self, factor: S) -> Self {
+        self.map(|x| x * factor)
     }
 }
 
 impl<R: Real> Harmonics<R> {
-    /// The same error in every lane.
-    pub fn splat(one: &Harmonics<f64>) -> Self {
-        Self {
-            degree: one.degree,
-            value_and_slope: one.value_and_slope.iter().map(|c| c.map(R::splat)).collect(),
-            curvature: one.curvature.iter().map(|c| c.map(R::splat)).collect(),
-            singles: one.singles.iter().map(|&(n, a, b)| (n, R::splat(a), R::splat(b))).collect(),
+    /// The same error with every coefficient converted.
+    #[must_use]
+    pub fn map<Q>(&self, convert: impl Fn(R) -> Q + Copy) -> Harmonics<Q> {
+        Harmonics {
+            degree: self.degree,
+            value_and_slope: self.value_and_slope.iter().map(|c| c.map(convert)).collect(),
+            curvature: self.curvature.iter().map(|c| c.map(convert)).collect(),
+            singles: self.singles.iter().map(|&(n, a, b)| (n, convert(a), convert(b))).collect(),
         }
     }
 
+    /// Takes over every coefficient of an error with the same orders.
+    pub fn copy_from<Q: Real>(&mut self, other: &Harmonics<Q>, convert: impl Fn(Q) -> R) {
+        for (own, other) in self.value_and_slope.iter_mut().zip(&other.value_and_slope) {
+            own.iter_mut().zip(other).for_each(|(x, &y)| *x = convert(y));
+        }
+        for (own, other) in self.curvature.iter_mut().zip(&other.curvature) {
+            own.iter_mut().zip(other).for_each(|(x, &y)| *x = convert(y));
+        }
+        for (own, other) in self.singles.iter_mut().zip(&other.singles) {
+            (own.1, own.2) = (convert(other.1), convert(other.2));
+        }
+    }
+
+    /// The same error in every lane.
+    pub fn splat(one: &Harmonics<R::Lane>) -> Self {
+        one.map(R::every)
+    }
+
     /// Replaces the error in one lane by `factor` times another with the same orders.
-    pub fn set_lane(&mut self, lane: usize, one: &Harmonics<f64>, factor: f64) {
+    pub fn set_lane(&mut self, lane: usize, one: &Harmonics<R::Lane>, factor: R::Lane) {
         for (lanes, values) in self.value_and_slope.iter_mut().zip(&one.value_and_slope) {
             for (x, value) in lanes.iter_mut().zip(values) {
-                x.set(lane, value * factor);
+                x.set(lane, *value * factor);
             }
         }
         for (lanes, values) in self.curvature.iter_mut().zip(&one.curvature) {
             for (x, value) in lanes.iter_mut().zip(values) {
-                x.set(lane, value * factor);
+                x.set(lane, *value * factor);
             }
         }
         for (lanes, values) in self.singles.iter_mut().zip(&one.singles) {
@@ -141,11 +155,11 @@ impl<R: Real> Harmonics<R> {
     }
 }
 
-const FIRST_KIND: [Series; TERMS] = chebyshev(1.0);
-const SECOND_KIND: [Series; TERMS] = chebyshev(2.0);
+const FIRST_KIND: [Series<f64>; TERMS] = chebyshev(1.0);
+const SECOND_KIND: [Series<f64>; TERMS] = chebyshev(2.0);
 
 /// Power-basis coefficients of T_n (`slope` 1) or U_n (`slope` 2); exact integers.
-const fn chebyshev(slope: f64) -> [Series; TERMS] {
+const fn chebyshev(slope: f64) -> [Series<f64>; TERMS] {
     let mut table = [[0.0; TERMS]; TERMS];
     table[0][0] = 1.0;
     table[1][1] = slope;
@@ -162,25 +176,25 @@ const fn chebyshev(slope: f64) -> [Series; TERMS] {
     table
 }
 
-fn add_scaled(sum: &mut Series, series: &Series, factor: f64) {
+fn add_scaled<S: Scalar>(sum: &mut Series<S>, series: &Series<f64>, factor: S) {
     for (x, y) in sum.iter_mut().zip(series) {
-        *x += y * factor;
+        *x = *x + S::splat(*y) * factor;
     }
 }
 
-fn difference(left: &Series, right: &Series) -> Series {
+fn difference<S: Scalar>(left: &Series<S>, right: &Series<S>) -> Series<S> {
     std::array::from_fn(|j| left[j] - right[j])
 }
 
-fn derivative(series: &Series) -> Series {
-    std::array::from_fn(|j| series.get(j + 1).map_or(0.0, |x| (j + 1) as f64 * x))
+fn derivative<S: Scalar>(series: &Series<S>) -> Series<S> {
+    std::array::from_fn(|j| series.get(j + 1).map_or(S::zero(), |x| S::splat((j + 1) as f64) * *x))
 }
 
-fn shifted(series: &Series, by: usize) -> Series {
-    std::array::from_fn(|j| if j < by { 0.0 } else { series[j - by] })
+fn shifted<S: Scalar>(series: &Series<S>, by: usize) -> Series<S> {
+    std::array::from_fn(|j| if j < by { S::zero() } else { series[j - by] })
 }
 
-fn one_minus_square_times(series: &Series) -> Series {
+fn one_minus_square_times<S: Scalar>(series: &Series<S>) -> Series<S> {
     difference(series, &shifted(series, 2))
 }
 

@@ -42,22 +42,29 @@ pub struct Inputs<R> {
 impl<R: Real> Input<R> {
     /// No input at all.
     pub fn none() -> Self {
-        let zero = Lines {
-            start: 0.0,
-            torque: 0.0,
-            torque_slope: 0.0,
-            reference: 0.0,
-            reference_slope: 0.0,
-            load: 0.0,
-            load_slope: 0.0,
-            acceleration: 0.0,
-            acceleration_slope: 0.0,
+        let zero = R::Lane::zero();
+        let zeros = Lines {
+            start: zero,
+            torque: zero,
+            torque_slope: zero,
+            reference: zero,
+            reference_slope: zero,
+            load: zero,
+            load_slope: zero,
+            acceleration: zero,
+            acceleration_slope: zero,
         };
-        Self { lines: Lines::splat(&zero), speed: 0, motion: 0 }
+        Self { lines: Lines::splat(&zeros), speed: 0, motion: 0 }
+    }
+
+    /// The same inputs converted.
+    #[inline(always)]
+    pub fn map<Q: Real>(&self, convert: impl Fn(R) -> Q) -> Input<Q> {
+        Input { lines: self.lines.map(convert), speed: self.speed, motion: self.motion }
     }
 
     /// Puts a segment in force in one lane.
-    pub fn set_lane(&mut self, lane: usize, segment: &Segment, row: &Row) {
+    pub fn set_lane(&mut self, lane: usize, segment: &Segment, row: &Row<R::Lane>) {
         let torque = segment.motor_torque(row);
         let reference = segment.reference(row);
         let load = segment.load_torque(row);
@@ -65,16 +72,17 @@ impl<R: Real> Input<R> {
             Drive::Motion { angle, .. } => [2.0 * angle[2], 6.0 * angle[3]],
             _ => [0.0; 2],
         };
+        let number = <R::Lane as Real>::splat;
         let lines = Lines {
-            start: segment.start,
+            start: number(segment.start),
             torque: torque.value,
             torque_slope: torque.slope,
             reference: reference.value,
             reference_slope: reference.slope,
             load: load.value,
             load_slope: load.slope,
-            acceleration: acceleration[0],
-            acceleration_slope: acceleration[1],
+            acceleration: number(acceleration[0]),
+            acceleration_slope: number(acceleration[1]),
         };
         self.lines.set_lane(lane, &lines);
         let bit = 1 << lane;

@@ -21,7 +21,7 @@ pub use program::{Drive, Line, Program, Segment};
 pub use spring::{Spring, SpringLaw};
 pub use two_inertia::TwoInertia;
 
-use crate::real::Real;
+use crate::real::{Real, Scalar};
 
 /// Which equations of motion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -135,10 +135,10 @@ pub trait Model<const N: usize> {
     }
 
     /// The state made of theta_m, omega_m, te, omega_l, z.
-    fn compose(full: [f64; 5]) -> [f64; N];
+    fn compose<S: Scalar>(full: [S; 5]) -> [S; N];
 
     /// Hidden states of a drive that begins in this state.
-    fn begin(_terms: &terms::Terms<f64>, _inverse_ratio: f64, _state: &mut [f64; N]) {}
+    fn begin<S: Scalar>(_terms: &terms::Terms<S>, _inverse_ratio: S, _state: &mut [S; N]) {}
 
     /// The size of each state, against which its error is measured.
     fn sizes<R: Real>(state: &[R; N], windup: R) -> [R; N];
@@ -147,7 +147,7 @@ pub trait Model<const N: usize> {
     fn rates<R: Real>(drive: &Drivetrain<R>, t: R, state: &[R; N]) -> Rates<R, N>;
 
     /// Lets hidden states jump whose reserve is used up.
-    fn jump(_drive: &Drivetrain<f64>, _t: f64, _state: &mut [f64; N]) {}
+    fn jump<S: Scalar>(_drive: &Drivetrain<S>, _t: S, _state: &mut [S; N]) {}
 
     /// The energy at time `t`.
     #[inline(always)]

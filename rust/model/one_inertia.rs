@@ -6,7 +6,7 @@
 
 use super::two_inertia::controlled;
 use super::{Base, Drivetrain, Model, Rates, Shaft};
-use crate::real::Real;
+use crate::real::{Real, Scalar};
 
 /// One inertia with kinematic error.
 pub struct OneInertia;
@@ -17,8 +17,8 @@ impl Model<4> for OneInertia {
 
     const INTEGRATOR: usize = 2;
 
-    fn compose(full: [f64; 5]) -> [f64; 4] {
-        [full[0], full[1], full[4], 0.0]
+    fn compose<S: Scalar>(full: [S; 5]) -> [S; 4] {
+        [full[0], full[1], full[4], S::zero()]
     }
 
     #[inline(always)]

@@ -1,19 +1,25 @@
 //! What drives a row: piecewise-linear inputs with breakpoints, and the phases they mark.
 
 use super::Row;
+use crate::real::Scalar;
 
 /// A straight line over the time since the start of its segment.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Line {
+pub struct Line<S = f64> {
     /// Value at the start.
-    pub value: f64,
+    pub value: S,
     /// Change per second.
-    pub slope: f64,
+    pub slope: S,
 }
 
 impl Line {
-    fn plus(self, factor: f64, other: Self) -> Self {
-        Self { value: self.value + factor * other.value, slope: self.slope + factor * other.slope }
+    fn plus<S: Scalar>(self, factor: S, other: Self) -> Line<S> {
+        let sum = |own: f64, other: f64| S::splat(own) + factor * S::splat(other);
+        Line { value: sum(self.value, other.value), slope: sum(self.slope, other.slope) }
+    }
+
+    fn none<S: Scalar>() -> Line<S> {
+        Line { value: S::zero(), slope: S::zero() }
     }
 }
 
@@ -67,25 +73,25 @@ pub struct Segment {
 
 impl Segment {
     /// The load torque [N m] of a row.
-    pub fn load_torque(&self, row: &Row) -> Line {
+    pub fn load_torque<S: Scalar>(&self, row: &Row<S>) -> Line<S> {
         self.load.plus(row.tau_load, self.load_set)
     }
 
     /// The motor torque asked of a row without speed control.
-    pub fn motor_torque(&self, row: &Row) -> Line {
+    pub fn motor_torque<S: Scalar>(&self, row: &Row<S>) -> Line<S> {
         match self.drive {
             Drive::Torque { absolute, sustaining } | Drive::Motion { absolute, sustaining, .. } => {
                 absolute.plus(row.sustaining_torque, sustaining)
             }
-            Drive::Speed { .. } => Line::default(),
+            Drive::Speed { .. } => Line::none(),
         }
     }
 
     /// The speed reference of a speed-controlled row.
-    pub fn reference(&self, row: &Row) -> Line {
+    pub fn reference<S: Scalar>(&self, row: &Row<S>) -> Line<S> {
         match self.drive {
             Drive::Speed { absolute, set, .. } => absolute.plus(row.omega_set, set),
-            _ => Line::default(),
+            _ => Line::none(),
         }
     }
 }
@@ -114,20 +120,26 @@ pub struct Program {
 impl Program {
     /// Start of the steady run of a row: the last whole number of set-speed revolutions before `off`
     /// that last at least half a second, or half of the motion where not one revolution fits.
-    pub fn run_start(&self, omega_set: f64) -> f64 {
+    pub fn run_start<S: Scalar>(&self, omega_set: S) -> S {
         if let Some(run) = self.run {
-            return run;
+            return S::splat(run);
         }
-        let revolution = std::f64::consts::TAU / omega_set.abs();
-        let window = (0.5 / revolution).ceil() * revolution;
-        if window <= self.off - self.on { self.off - window } else { 0.5 * (self.on + self.off) }
+        let revolution = S::splat(std::f64::consts::TAU) / omega_set.abs();
+        let window = S::splat((0.5 / revolution.plain()).ceil()) * revolution;
+        if window.plain() <= self.off - self.on {
+            S::splat(self.off) - window
+        } else {
+            S::splat(0.5 * (self.on + self.off))
+        }
     }
 
     /// Whether the inputs of a row jump where `index` starts.
-    pub fn jumps_at(&self, index: usize, row: &Row) -> bool {
+    pub fn jumps_at<S: Scalar>(&self, index: usize, row: &Row<S>) -> bool {
         let (before, after) = (&self.segments[index - 1], &self.segments[index]);
         let elapsed = after.start - before.start;
-        let jumps = |left: Line, right: Line| differ([left.value, left.slope * elapsed], right.value, SAME);
+        let jumps = |left: Line<S>, right: Line<S>| {
+            differ([left.value.plain(), left.slope.plain() * elapsed], right.value.plain(), SAME)
+        };
         let driven = match (&before.drive, &after.drive) {
             (Drive::Torque { .. }, Drive::Torque { .. }) => false,
             (Drive::Speed { .. }, Drive::Speed { .. }) => jumps(before.reference(row), after.reference(row)),

@@ -1,7 +1,7 @@
 //! The gear spring: torque and stored energy over windup.
 
 use super::Constants;
-use crate::real::{Mask, Real};
+use crate::real::{Mask, Real, Scalar};
 
 /// Which spring law a model has.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -64,22 +64,22 @@ pub fn energy<R: Real>(law: SpringLaw, c: &Constants<R>, windup: R) -> R {
 }
 
 /// Stiffness at a windup.
-pub fn tangent(law: SpringLaw, c: &Constants<f64>, windup: f64) -> f64 {
+pub fn tangent<S: Scalar>(law: SpringLaw, c: &Constants<S>, windup: S) -> S {
     match law {
-        Spring::Polynomial => polynomial_tangent(c, windup.clamp(-c.phi_max, c.phi_max)),
+        Spring::Polynomial => polynomial_tangent(c, windup.clamp_abs(c.phi_max)),
         Spring::Piecewise => {
-            let inside = |end: f64, slope: f64| if windup.abs() < end { slope } else { 0.0 };
+            let inside = |end: S, slope: S| S::select(windup.abs().lt(end), slope, S::zero());
             c.k_3 + inside(c.phi_1, c.k_12) + inside(c.phi_2, c.k_23)
         }
     }
 }
 
-/// The windup at which the spring carries a torque: Newton's method kept inside a bracket.
-pub fn windup_at(law: SpringLaw, c: &Constants<f64>, wanted: f64) -> f64 {
+/// The windup at which the spring carries a torque: Newton's method kept inside a bracket, then its derivative.
+pub fn windup_at<S: Scalar>(law: SpringLaw, c: &Constants<S>, wanted: S) -> S {
     let mut windup = 0.0;
     let (mut low, mut high) = (f64::NEG_INFINITY, f64::INFINITY);
     for _ in 0..100 {
-        let excess = torque(law, c, windup) - wanted;
+        let excess = (torque(law, c, S::splat(windup)) - wanted).plain();
         if excess == 0.0 {
             break;
         }
@@ -88,14 +88,16 @@ pub fn windup_at(law: SpringLaw, c: &Constants<f64>, wanted: f64) -> f64 {
         } else {
             high = windup;
         }
-        let newton = windup - excess / tangent(law, c, windup);
+        let newton = windup - excess / tangent(law, c, S::splat(windup)).plain();
         let next = if newton > low && newton < high { newton } else { 0.5 * (low + high) };
         if next == windup || !next.is_finite() {
             break;
         }
         windup = next;
     }
-    windup
+    let windup = S::splat(windup);
+    let excess = torque(law, c, windup) - wanted;
+    windup.with_tangent(-excess.tangent() / tangent(law, c, windup).plain())
 }
 
 #[inline(always)]

@@ -4,7 +4,7 @@
 //! relative to the motor's, so that windup (1e-6 rad) never is a difference of two large angles.
 
 use super::{Base, Drivetrain, Model, Rates, Shaft, spring};
-use crate::real::Real;
+use crate::real::{Real, Scalar};
 
 /// The default model.
 pub struct TwoInertia;
@@ -15,7 +15,7 @@ impl Model<5> for TwoInertia {
 
     const INTEGRATOR: usize = 4;
 
-    fn compose(full: [f64; 5]) -> [f64; 5] {
+    fn compose<S: Scalar>(full: [S; 5]) -> [S; 5] {
         full
     }
 

@@ -1,7 +1,8 @@
 //! Times at which a speed passes a level, located inside the steps.
 
 use super::Signal;
-use crate::solve::{Record, Retrace, Seat, root};
+use crate::real::Scalar;
+use crate::solve::{Record, Retrace, Seat, moving, root};
 
 /// Which crossing of a window is wanted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -18,22 +19,23 @@ pub enum Wanted {
 const PARTS: usize = 12;
 
 /// The time at which `sign` times a signal (omega_m or omega_l) passes `level` in a window; NaN where it never does.
-pub fn crossing<const N: usize>(
-    seat: &Seat<N>,
-    retrace: &mut dyn Retrace<N>,
+pub fn crossing<S: Scalar, const N: usize>(
+    seat: &Seat<S, N>,
+    retrace: &mut dyn Retrace<S, N>,
     signal: Signal,
     sign: f64,
-    level: f64,
+    level: S,
     window: (f64, f64),
     wanted: Wanted,
-) -> f64 {
-    let read = |record: &Record<N>| match signal {
-        Signal::OmegaM => (sign * record.state[1] - level, sign * record.alpha_m),
-        _ => (sign * record.omega_l - level, sign * record.alpha_l),
+) -> S {
+    let height = level.plain();
+    let read = |record: &Record<S, N>| match signal {
+        Signal::OmegaM => (sign * record.state[1].plain() - height, sign * record.alpha_m),
+        _ => (sign * record.omega_l - height, sign * record.alpha_l),
     };
     let from = seat.records.partition_point(|record| record.t < window.0);
     let to = seat.records.partition_point(|record| record.t <= window.1);
-    let Some(records) = seat.records.get(from..to) else { return f64::NAN };
+    let Some(records) = seat.records.get(from..to) else { return S::splat(f64::NAN) };
     let mut inside = |index: usize| {
         let (start, end) = (&records[index - 1], &records[index]);
         may_pass(read(start), read(end), end.step)
@@ -43,7 +45,7 @@ pub fn crossing<const N: usize>(
     let mut steps = 1..records.len().max(1);
     let found =
         if wanted == Wanted::LastDown { steps.rev().find_map(&mut inside) } else { steps.find_map(&mut inside) };
-    found.unwrap_or(f64::NAN)
+    found.unwrap_or(S::splat(f64::NAN))
 }
 
 /// Whether a signal with these values and rates at the ends of a step can be zero inside.
@@ -55,19 +57,20 @@ fn may_pass(start: (f64, f64), end: (f64, f64), step: f64) -> bool {
 }
 
 /// The wanted crossing inside one step, if there is one.
-fn passing<const N: usize>(
-    seat: &Seat<N>,
-    retrace: &mut dyn Retrace<N>,
+fn passing<S: Scalar, const N: usize>(
+    seat: &Seat<S, N>,
+    retrace: &mut dyn Retrace<S, N>,
     signal: Signal,
-    (sign, level): (f64, f64),
-    (start, end): (&Record<N>, &Record<N>),
+    (sign, level): (f64, S),
+    (start, end): (&Record<S, N>, &Record<S, N>),
     wanted: Wanted,
-) -> Option<f64> {
+) -> Option<S> {
     let dense = retrace.dense(seat, start, end.step);
-    let mut excess = |share: f64| {
+    let mut over = |share: S| {
         let state = dense.at(share);
-        sign * signal.value(seat, retrace, dense.t + share * dense.step, &state) - level
+        S::splat(sign) * signal.value(seat, retrace, dense.t + share.plain() * dense.step, &state) - level
     };
+    let mut excess = |share: f64| over(S::splat(share)).plain();
     let share_of = |part: usize| part as f64 / PARTS as f64;
     let values: [f64; PARTS + 1] = std::array::from_fn(|part| excess(share_of(part)));
     let passes = |part: &usize| match wanted {
@@ -77,5 +80,6 @@ fn passing<const N: usize>(
     let part = if wanted == Wanted::LastDown { (0..PARTS).rfind(passes) } else { (0..PARTS).find(passes) }?;
     let width = share_of(1);
     let share = root(|local| excess(share_of(part) + local * width), values[part], values[part + 1]);
-    Some(dense.t + dense.step * (share_of(part) + share * width))
+    let share = moving(over, share_of(part) + share * width);
+    Some(S::splat(dense.t) + S::splat(dense.step) * share)
 }

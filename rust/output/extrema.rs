@@ -1,5 +1,6 @@
 //! Largest value of a watched signal over a window, located inside the steps.
 
+use crate::real::Scalar;
 use crate::solve::{Candidate, Mark, Retrace, Seat, Watched};
 
 /// Points inside a step at which a candidate is looked at before the refinement.
@@ -8,21 +9,22 @@ const REFINEMENTS: usize = 5;
 
 /// The largest value of `sign` times a signal between two marks; NaN where no time lies between them or the row
 /// did not get that far.
-pub fn largest<const N: usize>(
-    seat: &Seat<N>,
-    retrace: &mut dyn Retrace<N>,
+pub fn largest<S: Scalar, const N: usize>(
+    seat: &Seat<S, N>,
+    retrace: &mut dyn Retrace<S, N>,
     signal: Watched,
     sign: f64,
     window: (Mark, Mark),
-) -> f64 {
+) -> S {
     let intervals = seat.between(window.0, window.1);
-    let Some(ranges) = seat.ranges.get(intervals.clone()) else { return f64::NAN };
+    let Some(ranges) = seat.ranges.get(intervals.clone()) else { return S::splat(f64::NAN) };
     if seat.time_of(window.0) >= seat.time_of(window.1) {
-        return f64::NAN;
+        return S::splat(f64::NAN);
     }
     let ends = ranges.iter().map(|range| range[signal as usize]);
-    let mut best = ends.map(|range| if sign > 0.0 { range.high } else { -range.low }).fold(f64::NEG_INFINITY, f64::max);
-    let mut candidates: Vec<&Candidate<N>> = seat
+    let extremes = ends.map(|range| if sign > 0.0 { range.high } else { -range.low });
+    let mut best = extremes.fold(S::splat(f64::NEG_INFINITY), larger);
+    let mut candidates: Vec<&Candidate<S, N>> = seat
         .candidates
         .iter()
         .filter(|(interval, it)| intervals.contains(interval) && it.signal == signal && it.sign == sign)
@@ -30,19 +32,28 @@ pub fn largest<const N: usize>(
         .collect();
     candidates.sort_by(|left, right| right.at_most.total_cmp(&left.at_most));
     for candidate in candidates {
-        if candidate.at_most <= best {
+        if candidate.at_most <= best.plain() {
             break;
         }
-        best = best.max(peak_inside(seat, retrace, candidate));
+        best = larger(best, peak_inside(seat, retrace, candidate));
     }
     best
 }
 
+/// The larger of two numbers; NaN only where both are.
+fn larger<S: Scalar>(left: S, right: S) -> S {
+    if right.plain() > left.plain() || left.plain().is_nan() { right } else { left }
+}
+
 /// The largest value inside one step: looks on a grid, then parabolas through the three best points.
-fn peak_inside<const N: usize>(seat: &Seat<N>, retrace: &mut dyn Retrace<N>, candidate: &Candidate<N>) -> f64 {
+fn peak_inside<S: Scalar, const N: usize>(
+    seat: &Seat<S, N>,
+    retrace: &mut dyn Retrace<S, N>,
+    candidate: &Candidate<S, N>,
+) -> S {
     let dense = retrace.dense(seat, &candidate.start, candidate.step);
     let mut look = |share: f64| {
-        let state = dense.at(share);
+        let state = dense.at(S::splat(share));
         let value = match (candidate.signal, N) {
             (Watched::Windup, 5) => state[2] - retrace.kinematic_error(state[0]).0,
             (Watched::Te, 5..) => state[2],
@@ -56,26 +67,27 @@ fn peak_inside<const N: usize>(seat: &Seat<N>, retrace: &mut dyn Retrace<N>, can
                 }
             }
         };
-        candidate.sign * value
+        S::splat(candidate.sign) * value
     };
     let share_of = |index: usize| index as f64 / (LOOKS - 1) as f64;
-    let values: [f64; LOOKS] = std::array::from_fn(|index| look(share_of(index)));
+    let looks: [S; LOOKS] = std::array::from_fn(|index| look(share_of(index)));
+    let values = looks.map(S::plain);
     let top = (0..LOOKS).max_by(|&a, &b| values[a].total_cmp(&values[b])).unwrap_or(0);
     let middle = top.clamp(1, LOOKS - 2);
     let mut points = [middle - 1, middle, middle + 1].map(|index| (share_of(index), values[index]));
-    let mut best = values[top];
+    let mut best = looks[top];
     for _ in 0..REFINEMENTS {
         let Some(share) = parabola_vertex(&points) else { break };
         if share <= points[0].0 || share >= points[2].0 || share == points[1].0 {
             break;
         }
         let value = look(share);
-        let gain = value - best;
-        best = best.max(value);
-        if gain.abs() <= 1e-15 * best.abs() {
+        let gain = (value - best).plain();
+        best = larger(best, value);
+        if gain.abs() <= 1e-15 * best.plain().abs() {
             break;
         }
-        points = narrowed(points, (share, value));
+        points = narrowed(points, (share, value.plain()));
     }
     best
 }

@@ -1,22 +1,24 @@
 //! Small dense linear least squares: a Cholesky factor of the normal equations that grows column by column.
 
+use crate::real::Scalar;
+
 /// A column whose part outside the earlier ones is smaller than this (squared, relative) is not determined.
 const DEPENDENT: f64 = 1e-13;
 
 /// Columns and data of one problem.
-pub struct LeastSquares<'a> {
-    data: &'a [f64],
-    columns: Vec<Vec<f64>>,
-    lengths: Vec<f64>,
+pub struct LeastSquares<'a, S> {
+    data: &'a [S],
+    columns: Vec<Vec<S>>,
+    lengths: Vec<S>,
     /// Rows of the lower factor; each row ends with its diagonal element.
-    factor: Vec<Vec<f64>>,
+    factor: Vec<Vec<S>>,
     /// The data in the coordinates of the factor.
-    reduced: Vec<f64>,
+    reduced: Vec<S>,
 }
 
-impl<'a> LeastSquares<'a> {
+impl<'a, S: Scalar> LeastSquares<'a, S> {
     /// A problem without columns.
-    pub fn new(data: &'a [f64]) -> Self {
+    pub fn new(data: &'a [S]) -> Self {
         Self { data, columns: Vec::new(), lengths: Vec::new(), factor: Vec::new(), reduced: Vec::new() }
     }
 
@@ -34,17 +36,17 @@ impl<'a> LeastSquares<'a> {
     }
 
     /// Adds a column; None where the earlier ones already span it.
-    pub fn push(&mut self, column: Vec<f64>) -> Option<()> {
+    pub fn push(&mut self, column: Vec<S>) -> Option<()> {
         let length = dot(&column, &column).sqrt();
         let mut row = Vec::with_capacity(self.len() + 1);
-        let mut left = 1.0;
-        for (index, (earlier, scale)) in self.columns.iter().zip(&self.lengths).enumerate() {
+        let mut left = S::splat(1.0);
+        for (index, (earlier, &scale)) in self.columns.iter().zip(&self.lengths).enumerate() {
             let value = dot(&column, earlier) / (length * scale) - dot(&row, &self.factor[index][..index]);
             let value = value / self.factor[index][index];
-            left -= value * value;
+            left = left - value * value;
             row.push(value);
         }
-        if left.is_nan() || left < DEPENDENT || self.len() >= self.data.len() {
+        if left.plain().is_nan() || left.plain() < DEPENDENT || self.len() >= self.data.len() {
             return None;
         }
         let diagonal = left.sqrt();
@@ -57,27 +59,28 @@ impl<'a> LeastSquares<'a> {
     }
 
     /// The coefficients of the columns.
-    pub fn solve(&self) -> Vec<f64> {
+    pub fn solve(&self) -> Vec<S> {
         let mut solution = self.reduced.clone();
         for row in (0..self.len()).rev() {
             for below in row + 1..self.len() {
-                solution[row] -= self.factor[below][row] * solution[below];
+                solution[row] = solution[row] - self.factor[below][row] * solution[below];
             }
-            solution[row] /= self.factor[row][row];
+            solution[row] = solution[row] / self.factor[row][row];
         }
-        solution.iter_mut().zip(&self.lengths).for_each(|(x, length)| *x /= length);
+        solution.iter_mut().zip(&self.lengths).for_each(|(x, length)| *x = *x / *length);
         solution
     }
 }
 
 /// Scalar product, summed in four strands.
-fn dot(left: &[f64], right: &[f64]) -> f64 {
+fn dot<S: Scalar>(left: &[S], right: &[S]) -> S {
     let (left_chunks, right_chunks) = (left.chunks_exact(4), right.chunks_exact(4));
-    let rest: f64 = left_chunks.remainder().iter().zip(right_chunks.remainder()).map(|(x, y)| x * y).sum();
-    let mut sums = [0.0; 4];
+    let rest =
+        left_chunks.remainder().iter().zip(right_chunks.remainder()).fold(S::zero(), |sum, (x, y)| sum + *x * *y);
+    let mut sums = [S::zero(); 4];
     for (x, y) in left_chunks.zip(right_chunks) {
         for strand in 0..4 {
-            sums[strand] += x[strand] * y[strand];
+            sums[strand] = sums[strand] + x[strand] * y[strand];
         }
     }
     sums[0] + sums[1] + (sums[2] + sums[3]) + rest

@@ -2,6 +2,7 @@
 
 use super::least_squares::LeastSquares;
 use crate::model::{Layout, Row, spring};
+use crate::real::Scalar;
 use crate::solve::{Retrace, Seat};
 use std::f64::consts::TAU;
 
@@ -23,33 +24,40 @@ pub struct Mode {
 const MISSING: Mode = Mode { frequency: f64::NAN, decay: f64::NAN, amplitude: f64::NAN };
 
 /// Angular frequency [rad/s] and decay rate [1/s] of the linear free mode without windup.
-pub fn linear_mode(layout: &Layout, row: &Row) -> (f64, f64) {
+pub fn linear_mode<S: Scalar>(layout: &Layout, row: &Row<S>) -> (S, S) {
     let c = &row.constants;
-    let square = 1.0 / (c.inverse_ratio * c.inverse_ratio);
+    let square = S::splat(1.0) / (c.inverse_ratio * c.inverse_ratio);
     let reflected = square * c.j_m;
     let total = reflected + c.j_l;
     let effective = reflected * c.j_l / total;
-    let damping = square * c.d_mm * (c.j_l / total).powi(2) + c.b_l * (reflected / total).powi(2) + c.b_sp;
-    ((spring::tangent(layout.spring, c, 0.0) / effective).sqrt(), damping / (2.0 * effective))
+    let (load, motor) = (c.j_l / total, reflected / total);
+    let damping = square * c.d_mm * (load * load) + c.b_l * (motor * motor) + c.b_sp;
+    ((spring::tangent(layout.spring, c, S::zero()) / effective).sqrt(), damping / (S::splat(2.0) * effective))
 }
 
 /// The window of the fit after an event [s].
-pub fn window(layout: &Layout, row: &Row) -> f64 {
-    5.0 / linear_mode(layout, row).1
+pub fn window<S: Scalar>(layout: &Layout, row: &Row<S>) -> S {
+    S::splat(5.0) / linear_mode(layout, row).1
 }
 
 /// Fits the mode in the samples between two times.
-pub fn mode<const N: usize>(layout: &Layout, seat: &Seat<N>, retrace: &mut dyn Retrace<N>, from: f64, to: f64) -> Mode {
+pub fn mode<S: Scalar, const N: usize>(
+    layout: &Layout,
+    seat: &Seat<S, N>,
+    retrace: &mut dyn Retrace<S, N>,
+    from: f64,
+    to: f64,
+) -> Mode {
     let row = &seat.assignment.row;
     let mut times = Vec::with_capacity(SAMPLES);
     let mut data = Vec::with_capacity(SAMPLES);
     let mut angles = Vec::with_capacity(SAMPLES);
     let interval = (to - from) / SAMPLES as f64;
-    for (&t, state) in seat.assignment.grids[1].iter().zip(&seat.samples[1]) {
+    for (t, state) in seat.assignment.probes.iter().map(|t| t.plain()).zip(&seat.samples[1]) {
         if t > from && t <= to && is_own(t - from, interval) {
             times.push(t - from);
-            angles.push(state[0]);
-            data.push(retrace.rates(seat, t, state).windup_rate);
+            angles.push(state[0].plain());
+            data.push(retrace.rates(seat, t, state).windup_rate.plain());
         }
     }
     if times.len() < SAMPLES / 2 {
@@ -64,7 +72,8 @@ pub fn mode<const N: usize>(layout: &Layout, seat: &Seat<N>, retrace: &mut dyn R
         problem.push(angles.iter().map(|angle| (order * angle).sin()).collect());
     }
     let background = problem.len();
-    let (mut omega, mut decay) = linear_mode(layout, row);
+    let (omega, decay) = linear_mode(layout, row);
+    let (mut omega, mut decay) = (omega.plain(), decay.plain());
     for _ in 0..ITERATIONS {
         problem.truncate(background);
         let Some([a, b, c, d]) = wave_coefficients(&mut problem, &times, omega, decay) else { return MISSING };
@@ -74,9 +83,9 @@ pub fn mode<const N: usize>(layout: &Layout, seat: &Seat<N>, retrace: &mut dyn R
         omega += omega_change.clamp(-limit, limit);
         decay += decay_change.clamp(-limit, limit);
         if omega_change.abs() + decay_change.abs() < 1e-9 * omega {
-            let constants = &row.constants;
-            let reflected = constants.j_m / (constants.inverse_ratio * constants.inverse_ratio);
-            let share = reflected / (reflected + constants.j_l);
+            let c = &row.constants;
+            let reflected = c.j_m / (c.inverse_ratio * c.inverse_ratio);
+            let share = (reflected / (reflected + c.j_l)).plain();
             return Mode { frequency: omega / TAU, decay, amplitude: share * square.sqrt() };
         }
     }
@@ -90,7 +99,7 @@ fn is_own(elapsed: f64, interval: f64) -> bool {
 }
 
 /// Coefficients of e^(-decay t) (cos, sin, t cos, t sin): the last two tell how omega and decay are off.
-fn wave_coefficients(problem: &mut LeastSquares, times: &[f64], omega: f64, decay: f64) -> Option<[f64; 4]> {
+fn wave_coefficients(problem: &mut LeastSquares<f64>, times: &[f64], omega: f64, decay: f64) -> Option<[f64; 4]> {
     let mut columns: [Vec<f64>; 4] = std::array::from_fn(|_| Vec::with_capacity(times.len()));
     let interval = times[0];
     let turn = ((omega * interval).cos(), (omega * interval).sin());

@@ -3,6 +3,7 @@
 use super::catalogue::{Metric, Phase};
 use super::mode;
 use crate::model::{Layout, Program, Row};
+use crate::real::Scalar;
 use std::f64::consts::TAU;
 use std::sync::Arc;
 
@@ -16,8 +17,9 @@ const ALWAYS: f64 = 20.0;
 /// Times closer than this share of the whole are one.
 const SAME: f64 = 1e-12;
 
-/// The times the metrics need, ascending.
-pub fn probe_grid(metrics: &[Metric], layout: &Layout, row: &Row, program: &Program) -> Arc<[f64]> {
+/// The times the metrics need, ascending; they may move with the row's parameters.
+pub fn probe_grid<S: Scalar>(metrics: &[Metric], layout: &Layout, row: &Row<S>, program: &Program) -> Arc<[S]> {
+    let number = S::splat;
     let mut times = Vec::new();
     let highest = metrics
         .iter()
@@ -25,25 +27,25 @@ pub fn probe_grid(metrics: &[Metric], layout: &Layout, row: &Row, program: &Prog
         .fold(f64::NAN, f64::max);
     if !highest.is_nan() {
         let highest = layout.orders.iter().copied().fold(highest.max(ALWAYS), f64::max);
-        let start = program.off - EARLIER * (program.off - program.run_start(row.omega_set));
-        let start = start.max(program.on);
-        let periods = highest * (program.off - start) * row.omega_set.abs() / TAU;
+        let run = number(program.off) - program.run_start(row.omega_set);
+        let start = (number(program.off) - number(EARLIER) * run).max(number(program.on));
+        let periods = highest * (program.off - start.plain()) * row.omega_set.plain().abs() / TAU;
         let unknowns = 2 * layout.orders.len() + 4;
         let count = (SAMPLES_PER_PERIOD * periods).clamp(2.0 * EARLIER * unknowns as f64, MOST_SAMPLES);
-        add_uniform(&mut times, start, program.off, count as usize);
+        add_uniform(&mut times, start, number(program.off), count as usize);
     }
     for (phase, event, end) in [(Phase::Start, program.on, program.off), (Phase::Stop, program.off, program.end)] {
         if metrics.iter().any(|metric| metric.looks_at_mode(phase)) {
-            let end = end.min(event + mode::window(layout, row));
-            add_uniform(&mut times, event, end, mode::SAMPLES);
+            let end = number(end).min(number(event) + mode::window(layout, row));
+            add_uniform(&mut times, number(event), end, mode::SAMPLES);
         }
     }
-    times.retain(|t| (0.0..=program.end).contains(t));
-    times.sort_by(f64::total_cmp);
-    times.dedup_by(|next, kept| *next - *kept < SAME * program.end);
+    times.retain(|t| (0.0..=program.end).contains(&t.plain()));
+    times.sort_by(|left, right| left.plain().total_cmp(&right.plain()));
+    times.dedup_by(|next, kept| next.plain() - kept.plain() < SAME * program.end);
     times.into()
 }
 
-fn add_uniform(times: &mut Vec<f64>, from: f64, to: f64, count: usize) {
-    times.extend((1..=count).map(|k| from + (to - from) * k as f64 / count as f64));
+fn add_uniform<S: Scalar>(times: &mut Vec<S>, from: S, to: S, count: usize) {
+    times.extend((1..=count).map(|k| from + (to - from) * S::splat(k as f64) / S::splat(count as f64)));
 }

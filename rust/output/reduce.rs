@@ -8,6 +8,7 @@ use super::orders::amplitudes;
 use super::steady::{Steady, steady};
 use super::{Signal, energy};
 use crate::model::Layout;
+use crate::real::Scalar;
 use crate::solve::{Integral, Mark, Retrace, Seat, Watched};
 use std::f64::consts::TAU;
 
@@ -16,29 +17,34 @@ const HALF: f64 = 0.5;
 const POINTS_PER_PERIOD: f64 = 32.0;
 
 /// A finished row on its way to numbers.
-pub struct Reduction<'a, const N: usize> {
+pub struct Reduction<'a, S, const N: usize> {
     layout: &'a Layout,
-    seat: &'a Seat<N>,
-    retrace: &'a mut dyn Retrace<N>,
-    end: (f64, [f64; N]),
-    steady: Option<Steady>,
+    seat: &'a Seat<S, N>,
+    retrace: &'a mut dyn Retrace<S, N>,
+    end: (f64, [S; N]),
+    steady: Option<Steady<S>>,
     modes: [Option<Mode>; 2],
 }
 
-impl<'a, const N: usize> Reduction<'a, N> {
+/// A number whose derivative is not known.
+fn without_derivative<S: Scalar>(value: f64) -> S {
+    S::splat(value).with_tangent(f64::NAN)
+}
+
+impl<'a, S: Scalar, const N: usize> Reduction<'a, S, N> {
     /// For a row that ended at a time in a state.
     pub fn new(
         layout: &'a Layout,
-        seat: &'a Seat<N>,
-        retrace: &'a mut dyn Retrace<N>,
+        seat: &'a Seat<S, N>,
+        retrace: &'a mut dyn Retrace<S, N>,
         t: f64,
-        state: [f64; N],
+        state: [S; N],
     ) -> Self {
         Self { layout, seat, retrace, end: (t, state), steady: None, modes: [None; 2] }
     }
 
     /// The metrics' values, in their order.
-    pub fn values(&mut self, metrics: &[Metric], out: &mut [f64]) {
+    pub fn values(&mut self, metrics: &[Metric], out: &mut [S]) {
         for (metric, value) in metrics.iter().zip(out.iter_mut()) {
             if !matches!(metric, Metric::Order(..)) {
                 *value = self.value(*metric);
@@ -49,11 +55,11 @@ impl<'a, const N: usize> Reduction<'a, N> {
         }
     }
 
-    fn value(&mut self, metric: Metric) -> f64 {
+    fn value(&mut self, metric: Metric) -> S {
         match metric {
             Metric::SteadySpeed => self.steady().omega_m,
             Metric::RiseTime(signal) => self.rise(signal, RISE_LEVELS.1) - self.rise(signal, RISE_LEVELS.0),
-            Metric::DeadTime => self.rise(Signal::OmegaM, RISE_LEVELS.0) - self.seat.time_of(Mark::On),
+            Metric::DeadTime => self.rise(Signal::OmegaM, RISE_LEVELS.0) - self.seat.moment_of(Mark::On),
             Metric::RiseShape => {
                 let half = self.rise(Signal::OmegaM, HALF);
                 (half - self.rise(Signal::OmegaM, RISE_LEVELS.0)) / (self.rise(Signal::OmegaM, RISE_LEVELS.1) - half)
@@ -71,78 +77,88 @@ impl<'a, const N: usize> Reduction<'a, N> {
             Metric::TeRms(phase) => self.deviation(Integral::Te, Integral::TeSquare, phase),
             Metric::SpeedRipple => self.peak_to_peak(Watched::OmegaL, Phase::Run),
             Metric::SpeedRippleRms => self.deviation(Integral::OmegaL, Integral::OmegaLSquare, Phase::Run),
-            Metric::Order(..) => f64::NAN,
-            Metric::Mode(part, phase) => self.mode(part, phase),
+            Metric::Order(..) => S::splat(f64::NAN),
+            Metric::Mode(part, phase) => without_derivative(self.mode(part, phase)),
             Metric::ResidualRing => self.residual_ring(),
             Metric::EnergyIn(phase) => {
                 self.integral(Integral::MotorPower, phase) - self.integral(Integral::LoadPower, phase)
             }
             Metric::Loss(which, phase) => self.integral(which, phase),
-            Metric::EnergyResidual => energy::residual(self.seat, self.retrace, (self.end.0, &self.end.1)),
+            Metric::EnergyResidual => {
+                without_derivative(energy::residual(self.seat, self.retrace, (self.end.0, &self.end.1)))
+            }
             Metric::LossInTerms => energy::lost_in_terms(self.seat, self.retrace, (self.end.0, &self.end.1)),
-            Metric::TimeOutsideRange => self.seat.outside,
+            Metric::TimeOutsideRange => without_derivative(self.seat.outside),
             Metric::UpsilonMin => self.upsilon_min(),
         }
     }
 
-    fn steady(&mut self) -> Steady {
+    fn steady(&mut self) -> Steady<S> {
         *self.steady.get_or_insert_with(|| steady(self.seat, self.retrace))
     }
 
-    fn window(&self, phase: Phase) -> (f64, f64) {
+    fn window(&self, phase: Phase) -> (S, S) {
         let (from, to) = phase.marks();
-        (self.seat.time_of(from), self.seat.time_of(to))
+        (self.seat.moment_of(from), self.seat.moment_of(to))
     }
 
-    fn integral(&self, which: Integral, phase: Phase) -> f64 {
+    fn integral(&self, which: Integral, phase: Phase) -> S {
         let (from, to) = phase.marks();
         self.seat.integral(from, to, which)
     }
 
-    fn mean(&self, which: Integral, phase: Phase) -> f64 {
+    fn mean(&self, which: Integral, phase: Phase) -> S {
         let (from, to) = self.window(phase);
         self.integral(which, phase) / (to - from)
     }
 
-    fn deviation(&self, value: Integral, square: Integral, phase: Phase) -> f64 {
+    fn deviation(&self, value: Integral, square: Integral, phase: Phase) -> S {
         let mean = self.mean(value, phase);
         let variance = self.mean(square, phase) - mean * mean;
-        if variance < 0.0 { 0.0 } else { variance.sqrt() }
+        if variance.plain() < 0.0 { S::zero() } else { variance.sqrt() }
     }
 
-    fn largest(&mut self, signal: Watched, sign: f64, window: (Mark, Mark)) -> f64 {
+    fn largest(&mut self, signal: Watched, sign: f64, window: (Mark, Mark)) -> S {
         largest(self.seat, self.retrace, signal, sign, window)
     }
 
-    fn farthest(&mut self, signal: Watched, window: (Mark, Mark)) -> f64 {
+    fn farthest(&mut self, signal: Watched, window: (Mark, Mark)) -> S {
         self.largest(signal, 1.0, window).abs().max(self.largest(signal, -1.0, window).abs())
     }
 
-    fn peak_to_peak(&mut self, signal: Watched, phase: Phase) -> f64 {
+    fn peak_to_peak(&mut self, signal: Watched, phase: Phase) -> S {
         self.largest(signal, 1.0, phase.marks()) + self.largest(signal, -1.0, phase.marks())
     }
 
     /// Time of the first upward crossing of a share of the signal's own steady mean.
-    fn rise(&mut self, signal: Signal, share: f64) -> f64 {
+    fn rise(&mut self, signal: Signal, share: f64) -> S {
         let mean = self.steady_mean(signal);
         let window = (self.seat.time_of(Mark::On), self.seat.time_of(Mark::Off));
-        crossing(self.seat, self.retrace, signal, mean.signum(), share * mean.abs(), window, Wanted::FirstUp)
+        crossing(
+            self.seat,
+            self.retrace,
+            signal,
+            mean.plain().signum(),
+            S::splat(share) * mean.abs(),
+            window,
+            Wanted::FirstUp,
+        )
     }
 
     /// Time of the downward crossing after the stop: the last one for the lower level, else the first.
-    fn fall(&mut self, signal: Signal, share: f64) -> f64 {
+    fn fall(&mut self, signal: Signal, share: f64) -> S {
         let mean = self.steady_mean(signal);
         let window = (self.seat.time_of(Mark::Off), self.seat.time_of(Mark::End));
         let wanted = if share == RISE_LEVELS.0 { Wanted::LastDown } else { Wanted::FirstDown };
-        crossing(self.seat, self.retrace, signal, mean.signum(), share * mean.abs(), window, wanted)
+        crossing(self.seat, self.retrace, signal, mean.plain().signum(), S::splat(share) * mean.abs(), window, wanted)
     }
 
-    fn steady_mean(&mut self, signal: Signal) -> f64 {
+    fn steady_mean(&mut self, signal: Signal) -> S {
         let steady = self.steady();
         if signal == Signal::OmegaM { steady.omega_m } else { steady.omega_l }
     }
 
-    fn orders(&mut self, signal: Signal, metrics: &[Metric], out: &mut [f64]) {
+    fn orders(&mut self, signal: Signal, metrics: &[Metric], out: &mut [S]) {
         let order_of = |metric: &Metric| match metric {
             Metric::Order(of, order) if *of == signal => Some(*order),
             _ => None,
@@ -164,7 +180,8 @@ impl<'a, const N: usize> Reduction<'a, N> {
         let found = self.modes[event].unwrap_or_else(|| {
             let (from, end) = if event == 0 { (Mark::On, Mark::Off) } else { (Mark::Off, Mark::End) };
             let from = self.seat.time_of(from);
-            let to = self.seat.time_of(end).min(from + mode::window(self.layout, &self.seat.assignment.row));
+            let window = mode::window(self.layout, &self.seat.assignment.row).plain();
+            let to = self.seat.time_of(end).min(from + window);
             mode::mode(self.layout, self.seat, self.retrace, from, to)
         });
         self.modes[event] = Some(found);
@@ -175,24 +192,27 @@ impl<'a, const N: usize> Reduction<'a, N> {
         }
     }
 
-    fn residual_ring(&self) -> f64 {
-        let width = self.seat.time_of(Mark::RingEnd) - self.seat.time_of(Mark::RingStart);
+    fn residual_ring(&self) -> S {
+        let width = S::splat(self.seat.time_of(Mark::RingEnd) - self.seat.time_of(Mark::RingStart));
         let square =
             if self.seat.assignment.program.ring_on_load { Integral::OmegaLSquare } else { Integral::WindupRateSquare };
         (self.seat.integral(Mark::RingStart, Mark::RingEnd, square) / width).sqrt()
     }
 
     /// From points over a revolution, the steepest of them refined by one parabola.
-    fn upsilon_min(&self) -> f64 {
+    fn upsilon_min(&self) -> S {
         let points = POINTS_PER_PERIOD * self.layout.orders.iter().copied().fold(1.0, f64::max);
         let spacing = TAU / points.ceil();
-        let slope = |angle: f64| self.retrace.kinematic_error(angle).1;
+        let slope = |angle: f64| self.retrace.kinematic_error(S::splat(angle)).1;
         let all = (0..points.ceil() as usize).map(|k| (k as f64 * spacing, slope(k as f64 * spacing)));
-        let (angle, steepest) = all.max_by(|left, right| left.1.total_cmp(&right.1)).unwrap_or((0.0, 0.0));
+        let by_slope = |left: &(f64, S), right: &(f64, S)| left.1.plain().total_cmp(&right.1.plain());
+        let (angle, steepest) = all.max_by(by_slope).unwrap_or((0.0, S::zero()));
         let (before, after) = (slope(angle - spacing), slope(angle + spacing));
-        let bend = before - 2.0 * steepest + after;
-        let vertex = (angle + 0.5 * spacing * (before - after) / bend).clamp(0.0, TAU);
-        let refined = if bend < 0.0 { slope(vertex).max(slope(TAU)) } else { steepest.max(slope(TAU)) };
+        let bend = before - S::splat(2.0) * steepest + after;
+        let vertex = S::splat(angle) + S::splat(0.5 * spacing) * (before - after) / bend;
+        let vertex = vertex.max(S::zero()).min(S::splat(TAU));
+        let peak = if bend.plain() < 0.0 { self.retrace.kinematic_error(vertex).1 } else { steepest };
+        let refined = peak.max(slope(TAU));
         self.seat.assignment.row.constants.inverse_ratio - refined.max(steepest)
     }
 }

@@ -1,6 +1,7 @@
 //! Time signals a user can ask for.
 
 use crate::model::{Base, Rates};
+use crate::real::Scalar;
 use crate::solve::{Retrace, Seat};
 
 /// One signal of a trajectory.
@@ -57,14 +58,20 @@ impl Signal {
     }
 
     /// The signal at an instant of a row.
-    pub fn value<const N: usize>(self, seat: &Seat<N>, retrace: &mut dyn Retrace<N>, t: f64, state: &[f64; N]) -> f64 {
+    pub fn value<S: Scalar, const N: usize>(
+        self,
+        seat: &Seat<S, N>,
+        retrace: &mut dyn Retrace<S, N>,
+        t: f64,
+        state: &[S; N],
+    ) -> S {
         let inverse_ratio = seat.assignment.row.constants.inverse_ratio;
         self.of_state(retrace.base(), state, inverse_ratio)
             .unwrap_or_else(|| self.of_rates(&retrace.rates(seat, t, state), state, inverse_ratio))
     }
 
     /// A signal that is a state, or a sum of states.
-    pub fn of_state<const N: usize>(self, base: Base, state: &[f64; N], inverse_ratio: f64) -> Option<f64> {
+    pub fn of_state<S: Scalar, const N: usize>(self, base: Base, state: &[S; N], inverse_ratio: S) -> Option<S> {
         match (self, base) {
             (Self::ThetaM, _) => Some(state[0]),
             (Self::OmegaM, _) => Some(state[1]),
@@ -76,7 +83,7 @@ impl Signal {
     }
 
     /// The signal out of everything that the equations pass through.
-    pub fn of_rates<const N: usize>(self, rates: &Rates<f64, N>, state: &[f64; N], inverse_ratio: f64) -> f64 {
+    pub fn of_rates<S: Scalar, const N: usize>(self, rates: &Rates<S, N>, state: &[S; N], inverse_ratio: S) -> S {
         match self {
             Self::ThetaM => state[0],
             Self::OmegaM => state[1],

@@ -2,8 +2,8 @@
 
 use super::program::PyProgram;
 use super::tables::{layout_of, method_of, path_in_force};
-use crate::batch::{Job, Outputs, Progress, SetupError, StartKind, sweep as run};
-use crate::model::Harmonics;
+use crate::batch::{Direction, Job, MethodName, Numbers, Outputs, Progress, SetupError, StartKind, sweep as run};
+use crate::model::{Harmonics, Layout};
 use crate::output::{Metric, Signal};
 use crate::solve::{Demand, Integrands, WatchList};
 use numpy::ndarray::{ArrayView1, ArrayView2};
@@ -47,7 +47,7 @@ fn range(what: &'static str, detail: String) -> PyErr {
 /// Runs all rows of a parameter table through one model.
 #[pyfunction]
 #[pyo3(signature = (*, base, spring, orders, terms, defaults, columns, rows, programs, program_index, initial, initial_state,
-    grids, grid_index, signals, metrics, method, rtol, atol, max_steps, max_step, threads, progress))]
+    grids, grid_index, signals, metrics, directions, method, find_stiff, rtol, atol, max_steps, max_step, threads, progress))]
 #[allow(clippy::too_many_arguments)] // the one boundary: every argument of a sweep
 pub fn sweep<'py>(
     py: Python<'py>,
@@ -66,7 +66,9 @@ pub fn sweep<'py>(
     grid_index: Option<PyReadonlyArray1<'py, u32>>,
     signals: Vec<String>,
     metrics: Vec<String>,
+    directions: Vec<(bool, usize)>,
     method: &str,
+    find_stiff: bool,
     rtol: f64,
     atol: f64,
     max_steps: u32,
@@ -110,6 +112,7 @@ pub fn sweep<'py>(
         integrands: Integrands::default(),
         watched: WatchList::default(),
         record: false,
+        find_stiff,
     };
     for metric in &metrics {
         metric.require(&mut demand);
@@ -118,7 +121,8 @@ pub fn sweep<'py>(
     let views: Vec<(usize, ArrayView1<'_, f64>)> =
         columns.iter().map(|(index, values)| (*index, values.as_array())).collect();
     let error_columns = layout.te_cos()..layout.te_sin() + layout.orders.len();
-    let own_error = views.iter().any(|(index, _)| error_columns.contains(index));
+    let moved = directions.iter().filter(|(initial, _)| !initial).map(|(_, index)| index);
+    let own_error = views.iter().map(|(index, _)| index).chain(moved).any(|index| error_columns.contains(index));
     let count = layout.orders.len();
     let shared_error = (!own_error).then(|| {
         let coefficients = &defaults[layout.te_cos()..];
@@ -143,6 +147,7 @@ pub fn sweep<'py>(
         }
     };
     let method = method_of(method, &layout)?;
+    let directions = directions_of(&directions, &layout, method)?;
     let job = Job {
         layout,
         rows,
@@ -160,6 +165,7 @@ pub fn sweep<'py>(
         grid_of: &|row| grid_index.map_or(0, |index| index[row] as usize),
         signals,
         metrics,
+        directions,
         method,
         demand,
         threads: threads.max(1),
@@ -205,6 +211,19 @@ fn start_state(states: &ArrayView2<'_, f64>, row: usize, full: usize, ratio: f64
     }
 }
 
+/// Positions in the layout, or (with true) in the state at time 0.
+fn directions_of(given: &[(bool, usize)], layout: &Layout, method: MethodName) -> PyResult<Vec<Direction>> {
+    if !given.is_empty() && method != MethodName::Dop853 {
+        return Err(range("method", "allowed with sensitivities: dop853".into()));
+    }
+    let checked = |&(initial, index): &(bool, usize)| match initial {
+        true if index < 5 => Ok(Direction::Initial(index)),
+        false if index < layout.len() => Ok(Direction::Parameter(index)),
+        _ => Err(range("directions", format!("{index}, allowed below {}", if initial { 5 } else { layout.len() }))),
+    };
+    given.iter().map(checked).collect()
+}
+
 /// An order as users write it: "2", "1.5" or "120/121".
 fn parse_order(label: &str) -> Option<f64> {
     match label.split_once('/') {
@@ -217,18 +236,19 @@ fn parse_order(label: &str) -> Option<f64> {
 fn converted<'py>(py: Python<'py>, outputs: Outputs, job: &Job) -> PyResult<Bound<'py, PyDict>> {
     let result = PyDict::new(py);
     let rows = job.rows;
-    let shape_error = |error: PyErr| PyValueError::new_err(format!("internal shape: {error}"));
-    result.set_item(
-        "metrics",
-        outputs.metrics.into_pyarray(py).reshape([job.metrics.len(), rows]).map_err(shape_error)?,
-    )?;
-    result.set_item(
-        "final_state",
-        outputs.final_state.into_pyarray(py).reshape([rows, outputs.states]).map_err(shape_error)?,
-    )?;
-    let samples = outputs.samples.into_pyarray(py).reshape([job.signals.len(), rows, outputs.times]);
-    result.set_item("samples", samples.map_err(shape_error)?)?;
+    let put = |name: &str, numbers: Numbers, shape: &[usize]| -> PyResult<()> {
+        let shape_error = |error: PyErr| PyValueError::new_err(format!("internal shape: {error}"));
+        let values = numbers.values.into_pyarray(py).reshape(shape.to_vec()).map_err(shape_error)?;
+        result.set_item(name, values)?;
+        let shape: Vec<usize> = shape.iter().copied().chain([job.directions.len()]).collect();
+        let tangents = numbers.tangents.into_pyarray(py).reshape(shape).map_err(shape_error)?;
+        result.set_item(format!("{name}_sensitivities"), tangents)
+    };
+    put("metrics", outputs.metrics, &[job.metrics.len(), rows])?;
+    put("final_state", outputs.final_state, &[rows, outputs.states])?;
+    put("samples", outputs.samples, &[job.signals.len(), rows, outputs.times])?;
     result.set_item("status", outputs.status.into_pyarray(py))?;
+    result.set_item("method", outputs.method.into_pyarray(py))?;
     result.set_item("detail", outputs.detail.into_pyarray(py))?;
     result.set_item("steps", outputs.steps.into_pyarray(py))?;
     result.set_item("rejected", outputs.rejected.into_pyarray(py))?;

@@ -4,7 +4,7 @@ use crate::batch::{MethodName, SetupError, SimdPath, lanes_of_path, paths};
 use crate::model::terms::{Choice, TERMS};
 use crate::model::{Base, Group, Layout, Spring};
 use crate::output::{Metric, Signal};
-use crate::solve::{Bs3, Dop853, Dopri5, Method, Status, Tsit5};
+use crate::solve::{Bs3, Dop853, Dopri5, Method, Rodas5p, Status, Tsit5};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -41,10 +41,10 @@ pub(super) fn layout_of(base: &str, spring: &str, orders: Vec<f64>, terms: &[Str
 }
 
 pub(super) fn method_of(name: &str, layout: &Layout) -> Result<MethodName, SetupError> {
-    if !layout.terms.on.is_empty() && !["tsit5", "dop853"].contains(&name) {
+    if !layout.terms.on.is_empty() && !["tsit5", "dop853", "rodas5p"].contains(&name) {
         return Err(SetupError::Range {
             what: "method",
-            detail: format!("'{name}', allowed with terms: tsit5, dop853"),
+            detail: format!("'{name}', allowed with terms: tsit5, dop853, rodas5p"),
         });
     }
     match name {
@@ -52,6 +52,7 @@ pub(super) fn method_of(name: &str, layout: &Layout) -> Result<MethodName, Setup
         "tsit5" => Ok(MethodName::Tsit5),
         "dopri5" => Ok(MethodName::Dopri5),
         "dop853" => Ok(MethodName::Dop853),
+        "rodas5p" => Ok(MethodName::Rodas5p),
         _ => Err(unknown("method", name)),
     }
 }
@@ -93,7 +94,7 @@ pub fn methods(py: Python<'_>) -> PyResult<Vec<Bound<'_, PyDict>>> {
         item.set_item("stages", T::STAGES)?;
         Ok(item)
     }
-    Ok(vec![entry::<Bs3>(py)?, entry::<Tsit5>(py)?, entry::<Dopri5>(py)?, entry::<Dop853>(py)?])
+    Ok(vec![entry::<Bs3>(py)?, entry::<Tsit5>(py)?, entry::<Dopri5>(py)?, entry::<Dop853>(py)?, entry::<Rodas5p>(py)?])
 }
 
 /// Status codes with names and remedies.

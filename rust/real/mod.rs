@@ -1,8 +1,9 @@
-//! The numbers a model may compute with: one `f64`, or lanes of them.
+//! The numbers a model may compute with: one `f64`, lanes of them, and either with a derivative.
 //!
 //! Every operation is IEEE-exact or built from such operations in one fixed order, so a lane and the
 //! scalar give the same bits on every CPU.
 
+mod dual;
 mod elementary;
 mod exponential;
 mod mask;
@@ -12,6 +13,7 @@ mod scalar;
 #[cfg(target_arch = "x86_64")]
 mod x86;
 
+pub use dual::Dual;
 pub use mask::{Mask, lanes_of};
 pub use pack::Pack;
 pub use path::{Path, Task};
@@ -26,17 +28,34 @@ pub trait Real:
 {
     /// The result of a comparison, lane by lane.
     type Mask: Mask;
+    /// What stands in one lane.
+    type Lane: Scalar;
+    /// The same lanes without derivatives: times, steps and errors are such numbers.
+    type Plain: Real<Mask = Self::Mask, Lane = f64, Plain = Self::Plain>;
     /// How many independent numbers there are.
     const LANES: usize;
+    /// Whether a derivative is carried along.
+    const DIFFERENTIATES: bool;
 
     /// The same number in every lane.
     fn splat(value: f64) -> Self;
     /// The number in one lane.
-    fn get(&self, lane: usize) -> f64;
+    fn get(&self, lane: usize) -> Self::Lane;
     /// Replaces the number in one lane.
-    fn set(&mut self, lane: usize, value: f64);
+    fn set(&mut self, lane: usize, value: Self::Lane);
+    /// The values without derivatives.
+    fn plain(self) -> Self::Plain;
+    /// Values whose derivative is zero.
+    fn constant(values: Self::Plain) -> Self;
+    /// The derivatives; zero where none is carried.
+    fn tangent(self) -> Self::Plain;
+    /// The same values with other derivatives, where any are carried.
+    #[must_use]
+    fn with_tangent(self, tangent: Self::Plain) -> Self;
     /// `self * factor + addend`, rounded once.
     fn mul_add(self, factor: Self, addend: Self) -> Self;
+    /// The same with a factor that depends on nothing.
+    fn mul_add_plain(self, factor: Self::Plain, addend: Self) -> Self;
     /// Square root.
     fn sqrt(self) -> Self;
     /// Absolute value.
@@ -66,6 +85,12 @@ pub trait Real:
     #[inline(always)]
     fn zero() -> Self {
         Self::splat(0.0)
+    }
+    /// One lane's number in every lane.
+    fn every(one: Self::Lane) -> Self {
+        let mut all = Self::zero();
+        (0..Self::LANES).for_each(|lane| all.set(lane, one));
+        all
     }
     /// The smaller of two numbers, `other` where either is NaN.
     #[inline(always)]
@@ -122,3 +147,38 @@ pub trait Real:
         elementary::rough_exp2(self)
     }
 }
+
+/// A single number.
+pub trait Scalar: Real<Mask = bool, Lane = Self, Plain = f64> {}
+
+impl<S: Real<Mask = bool, Lane = S, Plain = f64>> Scalar for S {}
+
+/// What numbers without derivatives make of them.
+macro_rules! without_derivative {
+    () => {
+        type Plain = Self;
+        const DIFFERENTIATES: bool = false;
+
+        #[inline(always)]
+        fn plain(self) -> Self {
+            self
+        }
+        #[inline(always)]
+        fn constant(values: Self) -> Self {
+            values
+        }
+        #[inline(always)]
+        fn tangent(self) -> Self {
+            Self::zero()
+        }
+        #[inline(always)]
+        fn with_tangent(self, _tangent: Self) -> Self {
+            self
+        }
+        #[inline(always)]
+        fn mul_add_plain(self, factor: Self, addend: Self) -> Self {
+            self.mul_add(factor, addend)
+        }
+    };
+}
+use without_derivative;

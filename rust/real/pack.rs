@@ -1,6 +1,6 @@
 //! Several vectors in flight: hides the latency of one vector behind the others.
 
-use super::{Mask, Real, Task};
+use super::{Mask, Real, Task, without_derivative};
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 
 /// `K` numbers of type `V` computed side by side; `K * V::LANES` lanes.
@@ -94,9 +94,12 @@ impl<M: Mask, const K: usize> Mask for PackMask<M, K> {
     }
 }
 
-impl<V: Real, const K: usize> Real for Pack<V, K> {
+impl<V: Real<Lane = f64>, const K: usize> Real for Pack<V, K> {
     type Mask = PackMask<V::Mask, K>;
+    type Lane = f64;
     const LANES: usize = K * V::LANES;
+
+    without_derivative!();
 
     #[inline(always)]
     fn splat(value: f64) -> Self {

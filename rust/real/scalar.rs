@@ -1,10 +1,13 @@
 //! `f64` as the one-lane number.
 
-use super::{Real, Task};
+use super::{Real, Task, without_derivative};
 
 impl Real for f64 {
     type Mask = bool;
+    type Lane = Self;
     const LANES: usize = 1;
+
+    without_derivative!();
 
     #[inline(always)]
     fn splat(value: f64) -> Self {

@@ -4,7 +4,7 @@
 //! inlined into a function entered through `batch::dispatch`, which enables those features and is
 //! called only where the CPU has them; that is the safety argument of every `unsafe` below.
 
-use super::{Mask, Real, Task};
+use super::{Mask, Real, Task, without_derivative};
 #[allow(clippy::wildcard_imports)] // one name per instruction
 use std::arch::x86_64::*;
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
@@ -161,8 +161,10 @@ macro_rules! apart {
 
 impl Real for F64x4 {
     type Mask = Mask4;
+    type Lane = f64;
     const LANES: usize = 4;
 
+    without_derivative!();
     memory_lanes!();
     apart!("avx2,fma");
 
@@ -223,8 +225,10 @@ impl Real for F64x4 {
 
 impl Real for F64x8 {
     type Mask = Mask8;
+    type Lane = f64;
     const LANES: usize = 8;
 
+    without_derivative!();
     memory_lanes!();
     apart!("avx512f,avx512dq,avx512vl,avx2,fma");
 

@@ -5,10 +5,11 @@ use super::controller::{Controller, stuck};
 use super::events::Events;
 use super::integrals::{INTEGRALS, Integrands};
 use super::record::{Dense, Record, lane_coefficients};
-use super::replay::{Replay, Retrace};
+use super::replay::{Lane, Replay, Retrace};
 use super::seat::{Assignment, Memory, Seat};
 use super::status::Status;
 use super::stepper::{Stepper, Trial};
+use super::stiffness::SHORT;
 use super::watch::{Candidate, WatchList, Watched};
 use crate::model::{Harmonics, Layout, Model, Rates};
 use crate::real::{Mask, Path, Real, lanes_of};
@@ -31,36 +32,49 @@ pub struct Demand {
     pub watched: WatchList,
     /// Whether steps are recorded.
     pub record: bool,
+    /// Whether stiff rows are set aside.
+    pub find_stiff: bool,
 }
 
 /// Where rows come from and where they go.
-pub trait Rows<const N: usize> {
+pub trait Rows<S, const N: usize> {
     /// The next row to simulate.
-    fn next(&mut self) -> Option<Assignment<N>>;
+    fn next(&mut self) -> Option<Assignment<S>>;
+    /// Takes a row that is stiff and has not ended.
+    fn set_aside(&mut self, seat: &Seat<S, N>);
     /// Takes a row that ended in the given state.
-    fn finish(&mut self, seat: &Seat<N>, t: f64, state: &[f64; N], status: Status, replay: &mut dyn Retrace<N>);
+    fn finish(&mut self, seat: &Seat<S, N>, t: f64, state: &[S; N], status: Status, replay: &mut dyn Retrace<S, N>);
 }
+
+/// Numbers of a path that carry no derivative.
+pub(super) type Plain<P> = <<P as Path>::Lanes as Real>::Plain;
 
 /// All lanes of one thread.
 pub struct Advance<'a, P: Path, M: Model<N>, T: Method, const N: usize> {
     pub(super) demand: &'a Demand,
     pub(super) layout: &'a Layout,
-    pub(super) harmonics: &'a Harmonics<f64>,
+    pub(super) harmonics: &'a Harmonics<Lane<P>>,
     pub(super) cancelled: &'a AtomicBool,
     pub(super) stepper: Stepper<P::Lanes, N>,
-    pub(super) controller: Controller<P::Lanes>,
+    pub(super) controller: Controller<Plain<P>>,
     pub(super) replay: Replay<P, M, T, N>,
-    pub(super) seats: Vec<Option<Seat<N>>>,
-    pub(super) spare: Vec<Memory<N>>,
-    pub(super) step: P::Lanes,
-    pub(super) stop: P::Lanes,
-    pub(super) sample: P::Lanes,
-    pub(super) attempts: P::Lanes,
-    pub(super) accepted: P::Lanes,
+    pub(super) seats: Vec<Option<Seat<Lane<P>, N>>>,
+    pub(super) spare: Vec<Memory<Lane<P>, N>>,
+    pub(super) step: Plain<P>,
+    pub(super) stop: Plain<P>,
+    pub(super) sample: Plain<P>,
+    pub(super) attempts: Plain<P>,
+    pub(super) accepted: Plain<P>,
+    /// How stiff each lane has looked of late.
+    pub(super) stiffness: Plain<P>,
+    /// Steps below which stiffness is looked for [s].
+    pub(super) short_step: Plain<P>,
     pub(super) first_share: f64,
     pub(super) events: Events<P::Lanes>,
     pub(super) occupied: u64,
     pub(super) stale: u64,
+    /// Lanes in which an input bends without a jump.
+    pub(super) bent: u64,
 }
 
 impl<'a, P: Path, M: Model<N>, T: Method, const N: usize> Advance<'a, P, M, T, N> {
@@ -68,36 +82,39 @@ impl<'a, P: Path, M: Model<N>, T: Method, const N: usize> Advance<'a, P, M, T, N
     pub fn new(
         demand: &'a Demand,
         layout: &'a Layout,
-        harmonics: &'a Harmonics<f64>,
+        harmonics: &'a Harmonics<Lane<P>>,
         cancelled: &'a AtomicBool,
-        first: &Assignment<N>,
+        first: &Assignment<Lane<P>>,
     ) -> Self {
-        let zero = P::Lanes::zero();
+        let zero = Plain::<P>::zero();
         Self {
             demand,
             layout,
             harmonics,
             cancelled,
-            stepper: Stepper::new::<M>(layout, &first.row, harmonics, demand.integrands, demand.watched),
+            stepper: Stepper::new::<M, T>(layout, &first.row, harmonics, demand.integrands, demand.watched),
             controller: Controller::new(),
             replay: Replay::new(layout, &first.row, harmonics),
             seats: (0..P::Lanes::LANES).map(|_| None).collect(),
             spare: Vec::new(),
-            step: P::Lanes::splat(1e-3),
-            stop: P::Lanes::splat(f64::INFINITY),
-            sample: P::Lanes::splat(f64::INFINITY),
+            step: Plain::<P>::splat(1e-3),
+            stop: Plain::<P>::splat(f64::INFINITY),
+            sample: Plain::<P>::splat(f64::INFINITY),
             attempts: zero,
             accepted: zero,
+            stiffness: zero,
+            short_step: zero,
             first_share: 3.0 * demand.rtol.powf(1.0 / f64::from(T::ERROR_ORDER)),
             events: Events::new(),
             occupied: 0,
             stale: 0,
+            bent: 0,
         }
     }
 
     /// Runs rows until there are no more.
     #[inline(always)]
-    pub fn run(&mut self, rows: &mut impl Rows<N>) {
+    pub fn run(&mut self, rows: &mut impl Rows<Lane<P>, N>) {
         for lane in 0..P::Lanes::LANES {
             self.seat_next(lane, rows);
         }
@@ -109,9 +126,10 @@ impl<'a, P: Path, M: Model<N>, T: Method, const N: usize> Advance<'a, P, M, T, N
             self.refresh();
             let (step, landing) = self.next_step();
             let mut trial = self.stepper.attempt::<M, T>(step);
-            trial.t = P::Lanes::select(landing, self.stop, trial.t);
+            trial.t = Plain::<P>::select(landing, self.stop, trial.t);
             let error = self.stepper.squared_error::<M, T>(step, &trial, self.demand.rtol, self.demand.floor);
             let verdict = self.controller.judge::<T>(error);
+            let stiff = self.find_stiff(verdict.accepted, step, &trial);
             let accepted = verdict.accepted & !self.find_events(verdict.accepted, landing, step, &trial);
             self.take_samples(accepted, step, &trial);
             self.watch(accepted, step, &trial);
@@ -120,6 +138,7 @@ impl<'a, P: Path, M: Model<N>, T: Method, const N: usize> Advance<'a, P, M, T, N
             self.settle_events(accepted, &trial);
             self.count(accepted, step, &trial);
             let arrived = (accepted & landing).to_bits() & self.occupied;
+            self.set_aside(stiff & !arrived, rows);
             self.fail(arrived, !accepted, step, &trial, rows);
             self.arrive(arrived, &trial, rows);
         }
@@ -128,6 +147,10 @@ impl<'a, P: Path, M: Model<N>, T: Method, const N: usize> Advance<'a, P, M, T, N
     /// First slopes of lanes that begin a row or whose input has jumped.
     #[inline(always)]
     fn refresh(&mut self) {
+        if P::Lanes::DIFFERENTIATES && self.bent != 0 {
+            self.stepper.refresh_tangents::<M>(<P::Lanes as Real>::Mask::from_bits(self.bent));
+            self.bent = 0;
+        }
         if self.stale == 0 {
             return;
         }
@@ -135,11 +158,14 @@ impl<'a, P: Path, M: Model<N>, T: Method, const N: usize> Advance<'a, P, M, T, N
         if M::sticks() && self.release(&rates) {
             rates = self.stepper.refresh::<M>(<P::Lanes as Real>::Mask::from_bits(self.stale));
         }
+        if M::sticks() && P::Lanes::DIFFERENTIATES && self.carry_from_event(&rates) {
+            rates = self.stepper.refresh::<M>(<P::Lanes as Real>::Mask::from_bits(self.stale));
+        }
         for lane in lanes_of(self.stale) {
             self.open_windows(lane);
         }
         if self.demand.record {
-            self.remember(self.stale, P::Lanes::zero(), &rates);
+            self.remember(self.stale, Plain::<P>::zero(), &rates);
         }
         self.stale = 0;
     }
@@ -148,40 +174,41 @@ impl<'a, P: Path, M: Model<N>, T: Method, const N: usize> Advance<'a, P, M, T, N
     fn open_windows(&mut self, lane: usize) {
         let Some(seat) = &mut self.seats[lane] else { return };
         if self.stepper.t.get(lane) == 0.0 {
-            self.stepper.watch.close_window(lane);
-            seat.pass_marks(0.0, [0.0; INTEGRALS], self.stepper.watch.close_window(lane));
+            self.stepper.watch.close_window(lane, 0.0);
+            let ranges = self.stepper.watch.close_window(lane, 0.0);
+            seat.pass_marks(0.0, [Lane::<P>::zero(); INTEGRALS], [0.0; INTEGRALS], ranges);
             self.stop.set(lane, seat.next_stop());
         }
     }
 
     #[inline(always)]
-    fn choose_step(&mut self, step: P::Lanes, factor: P::Lanes, landed: <P::Lanes as Real>::Mask) {
+    fn choose_step(&mut self, step: Plain<P>, factor: Plain<P>, landed: <P::Lanes as Real>::Mask) {
         let next = step * factor;
         let kept = next.max(self.step);
-        self.step = P::Lanes::select(landed, kept, next).min(P::Lanes::splat(self.demand.max_step));
+        self.step = Plain::<P>::select(landed, kept, next).min(Plain::<P>::splat(self.demand.max_step));
     }
 
     /// Counts the attempt and records its end.
     #[inline(always)]
-    fn count(&mut self, accepted: <P::Lanes as Real>::Mask, step: P::Lanes, trial: &Trial<P::Lanes, N>) {
-        let one = P::Lanes::splat(1.0);
+    fn count(&mut self, accepted: <P::Lanes as Real>::Mask, step: Plain<P>, trial: &Trial<P::Lanes, N>) {
+        let one = Plain::<P>::splat(1.0);
         self.attempts = self.attempts + one;
-        self.accepted = self.accepted + P::Lanes::select(accepted, one, P::Lanes::zero());
+        self.accepted = self.accepted + Plain::<P>::select(accepted, one, Plain::<P>::zero());
         if self.demand.record {
             self.remember(accepted.to_bits(), step, &trial.rates);
         }
     }
 
     #[inline(always)]
-    fn remember(&mut self, lanes: u64, step: P::Lanes, rates: &Rates<P::Lanes, N>) {
+    fn remember(&mut self, lanes: u64, step: Plain<P>, rates: &Rates<P::Lanes, N>) {
         for lane in lanes_of(lanes & self.occupied) {
             let record = Record {
                 t: self.stepper.t.get(lane),
                 step: step.get(lane),
                 state: self.lane_state(lane),
-                alpha_m: rates.slope[1].get(lane),
-                omega_l: rates.omega_l.get(lane),
-                alpha_l: rates.alpha_l.get(lane),
+                alpha_m: rates.slope[1].plain().get(lane),
+                omega_l: rates.omega_l.plain().get(lane),
+                alpha_l: rates.alpha_l.plain().get(lane),
                 directions: self.lane_directions(lane),
             };
             if let Some(seat) = &mut self.seats[lane] {
@@ -192,7 +219,7 @@ impl<'a, P: Path, M: Model<N>, T: Method, const N: usize> Advance<'a, P, M, T, N
 
     /// Extrema inside the accepted steps.
     #[inline(always)]
-    fn watch(&mut self, accepted: <P::Lanes as Real>::Mask, step: P::Lanes, trial: &Trial<P::Lanes, N>) {
+    fn watch(&mut self, accepted: <P::Lanes as Real>::Mask, step: Plain<P>, trial: &Trial<P::Lanes, N>) {
         let Self { stepper, seats, occupied, .. } = self;
         let Stepper { watch, constants, t, state, directions, .. } = stepper;
         watch.step(accepted, step, &trial.rates, constants, |lanes, signal, sign, at_most| {
@@ -203,7 +230,7 @@ impl<'a, P: Path, M: Model<N>, T: Method, const N: usize> Advance<'a, P, M, T, N
                     state: std::array::from_fn(|index| state[index].get(lane)),
                     alpha_m: f64::NAN,
                     omega_l: f64::NAN,
-                    directions: [directions[0].get(lane), directions[1].get(lane)],
+                    directions: [directions[0].plain().get(lane), directions[1].plain().get(lane)],
                     alpha_l: f64::NAN,
                 };
                 let signal = [Watched::Windup, Watched::Te, Watched::OmegaL][signal];
@@ -216,7 +243,7 @@ impl<'a, P: Path, M: Model<N>, T: Method, const N: usize> Advance<'a, P, M, T, N
 
     /// States at the grid's times inside the accepted steps.
     #[inline(always)]
-    fn take_samples(&mut self, accepted: <P::Lanes as Real>::Mask, step: P::Lanes, trial: &Trial<P::Lanes, N>) {
+    fn take_samples(&mut self, accepted: <P::Lanes as Real>::Mask, step: Plain<P>, trial: &Trial<P::Lanes, N>) {
         let due = (accepted & self.sample.le(trial.t)).to_bits() & self.occupied;
         if due == 0 {
             return;
@@ -231,11 +258,15 @@ impl<'a, P: Path, M: Model<N>, T: Method, const N: usize> Advance<'a, P, M, T, N
                 while seat.next_sample() < end
                     && let Some(time) = seat.take_sample_time(end)
                 {
-                    seat.push_sample(dense.at((time - t) / dense.step));
+                    seat.push_sample(dense.at((time - Lane::<P>::splat(t)) / Lane::<P>::splat(dense.step)));
                 }
             }
-            while seat.take_sample_time(end).is_some() {
-                seat.push_sample(std::array::from_fn(|index| trial.state[index].get(lane)));
+            while let Some(time) = seat.take_sample_time(end) {
+                seat.push_sample(std::array::from_fn(|index| {
+                    let state = trial.state[index].get(lane);
+                    let slope = trial.rates.slope[index].plain().get(lane);
+                    state.with_tangent(slope.mul_add(time.tangent(), state.tangent()))
+                }));
             }
             self.sample.set(lane, seat.next_sample());
         }
@@ -247,11 +278,11 @@ impl<'a, P: Path, M: Model<N>, T: Method, const N: usize> Advance<'a, P, M, T, N
         &mut self,
         arrived: u64,
         rejected: <P::Lanes as Real>::Mask,
-        step: P::Lanes,
+        step: Plain<P>,
         trial: &Trial<P::Lanes, N>,
-        rows: &mut impl Rows<N>,
+        rows: &mut impl Rows<Lane<P>, N>,
     ) {
-        let limit = P::Lanes::splat(f64::from(self.demand.max_steps));
+        let limit = Plain::<P>::splat(f64::from(self.demand.max_steps));
         let exhausted = limit.le(self.attempts).to_bits();
         let stuck = stuck(rejected, step, self.stepper.t);
         let failed = (exhausted | stuck) & self.occupied & !arrived;
@@ -270,16 +301,28 @@ impl<'a, P: Path, M: Model<N>, T: Method, const N: usize> Advance<'a, P, M, T, N
         }
     }
 
+    /// Hands stiff rows over unfinished.
+    fn set_aside(&mut self, lanes: u64, rows: &mut impl Rows<Lane<P>, N>) {
+        for lane in lanes_of(lanes & self.occupied) {
+            if let Some(seat) = self.clear(lane) {
+                rows.set_aside(&seat);
+                self.spare.push(seat.into_memory());
+            }
+            self.seat_next(lane, rows);
+        }
+    }
+
     /// Lanes that stand on a stop: a mark, a new segment, or the end.
     #[inline(always)]
-    fn arrive(&mut self, lanes: u64, trial: &Trial<P::Lanes, N>, rows: &mut impl Rows<N>) {
+    fn arrive(&mut self, lanes: u64, trial: &Trial<P::Lanes, N>, rows: &mut impl Rows<Lane<P>, N>) {
         for lane in lanes_of(lanes) {
             let Some(mut seat) = self.seats[lane].take() else { continue };
             let t = self.stepper.t.get(lane);
             if seat.is_at_mark(t) {
                 let integrals = std::array::from_fn(|index| self.stepper.integrals[index].get(lane));
-                seat.pass_marks(t, integrals, self.stepper.watch.close_window(lane));
-                self.clear_integrals(lane);
+                let ranges = self.stepper.watch.close_window(lane, seat.lag());
+                let rest = seat.pass_marks(t, integrals, self.stepper.integrands_in(lane), ranges);
+                self.set_integrals(lane, rest);
             }
             if seat.is_done() {
                 self.seats[lane] = Some(seat);
@@ -298,6 +341,8 @@ impl<'a, P: Path, M: Model<N>, T: Method, const N: usize> Advance<'a, P, M, T, N
                     self.step.set(lane, self.step.get(lane).min(self.first_step(&seat)));
                     self.controller.reset_lane(lane);
                     self.stale |= 1 << lane;
+                } else {
+                    self.bent |= 1 << lane;
                 }
             }
             self.stop.set(lane, seat.next_stop());
@@ -306,12 +351,12 @@ impl<'a, P: Path, M: Model<N>, T: Method, const N: usize> Advance<'a, P, M, T, N
     }
 
     /// A cautious first step: a fraction of the fastest motion the row can make.
-    pub(super) fn first_step(&self, seat: &Seat<N>) -> f64 {
+    pub(super) fn first_step(&self, seat: &Seat<Lane<P>, N>) -> f64 {
         (self.first_share / seat.assignment.row.mode(self.layout)).min(self.demand.max_step)
     }
 
     /// Seats the next row that has something to simulate.
-    fn seat_next(&mut self, lane: usize, rows: &mut impl Rows<N>) {
+    fn seat_next(&mut self, lane: usize, rows: &mut impl Rows<Lane<P>, N>) {
         let Some(assignment) = rows.next() else { return };
         let mut seat = Seat::new(assignment, self.spare.pop().unwrap_or_default());
         seat.load(lane, &mut self.stepper, self.harmonics);
@@ -322,13 +367,13 @@ impl<'a, P: Path, M: Model<N>, T: Method, const N: usize> Advance<'a, P, M, T, N
         self.stepper.input.set_lane(lane, seat.segment(), &seat.assignment.row);
         self.attempts.set(lane, 0.0);
         self.accepted.set(lane, 0.0);
+        self.stiffness.set(lane, 0.0);
+        self.short_step.set(lane, SHORT / seat.assignment.row.mode(self.layout));
         self.controller.reset_lane(lane);
-        self.clear_integrals(lane);
+        self.set_integrals(lane, [Lane::<P>::zero(); INTEGRALS]);
         self.stepper.watch.reset_lane(lane);
         self.events.forget(lane);
-        for direction in &mut self.stepper.directions {
-            direction.set(lane, 0.0);
-        }
+        (0..2).for_each(|shaft| self.set_direction(lane, shaft, 0.0));
         seat.initial = state;
         while seat.take_sample_time(0.0).is_some() {
             seat.push_sample(state);
@@ -342,13 +387,9 @@ impl<'a, P: Path, M: Model<N>, T: Method, const N: usize> Advance<'a, P, M, T, N
     }
 
     /// Hands the lane's row over as it is and leaves the lane idle.
-    fn vacate(&mut self, lane: usize, status: Status, rows: &mut impl Rows<N>) {
-        self.occupied &= !(1 << lane);
-        self.stale &= !(1 << lane);
-        self.stop.set(lane, f64::INFINITY);
-        self.sample.set(lane, f64::INFINITY);
+    fn vacate(&mut self, lane: usize, status: Status, rows: &mut impl Rows<Lane<P>, N>) {
         let state = self.lane_state(lane);
-        if let Some(mut seat) = self.seats[lane].take() {
+        if let Some(mut seat) = self.clear(lane) {
             seat.outside = self.stepper.watch.outside(lane);
             seat.accepted = self.accepted.get(lane) as u32;
             seat.rejected = self.attempts.get(lane) as u32 - seat.accepted;
@@ -358,29 +399,39 @@ impl<'a, P: Path, M: Model<N>, T: Method, const N: usize> Advance<'a, P, M, T, N
         }
     }
 
-    fn vacate_all(&mut self, rows: &mut impl Rows<N>) {
+    /// Leaves the lane idle.
+    fn clear(&mut self, lane: usize) -> Option<Seat<Lane<P>, N>> {
+        self.occupied &= !(1 << lane);
+        self.stale &= !(1 << lane);
+        self.bent &= !(1 << lane);
+        self.stop.set(lane, f64::INFINITY);
+        self.sample.set(lane, f64::INFINITY);
+        self.seats[lane].take()
+    }
+
+    fn vacate_all(&mut self, rows: &mut impl Rows<Lane<P>, N>) {
         for lane in lanes_of(self.occupied) {
             self.vacate(lane, Status::Cancelled, rows);
         }
     }
 
-    fn clear_integrals(&mut self, lane: usize) {
-        for integral in &mut self.stepper.integrals {
-            integral.set(lane, 0.0);
+    fn set_integrals(&mut self, lane: usize, values: [Lane<P>; INTEGRALS]) {
+        for (integral, value) in self.stepper.integrals.iter_mut().zip(values) {
+            integral.set(lane, value);
         }
     }
 
     #[inline(always)]
     pub(super) fn lane_directions(&self, lane: usize) -> [f64; 2] {
-        [self.stepper.directions[0].get(lane), self.stepper.directions[1].get(lane)]
+        [self.stepper.directions[0].plain().get(lane), self.stepper.directions[1].plain().get(lane)]
     }
 
     #[inline(always)]
-    pub(super) fn lane_state(&self, lane: usize) -> [f64; N] {
+    pub(super) fn lane_state(&self, lane: usize) -> [Lane<P>; N] {
         std::array::from_fn(|index| self.stepper.state[index].get(lane))
     }
 
-    pub(super) fn set_lane_state(&mut self, lane: usize, state: &[f64; N]) {
+    pub(super) fn set_lane_state(&mut self, lane: usize, state: &[Lane<P>; N]) {
         for (lanes, &value) in self.stepper.state.iter_mut().zip(state) {
             lanes.set(lane, value);
         }

@@ -27,7 +27,7 @@ pub struct Verdict<R: Real> {
     pub factor: R,
 }
 
-impl<R: Real> Controller<R> {
+impl<R: Real<Lane = f64>> Controller<R> {
     pub fn new() -> Self {
         Self { previous: R::zero() }
     }

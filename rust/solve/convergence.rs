@@ -2,7 +2,7 @@
 
 use super::stepper::Stepper;
 use super::watch::WATCHED;
-use super::{Bs3, Dop853, Dopri5, Integrands, Method, Tsit5};
+use super::{Bs3, Dop853, Dopri5, Integrands, Method, Rodas5p, Tsit5};
 use crate::model::terms::Choice;
 use crate::model::{Base, Drive, Input, Layout, Line, Row, Segment, Spring, TwoInertia};
 
@@ -20,7 +20,7 @@ fn layout() -> Layout {
 }
 
 /// A default drive spinning at 60 rad/s under constant torque.
-fn stepper() -> Stepper<f64, 5> {
+fn stepper<T: Method>() -> Stepper<f64, 5> {
     let layout = layout();
     let labels: Vec<String> = layout.orders.iter().map(ToString::to_string).collect();
     let values: Vec<f64> = layout.parameters(&labels).iter().map(|parameter| parameter.default).collect();
@@ -32,7 +32,7 @@ fn stepper() -> Stepper<f64, 5> {
         load: Line { value: 5.0, slope: 0.0 },
         load_set: Line::default(),
     };
-    let mut stepper = Stepper::new::<TwoInertia>(&layout, &row, &harmonics, Integrands::default(), [false; WATCHED]);
+    let mut stepper = Stepper::new::<TwoInertia, T>(&layout, &row, &harmonics, Integrands::default(), [false; WATCHED]);
     stepper.input = Input::none();
     stepper.input.set_lane(0, &segment, &row);
     stepper.state = [0.3, 60.0, 2e-4, 0.45, 0.0];
@@ -41,7 +41,7 @@ fn stepper() -> Stepper<f64, 5> {
 
 /// Te at the end and inside the last step, after `steps` equal steps.
 fn solve<T: Method>(steps: u32) -> (f64, f64, f64) {
-    let mut stepper = stepper();
+    let mut stepper = stepper::<T>();
     let step = END / f64::from(steps);
     stepper.refresh::<TwoInertia>(true);
     for index in 0..steps {
@@ -58,7 +58,7 @@ fn solve<T: Method>(steps: u32) -> (f64, f64, f64) {
 
 /// Te at a time, to rounding.
 fn exact(t: f64) -> f64 {
-    let mut stepper = stepper();
+    let mut stepper = stepper::<Dop853>();
     let steps = 400;
     stepper.refresh::<TwoInertia>(true);
     for _ in 0..steps {
@@ -111,6 +111,11 @@ fn exact_order_of_dopri5() {
 #[test]
 fn exact_order_of_dop853() {
     check::<Dop853>(&[28, 34, 42, 52]);
+}
+
+#[test]
+fn exact_order_of_rodas5p() {
+    check::<Rodas5p>(&[80, 120, 160, 240]);
 }
 
 /// The weights of the dense output add up to those of the step, and its slope at the start is the first slope.

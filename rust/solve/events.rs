@@ -2,16 +2,18 @@
 //!
 //! A shaft slides in a direction or is held. The step in which a sliding shaft reverses, or in which a held shaft
 //! is pulled harder than its friction can hold, is repeated so that it ends exactly there; then the shaft's
-//! direction changes and the next step begins with fresh slopes.
+//! direction changes and the next step begins with fresh slopes. Where derivatives are carried, they jump there:
+//! they are carried to the moving time of the event with the slope before, and back with the slope after.
 
 use super::Method;
-use super::advance::Advance;
+use super::advance::{Advance, Plain};
 use super::controller::fit_to_stop;
 use super::integrals::Integral;
 use super::record::{Dense, lane_coefficients};
+use super::replay::Lane;
 use super::root::root;
 use super::stepper::Trial;
-use crate::model::{Model, Rates};
+use crate::model::{Model, Rates, Shaft};
 use crate::real::{Mask, Path, Real, lanes_of};
 
 /// An event is never placed at the very start of a step, so that time always moves.
@@ -29,8 +31,8 @@ enum Event {
 }
 
 /// Steps that are being repeated to end on an event.
-pub struct Events<R> {
-    step: R,
+pub struct Events<R: Real> {
+    step: R::Plain,
     planned: Vec<Option<Event>>,
     /// Lanes with a planned event.
     lanes: u64,
@@ -38,11 +40,23 @@ pub struct Events<R> {
     tried: u64,
     /// Of those, the ones whose event falls on a stop.
     on_stop: u64,
+    /// Lanes whose derivatives have yet to jump.
+    passed: u64,
+    /// Derivative of the time of the event.
+    lag: R::Plain,
 }
 
 impl<R: Real> Events<R> {
     pub fn new() -> Self {
-        Self { step: R::zero(), planned: vec![None; R::LANES], lanes: 0, tried: 0, on_stop: 0 }
+        Self {
+            step: R::Plain::zero(),
+            planned: vec![None; R::LANES],
+            lanes: 0,
+            tried: 0,
+            on_stop: 0,
+            passed: 0,
+            lag: R::Plain::zero(),
+        }
     }
 
     pub fn forget(&mut self, lane: usize) {
@@ -50,13 +64,14 @@ impl<R: Real> Events<R> {
         self.lanes &= !(1 << lane);
         self.tried &= !(1 << lane);
         self.on_stop &= !(1 << lane);
+        self.passed &= !(1 << lane);
     }
 }
 
 impl<P: Path, M: Model<N>, T: Method, const N: usize> Advance<'_, P, M, T, N> {
     /// The step of every lane, and whether it ends on a stop.
     #[inline(always)]
-    pub(super) fn next_step(&mut self) -> (P::Lanes, <P::Lanes as Real>::Mask) {
+    pub(super) fn next_step(&mut self) -> (Plain<P>, <P::Lanes as Real>::Mask) {
         let (step, landing) = fit_to_stop(self.step, self.stop - self.stepper.t);
         if !M::sticks() || self.events.lanes == 0 {
             return (step, landing);
@@ -64,7 +79,7 @@ impl<P: Path, M: Model<N>, T: Method, const N: usize> Advance<'_, P, M, T, N> {
         self.events.tried = self.events.lanes;
         let planned = <P::Lanes as Real>::Mask::from_bits(self.events.lanes);
         let on_stop = <P::Lanes as Real>::Mask::from_bits(self.events.on_stop);
-        (P::Lanes::select(planned & !on_stop, self.events.step, step), (landing & !planned) | (landing & on_stop))
+        (Plain::<P>::select(planned & !on_stop, self.events.step, step), (landing & !planned) | (landing & on_stop))
     }
 
     /// Lanes whose step has to be repeated because it runs over an event.
@@ -73,7 +88,7 @@ impl<P: Path, M: Model<N>, T: Method, const N: usize> Advance<'_, P, M, T, N> {
         &mut self,
         accepted: <P::Lanes as Real>::Mask,
         landing: <P::Lanes as Real>::Mask,
-        step: P::Lanes,
+        step: Plain<P>,
         trial: &Trial<P::Lanes, N>,
     ) -> <P::Lanes as Real>::Mask {
         let none = <P::Lanes as Real>::Mask::from_bits(0);
@@ -106,7 +121,7 @@ impl<P: Path, M: Model<N>, T: Method, const N: usize> Advance<'_, P, M, T, N> {
             let mut candidates: Vec<(f64, Event)> =
                 shafts.map(|shaft| self.locate(lane, shaft, &dense, trial)).collect();
             if jumping >> lane & 1 == 1 {
-                let at_end = trial.rates.reserve.get(lane);
+                let at_end = trial.rates.reserve.plain().get(lane);
                 candidates.push((self.use_up(lane, &dense, at_end, |rates| rates.reserve), Event::Jump));
             }
             let Some(&(share, event)) = candidates.iter().min_by(|left, right| left.0.total_cmp(&right.0)) else {
@@ -123,26 +138,40 @@ impl<P: Path, M: Model<N>, T: Method, const N: usize> Advance<'_, P, M, T, N> {
     }
 
     /// Where in the step a shaft's event lies.
-    fn locate(&mut self, lane: usize, shaft: usize, dense: &Dense<N>, trial: &Trial<P::Lanes, N>) -> (f64, Event) {
-        let direction = self.stepper.directions[shaft].get(lane);
+    fn locate(
+        &mut self,
+        lane: usize,
+        shaft: usize,
+        dense: &Dense<Lane<P>, N>,
+        trial: &Trial<P::Lanes, N>,
+    ) -> (f64, Event) {
+        let number = Lane::<P>::splat;
+        let direction = self.lane_directions(lane)[shaft];
         if direction != 0.0 {
-            let speed = |share: f64| direction * dense.at(share)[M::STICKING[shaft]];
-            let (start, end) = (direction * self.stepper.state[M::STICKING[shaft]].get(lane), speed(1.0));
+            let speed = |share: f64| direction * dense.at(number(share))[M::STICKING[shaft]].plain();
+            let (start, end) = (direction * self.stepper.state[M::STICKING[shaft]].plain().get(lane), speed(1.0));
             return (root(speed, start.max(0.0), end), Event::Stop(shaft));
         }
-        let end = &trial.rates.shafts[shaft];
-        let margin = end.breakaway.get(lane) - end.net.get(lane).abs();
-        let held = |rates: &Rates<f64, N>| rates.shafts[shaft].breakaway - rates.shafts[shaft].net.abs();
+        let held = |rates: &Rates<Lane<P>, N>| hold(&rates.shafts[shaft]);
+        let margin = hold(&trial.rates.shafts[shaft]).plain().get(lane);
         (self.use_up(lane, dense, margin, held), Event::Release(shaft))
     }
 
     /// Where in the step a reserve is used up.
-    fn use_up(&mut self, lane: usize, dense: &Dense<N>, at_end: f64, reserve: impl Fn(&Rates<f64, N>) -> f64) -> f64 {
+    fn use_up(
+        &mut self,
+        lane: usize,
+        dense: &Dense<Lane<P>, N>,
+        at_end: f64,
+        reserve: impl Fn(&Rates<Lane<P>, N>) -> Lane<P>,
+    ) -> f64 {
+        let number = Lane::<P>::splat;
         let directions = self.lane_directions(lane);
         let Some(seat) = self.seats[lane].take() else { return 1.0 };
         self.replay.load(&seat, self.harmonics);
         let mut left = |share: f64| {
-            reserve(&self.replay.rates_in(&seat, dense.t + share * dense.step, &dense.at(share), directions))
+            let t = number(dense.t + share * dense.step);
+            reserve(&self.replay.rates_in(&seat, t, &dense.at(number(share)), directions)).plain()
         };
         let start = left(0.0);
         let share = if start <= 0.0 { EARLIEST } else { root(&mut left, start, at_end) };
@@ -173,17 +202,20 @@ impl<P: Path, M: Model<N>, T: Method, const N: usize> Advance<'_, P, M, T, N> {
             if accepted.to_bits() >> lane & 1 == 0 {
                 continue;
             }
+            let Some(event) = event else { continue };
+            if P::Lanes::DIFFERENTIATES {
+                self.carry_to_event(lane, event, trial);
+            }
             match event {
-                Some(Event::Stop(shaft)) => {
-                    self.stepper.state[M::STICKING[shaft]].set(lane, 0.0);
-                    self.stepper.directions[shaft].set(lane, 0.0);
+                Event::Stop(shaft) => {
+                    self.stepper.state[M::STICKING[shaft]].set(lane, Lane::<P>::zero());
+                    self.set_direction(lane, shaft, 0.0);
                 }
-                Some(Event::Release(shaft)) => {
-                    let net = trial.rates.shafts[shaft].net.get(lane);
-                    self.stepper.directions[shaft].set(lane, net.signum());
+                Event::Release(shaft) => {
+                    let net = trial.rates.shafts[shaft].net.plain().get(lane);
+                    self.set_direction(lane, shaft, net.signum());
                 }
-                Some(Event::Jump) => self.jump(lane),
-                None => continue,
+                Event::Jump => self.jump(lane),
             }
             self.stale |= 1 << lane;
             if let Some(seat) = &self.seats[lane] {
@@ -193,6 +225,58 @@ impl<P: Path, M: Model<N>, T: Method, const N: usize> Advance<'_, P, M, T, N> {
         }
     }
 
+    /// Turns derivatives at a fixed time into those at the time of the event, which moves as well.
+    fn carry_to_event(&mut self, lane: usize, event: Event, trial: &Trial<P::Lanes, N>) {
+        let slope: [f64; N] = std::array::from_fn(|index| trial.rates.slope[index].plain().get(lane));
+        let lag = match event {
+            Event::Stop(shaft) => -trial.state[M::STICKING[shaft]].tangent().get(lane) / slope[M::STICKING[shaft]],
+            Event::Release(shaft) => self.lag(lane, trial, &slope, |rates| hold(&rates.shafts[shaft])),
+            Event::Jump => self.lag(lane, trial, &slope, |rates| rates.reserve),
+        };
+        self.events.passed |= 1 << lane;
+        self.events.lag.set(lane, lag);
+        self.carry(lane, &slope, lag);
+    }
+
+    /// Lets the time at which derivatives are taken move with a parameter.
+    fn carry(&mut self, lane: usize, slope: &[f64; N], lag: f64) {
+        let integrands = self.stepper.integrands_in(lane);
+        let integrals = self.stepper.integrals.iter_mut().zip(&integrands);
+        for (number, rate) in self.stepper.state.iter_mut().zip(slope).chain(integrals) {
+            let value = number.get(lane);
+            number.set(lane, value.with_tangent(rate.mul_add(lag, value.tangent())));
+        }
+    }
+
+    /// The derivative of the time at which a reserve is used up.
+    fn lag(
+        &mut self,
+        lane: usize,
+        trial: &Trial<P::Lanes, N>,
+        slope: &[f64; N],
+        reserve: impl Fn(&Rates<Lane<P>, N>) -> Lane<P>,
+    ) -> f64 {
+        let directions = self.lane_directions(lane);
+        let Some(seat) = self.seats[lane].take() else { return 0.0 };
+        self.replay.load(&seat, self.harmonics);
+        let state: [Lane<P>; N] = std::array::from_fn(|index| trial.state[index].get(lane));
+        let (change, rate) =
+            self.replay.change_and_rate(&seat, trial.t.get(lane), (&state, slope), directions, reserve);
+        self.seats[lane] = Some(seat);
+        -change / rate
+    }
+
+    /// The way back in lanes that have passed an event; true where there are any.
+    pub(super) fn carry_from_event(&mut self, rates: &Rates<P::Lanes, N>) -> bool {
+        let passed = std::mem::take(&mut self.events.passed);
+        for lane in lanes_of(passed) {
+            let lag = self.events.lag.get(lane);
+            let slope: [f64; N] = std::array::from_fn(|index| rates.slope[index].plain().get(lane));
+            self.carry(lane, &slope, -lag);
+        }
+        passed != 0
+    }
+
     /// Lets go of held shafts that are pulled too hard, in lanes that begin or whose input has jumped; gives
     /// shafts that turn their direction. True where anything changed.
     pub(super) fn release(&mut self, rates: &Rates<P::Lanes, N>) -> bool {
@@ -200,9 +284,9 @@ impl<P: Path, M: Model<N>, T: Method, const N: usize> Advance<'_, P, M, T, N> {
         for lane in lanes_of(self.stale & self.occupied) {
             for shaft in 0..M::STICKING.len() {
                 let state = &rates.shafts[shaft];
-                let (net, breakaway) = (state.net.get(lane), state.breakaway.get(lane));
-                let speed = self.stepper.state[M::STICKING[shaft]].get(lane);
-                let held = self.stepper.directions[shaft].get(lane);
+                let (net, breakaway) = (state.net.plain().get(lane), state.breakaway.plain().get(lane));
+                let speed = self.stepper.state[M::STICKING[shaft]].plain().get(lane);
+                let held = self.lane_directions(lane)[shaft];
                 let direction = match (speed == 0.0, breakaway > 0.0) {
                     (false, _) => speed.signum(),
                     (true, true) if held != 0.0 => held,
@@ -210,9 +294,18 @@ impl<P: Path, M: Model<N>, T: Method, const N: usize> Advance<'_, P, M, T, N> {
                     _ => net.signum(),
                 };
                 changed |= direction != held;
-                self.stepper.directions[shaft].set(lane, direction);
+                self.set_direction(lane, shaft, direction);
             }
         }
         changed
     }
+
+    pub(super) fn set_direction(&mut self, lane: usize, shaft: usize, direction: f64) {
+        self.stepper.directions[shaft].set(lane, Lane::<P>::splat(direction));
+    }
+}
+
+/// How much more dry friction could hold.
+fn hold<R: Real>(shaft: &Shaft<R>) -> R {
+    shaft.breakaway - shaft.net.abs()
 }

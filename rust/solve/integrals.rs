@@ -6,6 +6,10 @@ use crate::real::Real;
 /// How many quadratures there are.
 pub const INTEGRALS: usize = 12;
 
+/// Gauss's rule of order 6 on [0, 1]: places and weights.
+pub const GAUSS: [(f64, f64); 3] =
+    [(0.1127016653792583, 0.2777777777777778), (0.5, 0.4444444444444444), (0.8872983346207417, 0.2777777777777778)];
+
 /// What each quadrature integrates over time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(usize)]

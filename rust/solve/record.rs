@@ -1,16 +1,16 @@
 //! What is remembered of a row's steps while it runs.
 
-use crate::real::Real;
+use crate::real::{Real, Scalar};
 
 /// The end of one accepted step.
 #[derive(Clone, Copy, Debug)]
-pub struct Record<const N: usize> {
+pub struct Record<S, const N: usize> {
     /// Time [s].
     pub t: f64,
     /// Length of the step that ended here [s]; 0 where a row starts or an input jumps.
     pub step: f64,
     /// State.
-    pub state: [f64; N],
+    pub state: [S; N],
     /// Motor acceleration [rad/s^2].
     pub alpha_m: f64,
     /// Load speed [rad/s].
@@ -26,19 +26,19 @@ pub const DENSE_TERMS: usize = 8;
 
 /// One step as a polynomial in the elapsed share of the step, ascending coefficients.
 #[derive(Clone, Copy, Debug)]
-pub struct Dense<const N: usize> {
+pub struct Dense<S, const N: usize> {
     /// Start of the step [s].
     pub t: f64,
     /// Length of the step [s].
     pub step: f64,
     /// Coefficients per state.
-    pub coefficients: [[f64; DENSE_TERMS]; N],
+    pub coefficients: [[S; DENSE_TERMS]; N],
 }
 
-impl<const N: usize> Dense<N> {
+impl<S: Scalar, const N: usize> Dense<S, N> {
     /// The state after a share of the step.
-    pub fn at(&self, share: f64) -> [f64; N] {
-        self.coefficients.map(|c| c.iter().rev().fold(0.0, |sum, &x| sum * share + x))
+    pub fn at(&self, share: S) -> [S; N] {
+        self.coefficients.map(|c| c.iter().rev().fold(S::zero(), |sum, &x| sum * share + x))
     }
 }
 
@@ -46,8 +46,8 @@ impl<const N: usize> Dense<N> {
 pub fn lane_coefficients<R: Real, const N: usize>(
     coefficients: &[[R; DENSE_TERMS]; N],
     lane: usize,
-) -> [[f64; DENSE_TERMS]; N] {
-    let mut own = [[0.0; DENSE_TERMS]; N];
+) -> [[R::Lane; DENSE_TERMS]; N] {
+    let mut own = [[R::Lane::zero(); DENSE_TERMS]; N];
     for index in 0..N {
         for power in 0..DENSE_TERMS {
             own[index][power] = coefficients[index][power].get(lane);

@@ -6,110 +6,150 @@ use super::stepper::Stepper;
 use super::watch::WATCHED;
 use super::{Integrands, Method};
 use crate::model::{Base, Drive, Energies, Harmonics, Layout, Model, Rates, Row, spring};
-use crate::real::{Path, Task};
+use crate::real::{Path, Real, Scalar, Task};
 use std::marker::PhantomData;
 
 /// A finished row that can be looked at again, one step or one instant at a time.
-pub trait Retrace<const N: usize> {
+pub trait Retrace<S, const N: usize> {
     /// A step from a record as polynomials.
-    fn dense(&mut self, seat: &Seat<N>, start: &Record<N>, step: f64) -> Dense<N>;
+    fn dense(&mut self, seat: &Seat<S, N>, start: &Record<S, N>, step: f64) -> Dense<S, N>;
     /// Everything the equations pass through at an instant; a shaft slides the way it moves.
-    fn rates(&mut self, seat: &Seat<N>, t: f64, state: &[f64; N]) -> Rates<f64, N>;
+    fn rates(&mut self, seat: &Seat<S, N>, t: f64, state: &[S; N]) -> Rates<S, N>;
     /// The energy at an instant.
-    fn energies(&mut self, seat: &Seat<N>, t: f64, state: &[f64; N]) -> Energies<f64>;
+    fn energies(&mut self, seat: &Seat<S, N>, t: f64, state: &[S; N]) -> Energies<S>;
     /// Which base model it is.
     fn base(&self) -> Base;
     /// The kinematic error [rad] and its slope at a motor angle.
-    fn kinematic_error(&self, angle: f64) -> (f64, f64);
+    fn kinematic_error(&self, angle: S) -> (S, S);
 }
 
+/// What stands in one lane of a path.
+pub type Lane<P> = <<P as Path>::Lanes as Real>::Lane;
+
 /// Recomputes single steps of the row last loaded, with the same bits as the lanes had.
-pub struct Replay<P, M, T, const N: usize> {
-    stepper: Stepper<f64, N>,
+pub struct Replay<P: Path, M, T, const N: usize> {
+    stepper: Stepper<Lane<P>, N>,
     methods: PhantomData<(P, M, T)>,
 }
 
 impl<P: Path, M: Model<N>, T: Method, const N: usize> Replay<P, M, T, N> {
     /// For rows like this one.
-    pub fn new(layout: &Layout, row: &Row, harmonics: &Harmonics<f64>) -> Self {
+    pub fn new(layout: &Layout, row: &Row<Lane<P>>, harmonics: &Harmonics<Lane<P>>) -> Self {
         Self {
-            stepper: Stepper::new::<M>(layout, row, harmonics, Integrands::default(), [false; WATCHED]),
+            stepper: Stepper::new::<M, T>(layout, row, harmonics, Integrands::default(), [false; WATCHED]),
             methods: PhantomData,
         }
     }
 
     /// Makes a row the one that is replayed.
-    pub fn load(&mut self, seat: &Seat<N>, shared: &Harmonics<f64>) {
+    pub fn load(&mut self, seat: &Seat<Lane<P>, N>, shared: &Harmonics<Lane<P>>) {
         seat.load(0, &mut self.stepper, shared);
     }
 
+    fn set_directions(&mut self, directions: [f64; 2]) {
+        self.stepper.directions = directions.map(Lane::<P>::splat);
+    }
+
     /// Everything the equations pass through at an instant, with shafts that slide in given directions.
-    pub fn rates_in(&mut self, seat: &Seat<N>, t: f64, state: &[f64; N], directions: [f64; 2]) -> Rates<f64, N> {
-        self.stepper.directions = directions;
-        self.stepper.input.set_lane(0, seat.segment_before(t), &seat.assignment.row);
-        P::enter(Instant::<M, N> { stepper: &self.stepper, t, state, model: PhantomData })
+    pub fn rates_in(
+        &mut self,
+        seat: &Seat<Lane<P>, N>,
+        t: Lane<P>,
+        state: &[Lane<P>; N],
+        directions: [f64; 2],
+    ) -> Rates<Lane<P>, N> {
+        self.set_directions(directions);
+        self.stepper.input.set_lane(0, seat.segment_before(t.plain()), &seat.assignment.row);
+        P::enter(Instant::<Lane<P>, M, N> { stepper: &self.stepper, t, state, model: PhantomData })
+    }
+
+    /// The derivative of a function of the equations, and how fast it changes along the motion.
+    pub fn change_and_rate(
+        &mut self,
+        seat: &Seat<Lane<P>, N>,
+        t: f64,
+        (state, slope): (&[Lane<P>; N], &[f64; N]),
+        directions: [f64; 2],
+        function: impl Fn(&Rates<Lane<P>, N>) -> Lane<P>,
+    ) -> (f64, f64) {
+        let mut tangent = |pace: f64| {
+            let moving = |number: Lane<P>, rate: f64| number.with_tangent(rate.mul_add(pace, number.tangent()));
+            let state = std::array::from_fn(|index| moving(state[index], slope[index]));
+            function(&self.rates_in(seat, moving(Lane::<P>::splat(t), 1.0), &state, directions)).tangent()
+        };
+        let change = tangent(0.0);
+        (change, tangent(1.0) - change)
     }
 
     /// The state after a jump of hidden states at the end of a step, and the energy that went with it [J].
-    pub fn jump(&mut self, seat: &Seat<N>, t: f64, state: &[f64; N]) -> ([f64; N], f64) {
+    pub fn jump(&mut self, seat: &Seat<Lane<P>, N>, t: f64, state: &[Lane<P>; N]) -> ([Lane<P>; N], Lane<P>) {
         let before = self.energies(seat, t, state).mechanical;
         let mut after = *state;
-        P::enter(Jump::<M, N> { stepper: &self.stepper, t, state: &mut after, model: PhantomData });
+        P::enter(Jump::<Lane<P>, M, N> { stepper: &self.stepper, t, state: &mut after, model: PhantomData });
         let lost = before - self.energies(seat, t, &after).mechanical;
         (after, lost)
     }
 
     /// The state at time 0 of a row just loaded.
-    pub fn start(&self, seat: &Seat<N>) -> [f64; N] {
+    pub fn start(&self, seat: &Seat<Lane<P>, N>) -> [Lane<P>; N] {
+        let number = Lane::<P>::splat;
         let row = &seat.assignment.row;
         let c = &row.constants;
         let (angle, speed) = match seat.segment().drive {
-            Drive::Motion { angle, .. } => (angle[0], angle[1]),
-            _ => (row.theta_m0, 0.0),
+            Drive::Motion { angle, .. } => (number(angle[0]), number(angle[1])),
+            _ => (row.theta_m0, number(0.0)),
         };
-        let full = match seat.assignment.start {
+        let mut full = match seat.assignment.start {
             Start::Given(full) => match seat.segment().drive {
                 Drive::Motion { .. } => [angle, speed, full[2] + (angle - full[0]) * c.inverse_ratio, full[3], full[4]],
                 _ => full,
             },
-            Start::ZeroAngle => [0.0; 5],
+            Start::ZeroAngle => [number(0.0); 5],
             Start::Relaxed => {
                 let (error, slope) = self.kinematic_error(angle);
                 let windup = spring::windup_at(self.stepper.spring, c, seat.segment().load_torque(row).value);
-                [angle, speed, error + windup, (c.inverse_ratio - slope) * speed, 0.0]
+                [angle, speed, error + windup, (c.inverse_ratio - slope) * speed, number(0.0)]
             }
         };
+        let [theta_m, omega_m, theta_l, omega_l, z] = seat.assignment.initial_tangent;
+        let imposed = matches!(seat.segment().drive, Drive::Motion { .. });
+        let (theta_m, omega_m) = if imposed { (0.0, 0.0) } else { (theta_m, omega_m) };
+        let te = theta_m * c.inverse_ratio.plain() - theta_l;
+        for (number, change) in full.iter_mut().zip([theta_m, omega_m, te, omega_l, z]) {
+            *number = number.with_tangent(number.tangent() + change);
+        }
         let mut state = M::compose(full);
         M::begin(&self.stepper.terms, c.inverse_ratio, &mut state);
         state
     }
 }
 
-impl<P: Path, M: Model<N>, T: Method, const N: usize> Retrace<N> for Replay<P, M, T, N> {
-    fn dense(&mut self, seat: &Seat<N>, start: &Record<N>, step: f64) -> Dense<N> {
+impl<P: Path, M: Model<N>, T: Method, const N: usize> Retrace<Lane<P>, N> for Replay<P, M, T, N> {
+    fn dense(&mut self, seat: &Seat<Lane<P>, N>, start: &Record<Lane<P>, N>, step: f64) -> Dense<Lane<P>, N> {
         self.stepper.t = start.t;
         self.stepper.state = start.state;
-        self.stepper.directions = start.directions;
+        self.set_directions(start.directions);
         self.stepper.input.set_lane(0, seat.segment_before(start.t + step), &seat.assignment.row);
-        let coefficients = P::enter(DenseStep::<M, T, N> { stepper: &mut self.stepper, step, methods: PhantomData });
+        let coefficients =
+            P::enter(DenseStep::<Lane<P>, M, T, N> { stepper: &mut self.stepper, step, methods: PhantomData });
         Dense { t: start.t, step, coefficients }
     }
 
-    fn rates(&mut self, seat: &Seat<N>, t: f64, state: &[f64; N]) -> Rates<f64, N> {
-        let way = |shaft: usize| M::STICKING.get(shaft).map_or(0.0, |&speed| sign(state[speed]));
-        self.rates_in(seat, t, state, [way(0), way(1)])
+    fn rates(&mut self, seat: &Seat<Lane<P>, N>, t: f64, state: &[Lane<P>; N]) -> Rates<Lane<P>, N> {
+        let way = |shaft: usize| M::STICKING.get(shaft).map_or(0.0, |&speed| sign(state[speed].plain()));
+        self.rates_in(seat, Lane::<P>::splat(t), state, [way(0), way(1)])
     }
 
-    fn energies(&mut self, seat: &Seat<N>, t: f64, state: &[f64; N]) -> Energies<f64> {
+    fn energies(&mut self, seat: &Seat<Lane<P>, N>, t: f64, state: &[Lane<P>; N]) -> Energies<Lane<P>> {
         self.stepper.input.set_lane(0, seat.segment_before(t), &seat.assignment.row);
-        P::enter(Energy::<M, N> { stepper: &self.stepper, t, state, model: PhantomData })
+        P::enter(Energy::<Lane<P>, M, N> { stepper: &self.stepper, t, state, model: PhantomData })
     }
 
     fn base(&self) -> Base {
         M::BASE
     }
 
-    fn kinematic_error(&self, angle: f64) -> (f64, f64) {
+    fn kinematic_error(&self, angle: Lane<P>) -> (Lane<P>, Lane<P>) {
         P::enter(KinematicError(&self.stepper.harmonics, angle))
     }
 }
@@ -119,10 +159,10 @@ fn sign(value: f64) -> f64 {
     if value == 0.0 { 0.0 } else { value.signum() }
 }
 
-struct KinematicError<'a>(&'a Harmonics<f64>, f64);
+struct KinematicError<'a, S>(&'a Harmonics<S>, S);
 
-impl Task for KinematicError<'_> {
-    type Output = (f64, f64);
+impl<S: Scalar> Task for KinematicError<'_, S> {
+    type Output = (S, S);
 
     #[inline(always)]
     fn run(self) -> Self::Output {
@@ -130,14 +170,14 @@ impl Task for KinematicError<'_> {
     }
 }
 
-struct DenseStep<'a, M, T, const N: usize> {
-    stepper: &'a mut Stepper<f64, N>,
+struct DenseStep<'a, S: Scalar, M, T, const N: usize> {
+    stepper: &'a mut Stepper<S, N>,
     step: f64,
     methods: PhantomData<(M, T)>,
 }
 
-impl<M: Model<N>, T: Method, const N: usize> Task for DenseStep<'_, M, T, N> {
-    type Output = [[f64; super::record::DENSE_TERMS]; N];
+impl<S: Scalar, M: Model<N>, T: Method, const N: usize> Task for DenseStep<'_, S, M, T, N> {
+    type Output = [[S; super::record::DENSE_TERMS]; N];
 
     #[inline(always)]
     fn run(self) -> Self::Output {
@@ -147,15 +187,15 @@ impl<M: Model<N>, T: Method, const N: usize> Task for DenseStep<'_, M, T, N> {
     }
 }
 
-struct Instant<'a, M, const N: usize> {
-    stepper: &'a Stepper<f64, N>,
-    t: f64,
-    state: &'a [f64; N],
+struct Instant<'a, S: Scalar, M, const N: usize> {
+    stepper: &'a Stepper<S, N>,
+    t: S,
+    state: &'a [S; N],
     model: PhantomData<M>,
 }
 
-impl<M: Model<N>, const N: usize> Task for Instant<'_, M, N> {
-    type Output = Rates<f64, N>;
+impl<S: Scalar, M: Model<N>, const N: usize> Task for Instant<'_, S, M, N> {
+    type Output = Rates<S, N>;
 
     #[inline(always)]
     fn run(self) -> Self::Output {
@@ -163,34 +203,34 @@ impl<M: Model<N>, const N: usize> Task for Instant<'_, M, N> {
     }
 }
 
-struct Energy<'a, M, const N: usize> {
-    stepper: &'a Stepper<f64, N>,
+struct Energy<'a, S: Scalar, M, const N: usize> {
+    stepper: &'a Stepper<S, N>,
     t: f64,
-    state: &'a [f64; N],
+    state: &'a [S; N],
     model: PhantomData<M>,
 }
 
-impl<M: Model<N>, const N: usize> Task for Energy<'_, M, N> {
-    type Output = Energies<f64>;
+impl<S: Scalar, M: Model<N>, const N: usize> Task for Energy<'_, S, M, N> {
+    type Output = Energies<S>;
 
     #[inline(always)]
     fn run(self) -> Self::Output {
-        self.stepper.energies::<M>(self.t, self.state)
+        self.stepper.energies::<M>(S::splat(self.t), self.state)
     }
 }
 
-struct Jump<'a, M, const N: usize> {
-    stepper: &'a Stepper<f64, N>,
+struct Jump<'a, S: Scalar, M, const N: usize> {
+    stepper: &'a Stepper<S, N>,
     t: f64,
-    state: &'a mut [f64; N],
+    state: &'a mut [S; N],
     model: PhantomData<M>,
 }
 
-impl<M: Model<N>, const N: usize> Task for Jump<'_, M, N> {
+impl<S: Scalar, M: Model<N>, const N: usize> Task for Jump<'_, S, M, N> {
     type Output = ();
 
     #[inline(always)]
     fn run(self) {
-        M::jump(&self.stepper.drive(), self.t, self.state);
+        M::jump(&self.stepper.drive(), S::splat(self.t), self.state);
     }
 }

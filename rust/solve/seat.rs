@@ -5,7 +5,7 @@ use super::record::Record;
 use super::stepper::Stepper;
 use super::watch::{Candidate, Range, WATCHED};
 use crate::model::{Base, Drive, Harmonics, Model, Program, Row, Segment};
-use crate::real::Real;
+use crate::real::{Real, Scalar};
 use std::sync::Arc;
 
 /// What counts as the very start of a motion [s].
@@ -34,57 +34,60 @@ pub enum Mark {
 
 /// The state at time 0.
 #[derive(Clone, Copy, Debug)]
-pub enum Start {
+pub enum Start<S> {
     /// At rest, the spring carrying the load torque.
     Relaxed,
     /// Both angles zero, the spring wound by the kinematic error.
     ZeroAngle,
     /// theta_m, omega_m, te, omega_l, z.
-    Given([f64; 5]),
+    Given([S; 5]),
 }
 
 /// A row about to be simulated.
-pub struct Assignment<const N: usize> {
-    /// Row number.
+pub struct Assignment<S> {
+    /// Row number, or number of the row and direction of differentiation.
     pub index: usize,
     /// Checked parameters.
-    pub row: Row,
+    pub row: Row<S>,
     /// Inputs.
     pub program: Arc<Program>,
     /// State at time 0.
-    pub start: Start,
-    /// Times at which the state is wanted, ascending: the user's, and those that metrics look at.
-    pub grids: [Arc<[f64]>; 2],
+    pub start: Start<S>,
+    /// Derivatives of theta_m, omega_m, theta_l, omega_l, z at time 0 beyond those of the start itself.
+    pub initial_tangent: [f64; 5],
+    /// Times at which the state is wanted, ascending.
+    pub grid: Arc<[f64]>,
+    /// Times at which metrics look at the state, ascending.
+    pub probes: Arc<[S]>,
 }
 
 /// Memory that goes from row to row.
-#[derive(Default)]
-pub struct Memory<const N: usize> {
-    records: Vec<Record<N>>,
-    candidates: Vec<(usize, Candidate<N>)>,
-    samples: [Vec<[f64; N]>; 2],
+pub struct Memory<S, const N: usize> {
+    records: Vec<Record<S, N>>,
+    candidates: Vec<(usize, Candidate<S, N>)>,
+    samples: [Vec<[S; N]>; 2],
 }
 
 /// An occupied lane.
-pub struct Seat<const N: usize> {
+pub struct Seat<S, const N: usize> {
     /// Who sits here.
-    pub assignment: Assignment<N>,
+    pub assignment: Assignment<S>,
     /// Marks with their times, ascending.
-    pub marks: Vec<(f64, Mark)>,
+    pub marks: Vec<(S, Mark)>,
     /// Integrals over the intervals between consecutive marks, from time 0.
-    pub intervals: Vec<[f64; INTEGRALS]>,
+    pub intervals: Vec<[S; INTEGRALS]>,
     /// Ranges of the watched signals over the same intervals.
-    pub ranges: Vec<[Range; WATCHED]>,
+    pub ranges: Vec<[Range<S>; WATCHED]>,
     /// Steps that may hold an extremum, with their interval.
-    pub candidates: Vec<(usize, Candidate<N>)>,
+    pub candidates: Vec<(usize, Candidate<S, N>)>,
     /// Time with the windup outside the spring's range [s].
     pub outside: f64,
     /// Steps, where they are recorded.
-    pub records: Vec<Record<N>>,
+    pub records: Vec<Record<S, N>>,
     /// States at the grids' times so far.
-    pub samples: [Vec<[f64; N]>; 2],
+    pub samples: [Vec<[S; N]>; 2],
     /// State at time 0.
-    pub initial: [f64; N],
+    pub initial: [S; N],
     /// Accepted steps.
     pub accepted: u32,
     /// Rejected attempts.
@@ -93,28 +96,35 @@ pub struct Seat<const N: usize> {
     sampling: usize,
 }
 
-impl<const N: usize> Seat<N> {
+impl<S, const N: usize> Default for Memory<S, N> {
+    fn default() -> Self {
+        Self { records: Vec::new(), candidates: Vec::new(), samples: [Vec::new(), Vec::new()] }
+    }
+}
+
+impl<S: Scalar, const N: usize> Seat<S, N> {
     /// Seats a row.
-    pub fn new(assignment: Assignment<N>, memory: Memory<N>) -> Self {
+    pub fn new(assignment: Assignment<S>, memory: Memory<S, N>) -> Self {
         let Memory { mut records, mut candidates, mut samples } = memory;
         records.clear();
         candidates.clear();
         samples.iter_mut().for_each(Vec::clear);
         let program = &assignment.program;
         let mut marks = vec![
-            (0.0, Mark::Begin),
-            (program.on, Mark::On),
-            (program.on + SETTLING, Mark::Settled),
+            (S::zero(), Mark::Begin),
+            (S::splat(program.on), Mark::On),
+            (S::splat(program.on + SETTLING), Mark::Settled),
             (program.run_start(assignment.row.omega_set), Mark::Run),
-            (program.off, Mark::Off),
-            (program.off + program.ring_delay, Mark::RingStart),
-            (program.off + program.ring_delay + program.ring_width, Mark::RingEnd),
-            (program.end, Mark::End),
+            (S::splat(program.off), Mark::Off),
+            (S::splat(program.off + program.ring_delay), Mark::RingStart),
+            (S::splat(program.off + program.ring_delay + program.ring_width), Mark::RingEnd),
+            (S::splat(program.end), Mark::End),
         ];
         for (time, _) in &mut marks {
-            *time = time.clamp(0.0, program.end);
+            let within = time.plain().clamp(0.0, program.end);
+            *time = if within == time.plain() { *time } else { S::splat(within) };
         }
-        marks.sort_by(|left, right| left.0.total_cmp(&right.0));
+        marks.sort_by(|left, right| left.0.plain().total_cmp(&right.0.plain()));
         Self {
             assignment,
             marks,
@@ -124,7 +134,7 @@ impl<const N: usize> Seat<N> {
             outside: 0.0,
             records,
             samples,
-            initial: [0.0; N],
+            initial: [S::zero(); N],
             accepted: 0,
             rejected: 0,
             segment: 0,
@@ -133,7 +143,7 @@ impl<const N: usize> Seat<N> {
     }
 
     /// Gives the memory back.
-    pub fn into_memory(self) -> Memory<N> {
+    pub fn into_memory(self) -> Memory<S, N> {
         Memory { records: self.records, candidates: self.candidates, samples: self.samples }
     }
 
@@ -151,28 +161,33 @@ impl<const N: usize> Seat<N> {
     /// When the lane has to stop next.
     pub fn next_stop(&self) -> f64 {
         let segments = &self.assignment.program.segments;
-        let mark = self.marks[self.intervals.len()].0;
+        let mark = self.marks[self.intervals.len()].0.plain();
         segments.get(self.segment + 1).map_or(mark, |next| next.start.min(mark))
     }
 
-    fn sample_time(&self, grid: usize) -> f64 {
-        self.assignment.grids[grid].get(self.samples[grid].len()).copied().unwrap_or(f64::INFINITY)
+    /// The next time on the user's grid and on the metrics'.
+    fn sample_times(&self) -> [S; 2] {
+        let own = self.assignment.grid.get(self.samples[0].len()).map(|&time| S::splat(time));
+        let probe = self.assignment.probes.get(self.samples[1].len()).copied();
+        [own, probe].map(|time| time.unwrap_or(S::splat(f64::INFINITY)))
     }
 
     /// When the state is wanted next; infinity when no more.
     pub fn next_sample(&self) -> f64 {
-        self.sample_time(0).min(self.sample_time(1))
+        let [own, probe] = self.sample_times();
+        own.plain().min(probe.plain())
     }
 
     /// The next time at which the state is wanted, if not after `end`.
-    pub fn take_sample_time(&mut self, end: f64) -> Option<f64> {
-        self.sampling = usize::from(self.sample_time(1) < self.sample_time(0));
-        let time = self.sample_time(self.sampling);
-        (time <= end).then_some(time)
+    pub fn take_sample_time(&mut self, end: f64) -> Option<S> {
+        let times = self.sample_times();
+        self.sampling = usize::from(times[1].plain() < times[0].plain());
+        let time = times[self.sampling];
+        (time.plain() <= end).then_some(time)
     }
 
     /// Answers [`Seat::take_sample_time`].
-    pub fn push_sample(&mut self, state: [f64; N]) {
+    pub fn push_sample(&mut self, state: [S; N]) {
         self.samples[self.sampling].push(state);
     }
 
@@ -183,6 +198,11 @@ impl<const N: usize> Seat<N> {
 
     /// Time of a mark.
     pub fn time_of(&self, mark: Mark) -> f64 {
+        self.moment_of(mark).plain()
+    }
+
+    /// Time of a mark, with its derivative.
+    pub fn moment_of(&self, mark: Mark) -> S {
         self.marks[self.position(mark)].0
     }
 
@@ -192,28 +212,42 @@ impl<const N: usize> Seat<N> {
     }
 
     /// An integral between two marks; NaN where the row did not get that far.
-    pub fn integral(&self, from: Mark, to: Mark, which: super::integrals::Integral) -> f64 {
-        self.intervals
-            .get(self.between(from, to))
-            .map_or(f64::NAN, |parts| parts.iter().map(|part| part[which as usize]).sum())
+    pub fn integral(&self, from: Mark, to: Mark, which: super::integrals::Integral) -> S {
+        let parts = self.intervals.get(self.between(from, to));
+        let total = |parts: &[[S; INTEGRALS]]| parts.iter().fold(S::zero(), |sum, part| sum + part[which as usize]);
+        parts.map_or(S::splat(f64::NAN), total)
     }
 
     /// Whether a window ends at `t`.
     pub fn is_at_mark(&self, t: f64) -> bool {
-        self.marks.get(self.intervals.len()).is_some_and(|mark| mark.0 <= t)
+        self.marks.get(self.intervals.len()).is_some_and(|mark| mark.0.plain() <= t)
     }
 
-    /// Closes the windows that end at `t`, all but the first of which are empty.
-    pub fn pass_marks(&mut self, t: f64, mut integrals: [f64; INTEGRALS], ranges: [Range; WATCHED]) {
+    /// Closes the windows that end at `t`, all but the first of which are empty; what the next one starts with.
+    pub fn pass_marks(
+        &mut self,
+        t: f64,
+        mut integrals: [S; INTEGRALS],
+        integrands: [f64; INTEGRALS],
+        ranges: [Range<S>; WATCHED],
+    ) -> [S; INTEGRALS] {
         while self.is_at_mark(t) {
-            self.intervals.push(integrals);
+            let moved = integrands.map(|value| value * self.lag());
+            let grown = |index: usize| integrals[index].with_tangent(integrals[index].tangent() + moved[index]);
+            self.intervals.push(std::array::from_fn(grown));
             self.ranges.push(ranges);
-            integrals = [0.0; INTEGRALS];
+            integrals = moved.map(|value| S::zero().with_tangent(-value));
         }
+        integrals
+    }
+
+    /// Derivative of the time of the next mark.
+    pub fn lag(&self) -> f64 {
+        self.marks[self.intervals.len()].0.tangent()
     }
 
     /// Notes a step of the present interval that may hold an extremum.
-    pub fn propose(&mut self, candidate: Candidate<N>) {
+    pub fn propose(&mut self, candidate: Candidate<S, N>) {
         self.candidates.push((self.intervals.len(), candidate));
     }
 
@@ -234,18 +268,18 @@ impl<const N: usize> Seat<N> {
 
     /// What a new segment does to the state: imposed angles, and an integrator that takes over without a jump.
     /// True where it does anything.
-    pub fn adjust_state<M: Model<N>>(&self, state: &mut [f64; N], torque: f64) -> bool {
+    pub fn adjust_state<M: Model<N>>(&self, state: &mut [S; N], torque: S) -> bool {
         let row = &self.assignment.row;
         match self.segment().drive {
             Drive::Motion { angle, .. } => {
                 if M::BASE == Base::TwoInertia {
-                    state[2] += (angle[0] - state[0]) * row.constants.inverse_ratio;
+                    state[2] = state[2] + (S::splat(angle[0]) - state[0]) * row.constants.inverse_ratio;
                 }
-                state[0] = angle[0];
-                state[1] = angle[1];
+                state[0] = S::splat(angle[0]);
+                state[1] = S::splat(angle[1]);
                 true
             }
-            Drive::Speed { bumpless: true, .. } if row.constants.k_i > 0.0 => {
+            Drive::Speed { bumpless: true, .. } if row.constants.k_i.plain() > 0.0 => {
                 let error = self.segment().reference(row).value - state[1];
                 state[M::INTEGRATOR] = (torque - row.constants.k_p * error) / row.constants.k_i;
                 true
@@ -254,13 +288,8 @@ impl<const N: usize> Seat<N> {
         }
     }
 
-    /// Copies one lane of a step's end into the record.
-    pub fn remember(&mut self, record: Record<N>) {
-        self.records.push(record);
-    }
-
     /// The row's constants put into one lane.
-    pub fn load<R: Real>(&self, lane: usize, stepper: &mut Stepper<R, N>, shared: &Harmonics<f64>) {
+    pub fn load<R: Real<Lane = S>>(&self, lane: usize, stepper: &mut Stepper<R, N>, shared: &Harmonics<S>) {
         let row = &self.assignment.row;
         stepper.constants.set_lane(lane, &row.constants);
         stepper.terms.set_lane(lane, &row.terms);

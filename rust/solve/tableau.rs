@@ -1,6 +1,17 @@
-//! Explicit Runge-Kutta methods as tables; that they have the stated orders is tested, not trusted.
+//! Methods of the Runge-Kutta family as tables; that they have the stated orders is tested, not trusted.
 
-/// One explicit Runge-Kutta method with error estimate and dense output.
+/// What makes a table that of a Rosenbrock method: stage i solves
+/// (1/gamma - h J) s_i = f_i + sum over j of c_ij s_j + h d_i df/dt.
+pub struct Rosenbrock {
+    /// gamma.
+    pub gamma: f64,
+    /// c_ij.
+    pub coupling: &'static [&'static [f64]],
+    /// d_i.
+    pub times: &'static [f64],
+}
+
+/// One method with error estimate and dense output: explicit, or of Rosenbrock's kind.
 ///
 /// The last of the `STAGES` is evaluated at the new state and is the first of the next step.
 pub trait Method {
@@ -20,6 +31,10 @@ pub trait Method {
     const NODES: &[f64];
     /// Weights of the earlier slopes in each stage; row `STAGES - 1` gives the new state.
     const COUPLING: &[&[f64]];
+    /// What the stages between the first and the last solve, where they are not explicit.
+    const ROSENBROCK: Option<Rosenbrock> = None;
+    /// Largest product of step and rate of decay that looks stable, where the last two stages stand at the same time.
+    const STABILITY: f64 = f64::INFINITY;
     /// Weights of the error estimate.
     const ERROR: &[f64];
     /// Weights of a second, lower-order estimate that steadies the first; may be empty.
@@ -56,6 +71,7 @@ pub struct Tsit5;
 
 impl Method for Tsit5 {
     const NAME: &str = "tsit5";
+    const STABILITY: f64 = 2.8;
     const ORDER: u32 = 5;
     const DENSE_ORDER: u32 = 4;
     const STAGES: usize = 7;
@@ -138,6 +154,7 @@ pub struct Dop853;
 
 impl Method for Dop853 {
     const NAME: &str = "dop853";
+    const STABILITY: f64 = 5.0;
     const ORDER: u32 = 8;
     const DENSE_ORDER: u32 = 7;
     const STAGES: usize = 13;

@@ -27,9 +27,9 @@ const DOUBT: f64 = 0.25;
 
 /// A step that may hold an extremum inside.
 #[derive(Clone, Copy, Debug)]
-pub struct Candidate<const N: usize> {
+pub struct Candidate<S, const N: usize> {
     /// Where the step starts.
-    pub start: Record<N>,
+    pub start: Record<S, N>,
     /// Its length [s].
     pub step: f64,
     /// The signal.
@@ -42,11 +42,11 @@ pub struct Candidate<const N: usize> {
 
 /// Extrema of one signal at the ends of the steps of one window.
 #[derive(Clone, Copy, Debug)]
-pub struct Range {
+pub struct Range<S> {
     /// Smallest value.
-    pub low: f64,
+    pub low: S,
     /// Largest value.
-    pub high: f64,
+    pub high: S,
 }
 
 /// A signal with its rate.
@@ -57,15 +57,15 @@ struct Reading<R> {
 }
 
 /// The watched signals of all lanes.
-pub struct Watch<R> {
+pub struct Watch<R: Real> {
     list: WatchList,
     now: [Reading<R>; WATCHED],
     low: [R; WATCHED],
     high: [R; WATCHED],
     /// Heights a step has to promise to become a candidate.
-    low_bar: [R; WATCHED],
-    high_bar: [R; WATCHED],
-    outside: R,
+    low_bar: [R::Plain; WATCHED],
+    high_bar: [R::Plain; WATCHED],
+    outside: R::Plain,
 }
 
 impl<R: Real> Watch<R> {
@@ -77,9 +77,9 @@ impl<R: Real> Watch<R> {
             now: [nothing; WATCHED],
             low: [zero; WATCHED],
             high: [zero; WATCHED],
-            low_bar: [zero; WATCHED],
-            high_bar: [zero; WATCHED],
-            outside: zero,
+            low_bar: [R::Plain::zero(); WATCHED],
+            high_bar: [R::Plain::zero(); WATCHED],
+            outside: R::Plain::zero(),
         }
     }
 
@@ -110,36 +110,38 @@ impl<R: Real> Watch<R> {
     pub fn step<const N: usize>(
         &mut self,
         accepted: R::Mask,
-        step: R,
+        step: R::Plain,
         rates: &Rates<R, N>,
         c: &Constants<R>,
-        mut candidate: impl FnMut(u64, usize, f64, R),
+        mut candidate: impl FnMut(u64, usize, f64, R::Plain),
     ) {
         for signal in 0..WATCHED {
             if !self.list[signal] {
                 continue;
             }
-            let Reading { value: start, rate: start_rate } = self.now[signal];
             let Reading { value: end, rate: end_rate } = Self::read(signal, rates, c);
             self.high[signal] = R::select(accepted, self.high[signal].max(end), self.high[signal]);
             self.low[signal] = R::select(accepted, self.low[signal].min(end), self.low[signal]);
-            let turning = accepted & (start_rate * end_rate).lt(R::zero());
+            let (start, start_rate) = (self.now[signal].value.plain(), self.now[signal].rate.plain());
+            let (end, end_rate) = (end.plain(), end_rate.plain());
+            let zero = R::Plain::zero();
+            let turning = accepted & (start_rate * end_rate).lt(zero);
             if turning.any() {
-                let lever = step * R::splat(0.5) / (start_rate - end_rate);
+                let lever = step * R::Plain::splat(0.5) / (start_rate - end_rate);
                 let first = (start_rate * start_rate).mul_add(lever, start);
                 let second = (end_rate * end_rate).mul_add(lever, end);
-                let top = turning & R::zero().lt(start_rate);
+                let top = turning & zero.lt(start_rate);
                 let peak = first.max(second);
-                let doubt = (peak - start.max(end)) * R::splat(DOUBT);
+                let doubt = (peak - start.max(end)) * R::Plain::splat(DOUBT);
                 self.propose(top, signal, 1.0, peak, doubt, &mut candidate);
-                let bottom = turning & start_rate.lt(R::zero());
+                let bottom = turning & start_rate.lt(zero);
                 let dip = first.min(second);
-                let doubt = (start.min(end) - dip) * R::splat(DOUBT);
+                let doubt = (start.min(end) - dip) * R::Plain::splat(DOUBT);
                 self.propose(bottom, signal, -1.0, -dip, doubt, &mut candidate);
             }
         }
         if self.list[Watched::Windup as usize] {
-            self.count_outside(accepted, step, rates.windup, c.phi_max);
+            self.count_outside(accepted, step, rates.windup.plain(), c.phi_max.plain());
         }
     }
 
@@ -149,47 +151,51 @@ impl<R: Real> Watch<R> {
         lanes: R::Mask,
         signal: usize,
         sign: f64,
-        height: R,
-        doubt: R,
-        candidate: &mut impl FnMut(u64, usize, f64, R),
+        height: R::Plain,
+        doubt: R::Plain,
+        candidate: &mut impl FnMut(u64, usize, f64, R::Plain),
     ) {
         let (seen, bar) = if sign > 0.0 {
-            (self.high[signal], &mut self.high_bar[signal])
+            (self.high[signal].plain(), &mut self.high_bar[signal])
         } else {
-            (-self.low[signal], &mut self.low_bar[signal])
+            (-self.low[signal].plain(), &mut self.low_bar[signal])
         };
         let at_most = height + doubt;
         let worth = lanes & bar.max(seen).lt(at_most);
         let bits = worth.to_bits();
         if bits != 0 {
-            *bar = R::select(worth, bar.max(height - doubt), *bar);
+            *bar = R::Plain::select(worth, bar.max(height - doubt), *bar);
             candidate(bits, signal, sign, at_most);
         }
     }
 
     /// Adds the time with the windup outside the spring's range, linear between the ends of the step.
     #[inline(always)]
-    fn count_outside(&mut self, accepted: R::Mask, step: R, windup: R, limit: R) {
-        let zero = R::zero();
-        let start = self.now[Watched::Windup as usize].value.abs() - limit;
+    fn count_outside(&mut self, accepted: R::Mask, step: R::Plain, windup: R::Plain, limit: R::Plain) {
+        let zero = R::Plain::zero();
+        let start = self.now[Watched::Windup as usize].value.plain().abs() - limit;
         let end = windup.abs() - limit;
         let touched = accepted & zero.lt(start.max(end));
         if touched.any() {
             let beyond = start.max(zero) + end.max(zero);
             let share = beyond / (start.abs() + end.abs());
-            self.outside = R::select(touched, step.mul_add(share, self.outside), self.outside);
+            self.outside = R::Plain::select(touched, step.mul_add(share, self.outside), self.outside);
         }
     }
 
-    /// The ranges of a lane since the last call; the next window starts here.
-    pub fn close_window(&mut self, lane: usize) -> [Range; WATCHED] {
+    /// The ranges of a lane since the last call; the next window starts here. `lag` is the derivative of the time
+    /// at which one window gives way to the other.
+    pub fn close_window(&mut self, lane: usize, lag: f64) -> [Range<R::Lane>; WATCHED] {
         std::array::from_fn(|signal| {
-            let range = Range { low: self.low[signal].get(lane), high: self.high[signal].get(lane) };
-            let value = self.now[signal].value.get(lane);
+            let Reading { value, rate } = self.now[signal];
+            let (value, rate) = (value.get(lane), rate.plain().get(lane));
+            let value = value.with_tangent(rate.mul_add(lag, value.tangent()));
+            let or_end = |extreme: R::Lane| if extreme.plain() == value.plain() { value } else { extreme };
+            let range = Range { low: or_end(self.low[signal].get(lane)), high: or_end(self.high[signal].get(lane)) };
             self.low[signal].set(lane, value);
             self.high[signal].set(lane, value);
-            self.low_bar[signal].set(lane, -value);
-            self.high_bar[signal].set(lane, value);
+            self.low_bar[signal].set(lane, -value.plain());
+            self.high_bar[signal].set(lane, value.plain());
             range
         })
     }

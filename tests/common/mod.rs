@@ -1,6 +1,6 @@
 //! The benchmark problem as a sweep of random rows, with everything that may vary as a field.
 
-use hdfast::batch::{Job, MethodName, Outputs, Progress, SimdPath, StartKind, sweep};
+use hdfast::batch::{Direction, Job, MethodName, Outputs, Progress, SimdPath, StartKind, sweep};
 use hdfast::model::terms::Choice;
 use hdfast::model::{Base, Drive, Harmonics, Layout, Line, Program, ScenarioColumn, Segment, Spring};
 use hdfast::output::{Metric, Signal};
@@ -19,9 +19,11 @@ pub struct Problem {
     pub method: MethodName,
     pub rtol: f64,
     pub max_steps: u32,
+    pub find_stiff: bool,
     pub own_error: bool,
     pub metrics: Vec<Metric>,
     pub signals: Vec<Signal>,
+    pub directions: Vec<Direction>,
     /// Panics when this row's parameters are read.
     pub poison: Option<usize>,
 }
@@ -74,9 +76,11 @@ impl Problem {
             method: MethodName::Dop853,
             rtol: 1e-6,
             max_steps: 100_000,
+            find_stiff: false,
             own_error: false,
             metrics: Metric::catalogue().into_iter().map(|entry| entry.metric).collect(),
             signals: vec![Signal::Te, Signal::OmegaL],
+            directions: Vec::new(),
             poison: None,
         }
     }
@@ -99,6 +103,7 @@ impl Problem {
             integrands: Integrands::default(),
             watched: WatchList::default(),
             record: false,
+            find_stiff: self.find_stiff,
         };
         self.metrics.iter().for_each(|metric| metric.require(&mut demand));
         let grid: Arc<[f64]> = (0..=60).map(|k| 0.05 * f64::from(k)).collect();
@@ -114,6 +119,7 @@ impl Problem {
             grid_of: &|_| 0,
             signals: self.signals.clone(),
             metrics: self.metrics.clone(),
+            directions: self.directions.clone(),
             method: self.method,
             demand,
             threads: self.threads,

@@ -3,7 +3,7 @@
 use super::{Motor, Sides, acceleration};
 use crate::model::terms::{Gear, HIDDEN, Motion, Reaction, Terms};
 use crate::model::{Base, Drivetrain, Energies, Model, Rates, Shaft, kinetic, spring};
-use crate::real::Real;
+use crate::real::{Real, Scalar};
 
 const OWN: usize = 5;
 const ALL: usize = OWN + HIDDEN;
@@ -18,15 +18,15 @@ impl Model<ALL> for Extended {
     const STICKING: &'static [usize] = &[1, 3];
     const SCALES: [f64; ALL] = [0.1, 0.1, 1e-5, 1e-3, 1e-2, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0];
 
-    fn compose(full: [f64; 5]) -> [f64; ALL] {
-        std::array::from_fn(|index| full.get(index).copied().unwrap_or(0.0))
+    fn compose<S: Scalar>(full: [S; 5]) -> [S; ALL] {
+        std::array::from_fn(|index| full.get(index).copied().unwrap_or(S::zero()))
     }
 
-    fn begin(terms: &Terms<f64>, inverse_ratio: f64, state: &mut [f64; ALL]) {
+    fn begin<S: Scalar>(terms: &Terms<S>, inverse_ratio: S, state: &mut [S; ALL]) {
         let [theta_m, omega_m, te, omega_l, ..] = *state;
         let theta_l = theta_m * inverse_ratio - te;
-        let motion = Motion { t: 0.0, theta_m, omega_m, theta_l, omega_l, inverse_ratio };
-        let mut hidden = [0.0; HIDDEN];
+        let motion = Motion { t: S::zero(), theta_m, omega_m, theta_l, omega_l, inverse_ratio };
+        let mut hidden = [S::zero(); HIDDEN];
         terms.begin(&motion, &mut hidden);
         state[OWN..].copy_from_slice(&hidden);
     }
@@ -47,7 +47,7 @@ impl Model<ALL> for Extended {
         evaluate(drive, t, state).rates
     }
 
-    fn jump(drive: &Drivetrain<f64>, t: f64, state: &mut [f64; ALL]) {
+    fn jump<S: Scalar>(drive: &Drivetrain<S>, t: S, state: &mut [S; ALL]) {
         let Instant { rates, gear, mut hidden, .. } = evaluate(drive, t, state);
         drive.terms.jump(&gear, rates.gear_torque, &mut hidden);
         state[OWN..].copy_from_slice(&hidden);

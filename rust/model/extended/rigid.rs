@@ -8,7 +8,7 @@
 use super::{Motor, Sides, sign};
 use crate::model::terms::{Dry, Gear, HIDDEN, Motion, Terms};
 use crate::model::{Base, Drivetrain, Energies, Model, Rates, Shaft, kinetic};
-use crate::real::{Mask, Real};
+use crate::real::{Mask, Real, Scalar};
 
 const OWN: usize = 4;
 const ALL: usize = OWN + HIDDEN;
@@ -23,15 +23,15 @@ impl Model<ALL> for ExtendedRigid {
     const STICKING: &'static [usize] = &[1];
     const SCALES: [f64; ALL] = [0.1, 0.1, 1e-2, 1e-8, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0];
 
-    fn compose(full: [f64; 5]) -> [f64; ALL] {
-        std::array::from_fn(|index| [full[0], full[1], full[4]].get(index).copied().unwrap_or(0.0))
+    fn compose<S: Scalar>(full: [S; 5]) -> [S; ALL] {
+        std::array::from_fn(|index| [full[0], full[1], full[4]].get(index).copied().unwrap_or(S::zero()))
     }
 
-    fn begin(terms: &Terms<f64>, inverse_ratio: f64, state: &mut [f64; ALL]) {
+    fn begin<S: Scalar>(terms: &Terms<S>, inverse_ratio: S, state: &mut [S; ALL]) {
         let [theta_m, omega_m, ..] = *state;
         let (theta_l, omega_l) = (theta_m * inverse_ratio, omega_m * inverse_ratio);
-        let motion = Motion { t: 0.0, theta_m, omega_m, theta_l, omega_l, inverse_ratio };
-        let mut hidden = [0.0; HIDDEN];
+        let motion = Motion { t: S::zero(), theta_m, omega_m, theta_l, omega_l, inverse_ratio };
+        let mut hidden = [S::zero(); HIDDEN];
         terms.begin(&motion, &mut hidden);
         state[OWN..].copy_from_slice(&hidden);
     }

@@ -1,7 +1,7 @@
 //! The list of terms, and the set of them that is on in a sweep.
 
 use super::{Actuator, Dry, Gear, HIDDEN, Hidden, Load, Mesh, Motion, Reaction, Term, TermInfo};
-use crate::real::{Real, Task};
+use crate::real::{Real, Scalar, Task};
 
 /// Where in the drive a term sits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -91,16 +91,16 @@ macro_rules! catalog {
             }
         }
 
-        impl Terms<f64> {
+        impl<S: Scalar> Terms<S> {
             /// Lets the one with the least reserve jump.
-            pub fn jump(&self, gear: &Gear<f64>, gear_torque: f64, states: &mut [f64; HIDDEN]) {
+            pub fn jump(&self, gear: &Gear<S>, gear_torque: S, states: &mut [S; HIDDEN]) {
                 let least = self.reserve(gear, gear_torque, states);
                 let mut index = 0;
                 $(
                     if <super::$module::$term as Term>::JUMPS && self.is_on(index) {
                         let own = &mut states[self.first_state[index].min(HIDDEN)..];
                         let values = self.values_of(index);
-                        if super::$module::$term::reserve(values, gear, gear_torque, own) <= least {
+                        if super::$module::$term::reserve(values, gear, gear_torque, own).le(least) {
                             super::$module::$term::jump(values, gear, gear_torque, own);
                             return;
                         }
@@ -209,8 +209,23 @@ impl<R: Real> Terms<R> {
         }
     }
 
+    /// The same terms with parameters converted.
+    pub fn map<Q>(&self, convert: impl Fn(R) -> Q) -> Terms<Q> {
+        Terms {
+            on: self.on,
+            first_value: self.first_value,
+            first_state: self.first_state,
+            values: self.values.iter().map(|&value| convert(value)).collect(),
+        }
+    }
+
+    /// Takes over the parameters of the same terms.
+    pub fn copy_from<Q: Real>(&mut self, other: &Terms<Q>, convert: impl Fn(Q) -> R) {
+        self.values.iter_mut().zip(&other.values).for_each(|(own, &value)| *own = convert(value));
+    }
+
     /// Sets the parameters of one lane.
-    pub fn set_lane(&mut self, lane: usize, values: &[f64]) {
+    pub fn set_lane(&mut self, lane: usize, values: &[R::Lane]) {
         for (lanes, &value) in self.values.iter_mut().zip(values) {
             lanes.set(lane, value);
         }

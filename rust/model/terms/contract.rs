@@ -2,7 +2,7 @@
 
 use super::Place;
 use crate::model::Base;
-use crate::real::Real;
+use crate::real::{Real, Scalar};
 
 /// A parameter of a term.
 #[derive(Clone, Copy, Debug)]
@@ -241,7 +241,7 @@ pub trait Term {
         R::splat(f64::INFINITY)
     }
     /// The jump, where the reserve has been used up.
-    fn jump(p: &[f64], gear: &Gear<f64>, gear_torque: f64, states: &mut [f64]) {}
+    fn jump<S: Scalar>(p: &[S], gear: &Gear<S>, gear_torque: S, states: &mut [S]) {}
     /// Shapes the motor torque.
     #[inline(always)]
     fn actuator<R: Real>(p: &[R], motion: &Motion<R>, actuator: &mut Actuator<R>, hidden: Hidden<R>) {}

@@ -2,7 +2,7 @@
 
 use super::{Gear, Hidden, Motion, Place, Term, TermInfo, TermParameter, TermState};
 use crate::model::Base;
-use crate::real::Real;
+use crate::real::{Real, Scalar};
 
 /// See [`Term::INFO`].
 pub struct CouplingSlip;
@@ -41,7 +41,7 @@ impl Term for CouplingSlip {
         p[0] - gear_torque.abs()
     }
 
-    fn jump(p: &[f64], gear: &Gear<f64>, _gear_torque: f64, states: &mut [f64]) {
-        states[0] += p[1] * (gear.windup - states[0]);
+    fn jump<S: Scalar>(p: &[S], gear: &Gear<S>, _gear_torque: S, states: &mut [S]) {
+        states[0] = states[0] + p[1] * (gear.windup - states[0]);
     }
 }

@@ -2,7 +2,7 @@
 
 use super::{Gear, Hidden, Motion, Place, Term, TermInfo, TermParameter, TermState};
 use crate::model::Base;
-use crate::real::Real;
+use crate::real::{Real, Scalar};
 
 /// See [`Term::INFO`].
 pub struct Ratcheting;
@@ -57,16 +57,16 @@ impl Term for Ratcheting {
         R::select(way.abs().le(R::zero()), p[0] - gear_torque.abs(), ridden.min(ahead))
     }
 
-    fn jump(p: &[f64], gear: &Gear<f64>, gear_torque: f64, states: &mut [f64]) {
+    fn jump<S: Scalar>(p: &[S], gear: &Gear<S>, gear_torque: S, states: &mut [S]) {
         let way = states[1];
-        if way == 0.0 {
-            states[1] = gear_torque.signum();
+        if way.plain() == 0.0 {
+            states[1] = S::splat(gear_torque.plain().signum());
             return;
         }
-        let pitch = std::f64::consts::TAU / p[1];
-        if 2.0 * way * local(gear, states) > pitch {
-            states[0] += way * pitch;
+        let pitch = S::splat(std::f64::consts::TAU) / p[1];
+        if pitch.lt(S::splat(2.0) * way * local(gear, states)) {
+            states[0] = states[0] + way * pitch;
         }
-        states[1] = 0.0;
+        states[1] = S::zero();
     }
 }

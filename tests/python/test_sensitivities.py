@@ -1,0 +1,282 @@
+"""Derivatives against extrapolated differences of the engine's own values, and against closed forms."""
+
+from __future__ import annotations
+
+import math
+
+import hdfast
+import numpy as np
+import pytest
+from drives import linear
+from scipy.linalg import expm_frechet
+from termed import COMBINATIONS, RUN, VALUES, torque_steps, with_company
+
+DRIVE = ["ratio", "J_m", "J_l", "B_m", "B_l", "B_ml", "B_sp", "s", "k1", "k2", "k3", "te_scale", "te_cos_2", "te_sin_3"]
+SCENARIO = ["omega_set", "tau_load", "K_p", "K_i", "tau_max", "theta_m0"]
+INITIAL = [f"initial_{state}" for state in hdfast.Model().states]
+OFFSETS = (-2.0, -1.0, 1.0, 2.0)
+WEIGHTS = (1 / 12, -8 / 12, 8 / 12, -1 / 12)
+UNDIFFERENTIATED = {"time_outside_range", "energy_residual"}
+
+
+def random_row(seed, **changes):
+    rng = np.random.default_rng(seed)
+    row = {p.name: p.default * rng.uniform(0.9, 1.1) for p in hdfast.params()}
+    scenario = {"omega_set": 12.0, "tau_load": 6.0, "K_p": 0.05, "K_i": 0.8, "tau_max": 2.0, "theta_m0": 0.7}
+    return row | scenario | {"ratio": 121.0, "s": 0.3, "k2": 2e5} | changes
+
+
+def differences(row, wrt, step, start=None, **options):
+    """Central differences, extrapolated once, with `wrt` last; and the error that rounding leaves in them."""
+    sizes = np.array([step * (abs(row.get(name, 0.0)) or SIZES.get(name, 1.0)) for name in wrt])
+    count = len(wrt) * len(OFFSETS)
+    table = {name: np.full(count, value) for name, value in row.items()}
+    states = None if start is None else np.tile(start, (count, 1))
+    for k, (name, size) in enumerate(zip(wrt, sizes, strict=True)):
+        for j, offset in enumerate(OFFSETS):
+            if name in INITIAL:
+                states[4 * k + j, INITIAL.index(name)] += offset * size
+            else:
+                table[name][4 * k + j] += offset * size
+    result = hdfast.sweep(table, initial_state=states, **options)
+    assert result.finished.all()
+    found = {}
+    for name, values in {**result.metrics, **result.samples}.items():
+        grouped = values.reshape(len(wrt), 4, *values.shape[1:])
+        slopes = np.moveaxis(np.tensordot(grouped, WEIGHTS, axes=(1, 0)), 0, -1) / sizes
+        found[name] = slopes, 1e-11 * np.max(np.abs(values)) / sizes
+    return found
+
+
+SIZES = {"te_cos_2": 9e-5, "te_sin_3": 6e-6, "initial_theta_m": 1.0, "initial_theta_l": 1e-3, "initial_omega_l": 0.1}
+
+
+def assert_close(row, wrt, tolerance, steps=(1e-3, 1e-4), start=None, **options):
+    """Samples within `tolerance` of the largest derivative over time, metrics of themselves."""
+    state = None if start is None else np.array([start])
+    result = hdfast.sweep(row, initial_state=state, sensitivities=wrt, **options)
+    assert result.finished.all(), result.message(0)
+    references = [differences(row, wrt, step, start, **options) for step in steps]
+    for name, found in {**result.metric_sensitivities, **result.sample_sensitivities}.items():
+        errors, sizes = [], []
+        for expected, noise in (reference[name] for reference in references):
+            errors.append(np.abs(found[0] - expected) - noise)
+            sizes.append(np.abs(expected) if expected.ndim == 1 else np.max(np.abs(expected), axis=0))
+        error, size = np.min(errors, axis=0), np.max(sizes, axis=0)
+        assert np.all(error <= tolerance * size), (
+            f"{name}: {dict(zip(wrt, (error / size).reshape(-1, len(wrt)).max(0), strict=True))}"
+        )
+
+
+START_STOP = hdfast.Scenario.start_stop(speed_rpm=120, start="speed_ramp", stop="brake", t_end=2.0)
+SAMPLES = {"t_eval": np.linspace(0.0, 2.0, 81), "rtol": 1e-12}
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_against_differences_of_the_nominal_drive(seed):
+    options = SAMPLES | {
+        "scenario": START_STOP,
+        "signals": ["theta_m", "te", "omega_l", "windup", "tau_m", "gear_torque"],
+        "metrics": [],
+    }
+    assert_close(random_row(seed), [*DRIVE, *SCENARIO], 1e-6, **options)
+
+
+@pytest.mark.parametrize("base", ["two_inertia", "one_inertia"])
+def test_against_differences_of_the_metrics(base):
+    wrt = ["J_m", "J_l", "B_m", "te_sin_3", "omega_set", "tau_load", "K_p"]
+    options = {
+        "model": hdfast.Model(base=base),
+        "scenario": START_STOP,
+        "metrics": [name for name in hdfast.metrics() if name not in UNDIFFERENTIATED and "mode_" not in name],
+        "rtol": 1e-12,
+    }
+    row = random_row(7)
+    if base == "one_inertia":
+        options["metrics"] = [name for name in options["metrics"] if "windup" not in name and "te_peak" not in name]
+    assert_close(row, wrt, 1e-5, steps=(1e-4, 1e-5), **options)
+
+
+def test_against_differences_of_the_initial_state():
+    options = SAMPLES | {"scenario": hdfast.Scenario.start_stop(speed_rpm=120, stop="brake", t_end=2.0), "metrics": []}
+    row, start = random_row(3), [0.4, 9.0, 0.0035, 0.07, 0.02]
+    assert_close(row, INITIAL, 1e-6, start=start, **options)
+
+
+def test_against_differences_of_a_piecewise_spring_with_fractional_orders():
+    model = hdfast.Model(spring="piecewise", orders=[1, 2, "120/121", 2.5])
+    row = {"K1": 3.1e4, "K2": 5.0e4, "K3": 5.7e4, "T1": 5.0, "T2": 20.0, "tau_load": 9.0, "te_cos_5/2": 4e-5}
+    wrt = ["K1", "K2", "K3", "T1", "te_cos_5/2", "te_sin_120/121", "ratio"]
+    row |= {"te_sin_120/121": 3e-5, "ratio": 121.0}
+    options = SAMPLES | {"model": model, "scenario": START_STOP, "metrics": []}
+    assert_close(row, wrt, 1e-5, **options)
+
+
+# terms with slopes that jump where no step lands, and with lines of so high an order that differences are coarse
+TOLERANCES = {"torque_saturation": 2e-3, "hysteresis": 2e-3, "tooth_passage": 1e-4}
+
+
+FRICTION = ["coulomb_friction", "stribeck_friction", "load_side_friction", "load_dependent_friction"]
+OTHERS = [[term] for term in VALUES if term not in FRICTION]
+
+
+@pytest.mark.parametrize(
+    "terms",
+    [
+        *([term] for term in FRICTION),
+        *COMBINATIONS[:2],
+        *(pytest.param(terms, marks=pytest.mark.long) for terms in [*OTHERS, *COMBINATIONS[2:]]),
+    ],
+    ids="+".join,
+)
+def test_against_differences_with_terms(terms):
+    """Every parameter of every term, through stops, holds and releases where the term has them."""
+    on, values = with_company(terms)
+    wrt = [*values, "J_m", "k1", "tau_load"]
+    options = {
+        "model": hdfast.Model(terms=on),
+        "scenario": torque_steps(RUN, load=4.0),
+        "t_eval": np.linspace(0.0, 0.8, 33),
+        "metrics": [],
+        "rtol": 1e-12,
+    }
+    tolerance = max(TOLERANCES.get(term, 1e-6 if len(on) < 4 else 1e-5) for term in on)
+    steps = (1e-5, 1e-6) if "tooth_passage" in on else (1e-4, 1e-5)
+    assert_close(random_row(5, **values), wrt, tolerance, steps=steps, **options)
+
+
+def test_against_differences_on_the_rigid_gear():
+    options = {
+        "model": hdfast.Model(base="one_inertia", terms=["coulomb_friction", "te_hysteresis"]),
+        "scenario": torque_steps(RUN, load=4.0),
+        "t_eval": np.linspace(0.0, 0.8, 33),
+        "metrics": [],
+        "rtol": 1e-12,
+    }
+    row = {"coulomb_friction_T_c": 0.04, "direction_offset": 1e-4, "settling_angle": 0.4, "J_m": 3e-4, "J_l": 0.5}
+    assert_close(row, list(row), 1e-6, steps=(1e-4, 1e-5), **options)
+
+
+def test_exact_linear_drive():
+    """A linear drive under constant torque: the derivative of the matrix exponential."""
+    p = linear(J_l=0.4)
+    t, torque = 0.037, 0.1
+
+    def system(J_l, k1):
+        i, J_m = p["ratio"], p["J_m"]
+        B_sp, d_m, d_l = p["B_sp"], p["B_m"] + p["B_ml"], p["B_l"]
+        # states theta_m, omega_m, te, omega_l, one
+        return np.array(
+            [
+                [0, 1, 0, 0, 0],
+                [0, -(d_m + B_sp / i**2) / J_m, -k1 / i / J_m, B_sp / i / J_m, torque / J_m],
+                [0, 1 / i, 0, -1, 0],
+                [0, B_sp / i / J_l, k1 / J_l, -(d_l + B_sp) / J_l, 0],
+                [0, 0, 0, 0, 0],
+            ]
+        )
+
+    A = system(p["J_l"], p["k1"])
+    row = {name: value for name, value in p.items() if name not in ("K_p", "K_i", "tau_max")}
+    found = hdfast.jacobian(
+        row,
+        wrt=["J_l", "k1"],
+        signals=["omega_m", "te", "omega_l"],
+        t_eval=[t],
+        scenario=hdfast.Scenario.torque_profile([0.0, 0.1], [torque, torque]),
+        initial_state=[[0.0, 0.0, 0.0, 0.0, 0.0]],
+        rtol=1e-12,
+    )
+    for column, (name, h) in enumerate((("J_l", 1e-4), ("k1", 1.0))):
+        up, down = ({"J_l": p["J_l"], "k1": p["k1"], name: p[name] + sign * h} for sign in (1, -1))
+        change = (system(**up) - system(**down)) / (2 * h)
+        if name == "J_l":
+            change[3] = -A[3] / p["J_l"]
+        expected = expm_frechet(A * t, change * t, compute_expm=False)[[1, 2, 3], 4]
+        np.testing.assert_allclose(found[0, :, column], expected, rtol=1e-9)
+
+
+def test_exact_coast_down_to_a_stop():
+    """From rest at J/B ln(1 + B omega/T_c) on, the angle is J/B (omega - T_c t/J) whatever happens later."""
+    speed, level = 60.0, 0.03
+    p = linear(J_l=1e-3, coulomb_friction_T_c=level)
+    J, B = p["J_m"] + p["J_l"] / 121**2, p["B_m"] + p["B_ml"] + p["B_l"] / 121**2
+    stop = J / B * math.log1p(B * speed / level)
+    found = hdfast.jacobian(
+        {name: value for name, value in p.items() if name not in ("K_p", "K_i", "tau_max")},
+        wrt=["T_c", "initial_omega_m", "initial_theta_m", "initial_theta_l"],
+        signals=["theta_m", "omega_m"],
+        t_eval=[1.5 * stop, 3.0 * stop],
+        model=hdfast.Model(terms=["coulomb_friction"]),
+        scenario=torque_steps([(4.0 * stop, 0.0)]),
+        initial_state=[[0.0, speed, 0.0, speed / p["ratio"], 0.0]],
+        rtol=1e-10,
+    )
+    by_level = -J / B**2 * (math.log1p(B * speed / level) - B * speed / (level + B * speed))
+    by_speed = J / B * (1.0 - level / (level + B * speed))
+    np.testing.assert_allclose(found[:, 0, :2], [[by_level, by_speed]] * 2, rtol=2e-3)
+    np.testing.assert_allclose(found[:, 0, 2] + found[:, 0, 3] / p["ratio"], 1.0, rtol=1e-9)
+    assert np.all(found[:, 1] == 0.0)
+
+
+def rows(count):
+    rng = np.random.default_rng(1)
+    columns = {"J_l": rng.uniform(0.3, 0.7, count), "k1": rng.uniform(2e4, 4e4, count), "tau_load": 3.0}
+    return columns | {"coulomb_friction_T_c": rng.uniform(0.01, 0.05, count)}
+
+
+def test_exact_bits_of_the_values_and_on_any_number_of_threads(monkeypatch):
+    model = hdfast.Model(terms=["coulomb_friction", "hysteresis"])
+    options = {"model": model, "t_eval": np.linspace(0.0, 6.0, 50)}
+    plain = hdfast.sweep(rows(37), **options)
+    wrt = ["J_l", "T_c", "initial_omega_m"]
+    one = hdfast.sweep(rows(37), sensitivities=wrt, threads=1, **options)
+    two = hdfast.sweep(rows(37), sensitivities=wrt, threads=2, **options)
+    alone = hdfast.sweep(rows(37), sensitivities=wrt[1:2], **options)
+    monkeypatch.setenv("HDFAST_SIMD", "scalar")
+    scalar = hdfast.sweep(rows(37), sensitivities=wrt, **options)
+    for name in plain.metrics:
+        np.testing.assert_array_equal(plain[name], one[name])
+    np.testing.assert_array_equal(plain["te"], one["te"])
+    np.testing.assert_array_equal(plain.final_state, one.final_state)
+    np.testing.assert_array_equal(plain.steps, one.steps)
+    for other in (two, scalar):
+        np.testing.assert_array_equal(one.final_state_sensitivities, other.final_state_sensitivities)
+        for name, values in {**one.metric_sensitivities, **one.sample_sensitivities}.items():
+            again = {**other.metric_sensitivities, **other.sample_sensitivities}[name]
+            np.testing.assert_array_equal(values, again)
+    np.testing.assert_array_equal(one.final_state_sensitivities[..., 1:2], alone.final_state_sensitivities)
+
+
+def test_exact_rows_that_fail_have_no_derivatives():
+    result = hdfast.sweep({"J_l": [0.5, -1.0, 0.4]}, sensitivities=["J_l", "K_p"], t_eval=[1.0], metrics=["te_pp"])
+    assert np.isnan(result.metric_sensitivities["te_pp"][1]).all()
+    assert np.isnan(result.sample_sensitivities["te"][1]).all()
+    assert np.isfinite(result.sample_sensitivities["te"][[0, 2]]).all()
+    assert result.final_state_sensitivities.shape == (3, 5, 2)
+
+
+def test_exact_dataset_holds_the_derivatives():
+    pytest.importorskip("xarray")
+    result = hdfast.sweep({"J_l": [0.5, 0.4]}, sensitivities=["J_l", "K_p"], t_eval=[0.5, 1.0], metrics=["te_pp"])
+    data = result.to_xarray()
+    np.testing.assert_array_equal(data["d_te"].sel(wrt="J_l"), result.sample_sensitivities["te"][..., 0])
+    np.testing.assert_array_equal(data["d_te_pp"].sel(wrt="K_p"), result.metric_sensitivities["te_pp"][:, 1])
+    assert data["d_final_state"].shape == (2, 5, 2)
+
+
+@pytest.mark.parametrize(
+    ("options", "text"),
+    [
+        ({"sensitivities": ["J_ll"]}, "J_l"),
+        ({"sensitivities": "J_l"}, "not a list"),
+        ({"sensitivities": ["J_l", "J_l"]}, "twice"),
+        ({"sensitivities": [3]}, "3"),
+        ({"sensitivities": ["initial_omega"]}, "initial_omega_m"),
+        ({"sensitivities": ["J_l"], "method": "bs3"}, "bs3"),
+        ({"sensitivities": ["initial_theta_l"], "model": hdfast.Model(base="one_inertia")}, "initial_theta"),
+    ],
+)
+def test_exact_wrong_calls(options, text):
+    with pytest.raises(hdfast.InputError, match=text):
+        hdfast.sweep({}, **options)

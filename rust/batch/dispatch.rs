@@ -4,7 +4,7 @@ use super::Job;
 use super::job::MethodName;
 use super::worker::{Shared, work};
 use crate::model::{Base, Extended, ExtendedRigid, OneInertia, TwoInertia};
-use crate::real::{Dual, Pack, Path, Real, Task};
+use crate::real::{Dual, Pair, Path, Real, Task};
 #[cfg(target_arch = "x86_64")]
 use crate::real::{F64x4, F64x8};
 use crate::solve::{Bs3, Dop853, Dopri5, Rodas5p, Tsit5};
@@ -53,12 +53,12 @@ macro_rules! path {
 #[cfg(target_arch = "x86_64")]
 path!(
     /// AVX-512.
-    Avx512, Pack<F64x8, 2>, "avx512", ["avx512f", "avx512dq", "avx512vl", "avx2", "fma"]
+    Avx512, Pair<F64x8>, "avx512", ["avx512f", "avx512dq", "avx512vl", "avx2", "fma"]
 );
 #[cfg(target_arch = "x86_64")]
 path!(
     /// AVX2 and FMA.
-    Avx2, Pack<F64x4, 4>, "avx2", ["avx2", "fma"]
+    Avx2, Pair<Pair<F64x4>>, "avx2", ["avx2", "fma"]
 );
 #[cfg(all(target_arch = "x86_64", not(test)))]
 path!(
@@ -80,7 +80,7 @@ path!(
 pub struct Portable;
 
 impl Path for Portable {
-    type Lanes = Pack<f64, 4>;
+    type Lanes = Pair<Pair<f64>>;
     const NAME: &str = "portable";
 
     fn available() -> bool {

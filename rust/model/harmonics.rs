@@ -77,6 +77,7 @@ impl<R: Real> Harmonics<R> {
     }
 
     /// Takes over every coefficient of an error with the same orders.
+    #[inline(always)]
     pub fn copy_from<Q: Real>(&mut self, other: &Harmonics<Q>, convert: impl Fn(Q) -> R) {
         for (own, other) in self.value_and_slope.iter_mut().zip(&other.value_and_slope) {
             own.iter_mut().zip(other).for_each(|(x, &y)| *x = convert(y));

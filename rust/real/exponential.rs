@@ -161,9 +161,9 @@ pub fn powf<R: Real>(x: R, exponent: R) -> R {
 
 #[cfg(test)]
 mod tests {
-    use crate::real::{Pack, Real};
+    use crate::real::{Pair, Real};
 
-    type Lanes = Pack<f64, 4>;
+    type Lanes = Pair<Pair<f64>>;
 
     /// Difference in units in the last place of the expected number.
     fn ulps(found: f64, expected: f64) -> f64 {

@@ -7,7 +7,7 @@ mod dual;
 mod elementary;
 mod exponential;
 mod mask;
-mod pack;
+mod pair;
 mod path;
 mod scalar;
 #[cfg(target_arch = "x86_64")]
@@ -15,7 +15,7 @@ mod x86;
 
 pub use dual::Dual;
 pub use mask::{Mask, lanes_of};
-pub use pack::Pack;
+pub use pair::Pair;
 pub use path::{Path, Task};
 #[cfg(target_arch = "x86_64")]
 pub use x86::{F64x4, F64x8};

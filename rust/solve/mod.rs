@@ -4,8 +4,11 @@ mod advance;
 mod controller;
 #[cfg(test)]
 mod convergence;
+mod estimate;
 mod events;
+mod implicit;
 mod integrals;
+mod interpolant;
 mod linear;
 mod record;
 mod replay;

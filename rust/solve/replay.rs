@@ -60,7 +60,7 @@ impl<P: Path, M: Model<N>, T: Method, const N: usize> Replay<P, M, T, N> {
     ) -> Rates<Lane<P>, N> {
         self.set_directions(directions);
         self.stepper.input.set_lane(0, seat.segment_before(t.plain()), &seat.assignment.row);
-        P::enter(Instant::<Lane<P>, M, N> { stepper: &self.stepper, t, state, model: PhantomData })
+        Lane::<P>::apart(Instant::<Lane<P>, M, N> { stepper: &self.stepper, t, state, model: PhantomData })
     }
 
     /// The derivative of a function of the equations, and how fast it changes along the motion.
@@ -85,7 +85,7 @@ impl<P: Path, M: Model<N>, T: Method, const N: usize> Replay<P, M, T, N> {
     pub fn jump(&mut self, seat: &Seat<Lane<P>, N>, t: f64, state: &[Lane<P>; N]) -> ([Lane<P>; N], Lane<P>) {
         let before = self.energies(seat, t, state).mechanical;
         let mut after = *state;
-        P::enter(Jump::<Lane<P>, M, N> { stepper: &self.stepper, t, state: &mut after, model: PhantomData });
+        Lane::<P>::apart(Jump::<Lane<P>, M, N> { stepper: &self.stepper, t, state: &mut after, model: PhantomData });
         let lost = before - self.energies(seat, t, &after).mechanical;
         (after, lost)
     }
@@ -131,7 +131,7 @@ impl<P: Path, M: Model<N>, T: Method, const N: usize> Retrace<Lane<P>, N> for Re
         self.set_directions(start.directions);
         self.stepper.input.set_lane(0, seat.segment_before(start.t + step), &seat.assignment.row);
         let coefficients =
-            P::enter(DenseStep::<Lane<P>, M, T, N> { stepper: &mut self.stepper, step, methods: PhantomData });
+            Lane::<P>::apart(DenseStep::<Lane<P>, M, T, N> { stepper: &mut self.stepper, step, methods: PhantomData });
         Dense { t: start.t, step, coefficients }
     }
 
@@ -142,7 +142,7 @@ impl<P: Path, M: Model<N>, T: Method, const N: usize> Retrace<Lane<P>, N> for Re
 
     fn energies(&mut self, seat: &Seat<Lane<P>, N>, t: f64, state: &[Lane<P>; N]) -> Energies<Lane<P>> {
         self.stepper.input.set_lane(0, seat.segment_before(t), &seat.assignment.row);
-        P::enter(Energy::<Lane<P>, M, N> { stepper: &self.stepper, t, state, model: PhantomData })
+        Lane::<P>::apart(Energy::<Lane<P>, M, N> { stepper: &self.stepper, t, state, model: PhantomData })
     }
 
     fn base(&self) -> Base {
@@ -150,7 +150,7 @@ impl<P: Path, M: Model<N>, T: Method, const N: usize> Retrace<Lane<P>, N> for Re
     }
 
     fn kinematic_error(&self, angle: Lane<P>) -> (Lane<P>, Lane<P>) {
-        P::enter(KinematicError(&self.stepper.harmonics, angle))
+        Lane::<P>::apart(KinematicError(&self.stepper.harmonics, angle))
     }
 }
 

@@ -1,17 +1,20 @@
-//! One step in lanes: stages, error estimate, dense output.
+//! One step in lanes: its stages.
+//!
+//! What is rare or large stands in functions of its own: the loop around it stays small enough for the compiler.
 
 use super::Method;
-use super::integrals::{GAUSS, INTEGRALS, Integrands};
+use super::integrals::{INTEGRALS, Integrands};
 use super::linear::Linear;
-use super::record::DENSE_TERMS;
-use super::tableau::Rosenbrock;
 use super::watch::{Watch, WatchList};
 use crate::model::terms::Terms;
 use crate::model::{Constants, Drivetrain, Energies, Harmonics, Input, Layout, Model, Rates, Row, SpringLaw};
-use crate::real::{Mask, Real};
+use crate::real::{Mask, Real, Task};
+use std::marker::PhantomData;
 
 /// Slopes kept of a step: the largest method has 13 stages and 3 more for its dense output.
 const SLOPES: usize = 16;
+/// Up to this many states the stages' sums are repeated in the loop.
+const SMALL: usize = 5;
 
 /// The numbers of all lanes.
 pub struct Stepper<R: Real, const N: usize> {
@@ -27,17 +30,17 @@ pub struct Stepper<R: Real, const N: usize> {
     /// Directions in which motor and load slide, 0 where they are held.
     pub directions: [R; 2],
     /// Sizes below which relative accuracy is not asked for.
-    scales: [f64; N],
+    pub(super) scales: [f64; N],
     /// How many of the states are in use.
-    active: f64,
+    pub(super) active: f64,
     pub integrands: Integrands,
     /// Integrals since the last mark.
     pub integrals: [R; INTEGRALS],
     pub watch: Watch<R>,
-    slopes: [[R; N]; SLOPES],
+    pub(super) slopes: [[R; N]; SLOPES],
     starting: [R; INTEGRALS],
-    step_integrals: [R; INTEGRALS],
-    linear: Option<Box<Linear<R::Plain, N>>>,
+    pub(super) step_integrals: [R; INTEGRALS],
+    pub(super) linear: Option<Box<Linear<R::Plain, N>>>,
 }
 
 /// The end of an attempted step.
@@ -56,19 +59,20 @@ macro_rules! unrolled {
         $({ const $index: usize = $value; $body })*
     };
 }
+pub(super) use unrolled;
 
 /// `step` times the weighted sum of the slopes, added to the state.
 macro_rules! combine {
-    ($self:ident, $weights:expr, $step:expr) => {{
+    ($stepper:expr, $weights:expr, $step:expr) => {{
         let mut sums = [R::zero(); N];
         unrolled!(J => {
             if let Some(&weight) = $weights.get(J) && weight != 0.0 {
                 for index in 0..N {
-                    sums[index] = $self.slopes[J][index].mul_add_plain(R::Plain::splat(weight), sums[index]);
+                    sums[index] = $stepper.slopes[J][index].mul_add_plain(R::Plain::splat(weight), sums[index]);
                 }
             }
         });
-        let mut state = $self.state;
+        let mut state = $stepper.state;
         for index in 0..N {
             state[index] = sums[index].mul_add_plain($step, state[index]);
         }
@@ -140,23 +144,12 @@ impl<R: Real, const N: usize> Stepper<R, N> {
     /// Evaluates the first slope anew in the given lanes.
     #[inline(always)]
     pub fn refresh<M: Model<N>>(&mut self, lanes: R::Mask) -> Rates<R, N> {
-        let rates = self.rates::<M>(R::constant(self.t), &self.state);
-        self.begin(lanes, &rates);
-        rates
+        R::apart(Refresh::<R, M, N> { stepper: self, lanes, model: PhantomData })
     }
 
     /// Evaluates the derivatives of the first slope anew in the given lanes, where an input bends without a jump.
     pub fn refresh_tangents<M: Model<N>>(&mut self, lanes: R::Mask) {
-        let rates = self.rates::<M>(R::constant(self.t), &self.state);
-        let renew = |old: &mut R, new: R| *old = R::select(lanes, old.with_tangent(new.tangent()), *old);
-        for (old, &new) in self.slopes[0].iter_mut().zip(&rates.slope) {
-            renew(old, new);
-        }
-        let mut values = [R::zero(); INTEGRALS];
-        self.integrands.add(R::splat(1.0), &rates, &self.constants, &mut values);
-        for (old, &new) in self.starting.iter_mut().zip(&values) {
-            renew(old, new);
-        }
+        R::apart(RefreshTangents::<R, M, N> { stepper: self, lanes, model: PhantomData });
     }
 
     /// The integrands at the start of the step in one lane.
@@ -215,153 +208,17 @@ impl<R: Real, const N: usize> Stepper<R, N> {
         }
     }
 
-    /// Derivatives and matrix of a Rosenbrock step.
+    /// The time of a stage.
     #[inline(always)]
-    fn linearise<M: Model<N>>(&mut self, method: &Rosenbrock, step: R::Plain) {
-        if let Some(mut linear) = self.linear.take() {
-            linear.differentiate::<R, M>(&self.drive(), self.t, &self.state);
-            linear.factorise(step, method.gamma);
-            self.linear = Some(linear);
-        }
-    }
-
-    /// Squared distances between the new state and the last stage before it: of the slopes, and of the states.
-    #[inline(always)]
-    pub fn last_stages<T: Method>(&self, step: R::Plain, state: &[R::Plain; N]) -> (R::Plain, R::Plain) {
-        let last = T::STAGES - 1;
-        let before = plain(&self.stage_state::<T>(last - 1, step));
-        let mut sums = [R::Plain::zero(); 2];
-        for index in 0..N {
-            let weight = R::Plain::splat(1.0 / self.scales[index]);
-            let slopes = self.slopes[last][index].plain() - self.slopes[last - 1][index].plain();
-            for (sum, difference) in sums.iter_mut().zip([slopes, state[index] - before[index]]) {
-                let scaled = difference * weight;
-                *sum = scaled.mul_add(scaled, *sum);
-            }
-        }
-        (sums[0], sums[1])
-    }
-
-    /// Turns the slope of a Rosenbrock stage into what the stage contributes.
-    #[inline(always)]
-    fn solve_stage(&mut self, method: &Rosenbrock, stage: usize, step: R::Plain) {
-        let Some(linear) = &self.linear else { return };
-        let mut values = plain(&self.slopes[stage]);
-        let lead = step * R::Plain::splat(method.times[stage]);
-        for index in 0..N {
-            for (earlier, &weight) in self.slopes.iter().zip(method.coupling[stage]) {
-                values[index] = earlier[index].plain().mul_add(R::Plain::splat(weight), values[index]);
-            }
-            values[index] = linear.by_time()[index].mul_add(lead, values[index]);
-        }
-        linear.solve(&mut values);
-        self.slopes[stage] = values.map(R::constant);
-    }
-
-    /// Quadratures over the step, by Gauss's rule on the dense output.
-    #[inline(always)]
-    fn integrate<M: Model<N>, T: Method>(&mut self, step: R::Plain) {
-        self.step_integrals = [R::zero(); INTEGRALS];
-        let coefficients = self.dense::<M, T>(step);
-        for (share, weight) in GAUSS {
-            let mut state = [R::zero(); N];
-            for index in 0..N {
-                for power in (0..DENSE_TERMS).rev() {
-                    let term = coefficients[index][power];
-                    state[index] = state[index].mul_add_plain(R::Plain::splat(share), term);
-                }
-            }
-            let t = step.mul_add(R::Plain::splat(share), self.t);
-            let rates = self.rates::<M>(R::constant(t), &state);
-            self.integrands.add(R::splat(weight), &rates, &self.constants, &mut self.step_integrals);
-        }
-    }
-
-    #[inline(always)]
-    fn stage_time<T: Method>(&self, stage: usize, step: R::Plain) -> R::Plain {
+    pub(super) fn stage_time<T: Method>(&self, stage: usize, step: R::Plain) -> R::Plain {
         step.mul_add(R::Plain::splat(T::NODES[stage]), self.t)
     }
 
+    /// The state of a stage.
     #[inline(always)]
-    fn stage_state<T: Method>(&self, stage: usize, step: R::Plain) -> [R; N] {
-        let mut out = self.state;
-        unrolled!(S => {
-            if S > 0 && S < T::COUPLING.len() && stage == S {
-                out = combine!(self, T::COUPLING[S], step);
-            }
-        });
-        out
-    }
-
-    /// The squared error of the attempted step in units of the tolerance.
-    #[inline(always)]
-    pub fn squared_error<M: Model<N>, T: Method>(
-        &self,
-        step: R::Plain,
-        trial: &Trial<R, N>,
-        rtol: f64,
-        floor: f64,
-    ) -> R::Plain {
-        let before = M::sizes(&plain(&self.state), self.windup.plain());
-        let after = M::sizes(&plain(&trial.state), trial.rates.windup.plain());
-        let mut scales = [R::Plain::zero(); N];
-        for index in 0..N {
-            let size = before[index].max(after[index]) + R::Plain::splat(floor * self.scales[index]);
-            scales[index] = size;
-        }
-        let first = self.error_ratio(T::ERROR, &scales);
-        let square = step * step * R::Plain::splat(1.0 / (self.active * rtol * rtol));
-        if T::SECOND_ERROR.is_empty() {
-            return first * square;
-        }
-        let second = self.error_ratio(T::SECOND_ERROR, &scales);
-        let mixed = first * first / second.mul_add(R::Plain::splat(0.01), first);
-        R::Plain::select(first.le(R::Plain::zero()), R::Plain::zero(), mixed * square)
-    }
-
-    /// Sum over the states of (weighted slopes / scale)^2, with a single division.
-    #[inline(always)]
-    fn error_ratio(&self, weights: &[f64], scales: &[R::Plain; N]) -> R::Plain {
-        let mut errors = [R::Plain::zero(); N];
-        unrolled!(J => {
-            if let Some(&weight) = weights.get(J) && weight != 0.0 {
-                for index in 0..N {
-                    errors[index] = self.slopes[J][index].plain().mul_add(R::Plain::splat(weight), errors[index]);
-                }
-            }
-        });
-        let mut numerator = errors[0] * errors[0];
-        let mut denominator = scales[0] * scales[0];
-        for index in 1..N {
-            let square = scales[index] * scales[index];
-            numerator = (errors[index] * errors[index]).mul_add(denominator, numerator * square);
-            denominator = denominator * square;
-        }
-        numerator / denominator
-    }
-
-    /// The attempted step as polynomials in the elapsed share, for the lanes that ask for it.
-    #[inline(always)]
-    pub fn dense<M: Model<N>, T: Method>(&mut self, step: R::Plain) -> [[R; DENSE_TERMS]; N] {
-        for stage in T::STAGES..T::STAGES + T::DENSE_STAGES {
-            let state = self.stage_state::<T>(stage, step);
-            let t = self.stage_time::<T>(stage, step);
-            self.slopes[stage] = self.rates::<M>(R::constant(t), &state).slope;
-        }
-        let mut coefficients = [[R::zero(); DENSE_TERMS]; N];
-        for index in 0..N {
-            let mut sums = [R::zero(); DENSE_TERMS];
-            for (slopes, weights) in self.slopes.iter().zip(T::DENSE) {
-                for (power, &weight) in weights.iter().enumerate() {
-                    sums[power + 1] = slopes[index].mul_add_plain(R::Plain::splat(weight), sums[power + 1]);
-                }
-            }
-            for power in 1..DENSE_TERMS {
-                coefficients[index][power] = sums[power] * R::constant(step);
-            }
-            coefficients[index][0] = self.state[index];
-        }
-        coefficients
+    pub(super) fn stage_state<T: Method>(&self, stage: usize, step: R::Plain) -> [R; N] {
+        let sum = StageState::<R, T, N> { stepper: self, stage, step, method: PhantomData };
+        if N > SMALL || R::DIFFERENTIATES { R::apart(sum) } else { sum.run() }
     }
 
     /// Takes the attempted step in the accepted lanes.
@@ -401,4 +258,75 @@ pub fn plain<R: Real, const N: usize>(numbers: &[R; N]) -> [R::Plain; N] {
         values[index] = numbers[index].plain();
     }
     values
+}
+
+struct Refresh<'a, R: Real, M, const N: usize> {
+    stepper: &'a mut Stepper<R, N>,
+    lanes: R::Mask,
+    model: PhantomData<M>,
+}
+
+impl<R: Real, M: Model<N>, const N: usize> Task for Refresh<'_, R, M, N> {
+    type Output = Rates<R, N>;
+
+    #[inline(always)]
+    fn run(self) -> Self::Output {
+        let Self { stepper, lanes, .. } = self;
+        let rates = stepper.rates::<M>(R::constant(stepper.t), &stepper.state);
+        stepper.begin(lanes, &rates);
+        rates
+    }
+}
+
+struct RefreshTangents<'a, R: Real, M, const N: usize> {
+    stepper: &'a mut Stepper<R, N>,
+    lanes: R::Mask,
+    model: PhantomData<M>,
+}
+
+impl<R: Real, M: Model<N>, const N: usize> Task for RefreshTangents<'_, R, M, N> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        let Self { stepper, lanes, .. } = self;
+        let rates = stepper.rates::<M>(R::constant(stepper.t), &stepper.state);
+        for index in 0..N {
+            renew(lanes, &mut stepper.slopes[0][index], rates.slope[index]);
+        }
+        let mut values = [R::zero(); INTEGRALS];
+        stepper.integrands.add(R::splat(1.0), &rates, &stepper.constants, &mut values);
+        for index in 0..INTEGRALS {
+            renew(lanes, &mut stepper.starting[index], values[index]);
+        }
+    }
+}
+
+/// Takes over derivatives in the given lanes.
+#[inline(always)]
+fn renew<R: Real>(lanes: R::Mask, old: &mut R, new: R) {
+    *old = R::select(lanes, old.with_tangent(new.tangent()), *old);
+}
+
+struct StageState<'a, R: Real, T, const N: usize> {
+    stepper: &'a Stepper<R, N>,
+    stage: usize,
+    step: R::Plain,
+    method: PhantomData<T>,
+}
+
+impl<R: Real, T: Method, const N: usize> Task for StageState<'_, R, T, N> {
+    type Output = [R; N];
+
+    #[inline(always)]
+    fn run(self) -> [R; N] {
+        let Self { stepper, stage, step, .. } = self;
+        let mut out = stepper.state;
+        unrolled!(S => {
+            if S > 0 && S < T::COUPLING.len() && stage == S {
+                out = combine!(stepper, T::COUPLING[S], step);
+            }
+        });
+        out
+    }
 }

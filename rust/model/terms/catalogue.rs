@@ -220,6 +220,7 @@ impl<R: Real> Terms<R> {
     }
 
     /// Takes over the parameters of the same terms.
+    #[inline(always)]
     pub fn copy_from<Q: Real>(&mut self, other: &Terms<Q>, convert: impl Fn(Q) -> R) {
         self.values.iter_mut().zip(&other.values).for_each(|(own, &value)| *own = convert(value));
     }

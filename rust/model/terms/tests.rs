@@ -1,7 +1,7 @@
 //! What every term has to keep, whatever its parameters.
 
 use super::{Actuator, Choice, Dry, Gear, HIDDEN, Load, Mesh, Motion, Reaction, TERMS, TermInfo, Terms};
-use crate::real::{Pack, Real};
+use crate::real::{Pair, Real};
 
 /// Everything the terms can change at one instant.
 struct Answer<R> {
@@ -171,7 +171,7 @@ fn exact_lanes_and_scalar_agree() {
     for term in TERMS {
         let values = defaults(term);
         let alone = terms_with(&[term.id], &values);
-        let mut together = Terms::<Pack<f64, 4>>::new(&Choice::of(&[term.id.to_string()]).expect("known"));
+        let mut together = Terms::<Pair<Pair<f64>>>::new(&Choice::of(&[term.id.to_string()]).expect("known"));
         for lane in 0..4 {
             together.set_lane(lane, &values);
         }

@@ -1,0 +1,72 @@
+//! How far an attempted step is off, and how stiff it looks.
+
+use super::Method;
+use super::stepper::{Stepper, Trial, plain, unrolled};
+use crate::model::Model;
+use crate::real::Real;
+
+impl<R: Real, const N: usize> Stepper<R, N> {
+    /// The squared error of the attempted step in units of the tolerance.
+    #[inline(always)]
+    pub fn squared_error<M: Model<N>, T: Method>(
+        &self,
+        step: R::Plain,
+        trial: &Trial<R, N>,
+        rtol: f64,
+        floor: f64,
+    ) -> R::Plain {
+        let before = M::sizes(&plain(&self.state), self.windup.plain());
+        let after = M::sizes(&plain(&trial.state), trial.rates.windup.plain());
+        let mut scales = [R::Plain::zero(); N];
+        for index in 0..N {
+            let size = before[index].max(after[index]) + R::Plain::splat(floor * self.scales[index]);
+            scales[index] = size;
+        }
+        let first = self.error_ratio(T::ERROR, &scales);
+        let square = step * step * R::Plain::splat(1.0 / (self.active * rtol * rtol));
+        if T::SECOND_ERROR.is_empty() {
+            return first * square;
+        }
+        let second = self.error_ratio(T::SECOND_ERROR, &scales);
+        let mixed = first * first / second.mul_add(R::Plain::splat(0.01), first);
+        R::Plain::select(first.le(R::Plain::zero()), R::Plain::zero(), mixed * square)
+    }
+
+    /// Sum over the states of (weighted slopes / scale)^2, with a single division.
+    #[inline(always)]
+    fn error_ratio(&self, weights: &[f64], scales: &[R::Plain; N]) -> R::Plain {
+        let mut errors = [R::Plain::zero(); N];
+        unrolled!(J => {
+            if let Some(&weight) = weights.get(J) && weight != 0.0 {
+                for index in 0..N {
+                    errors[index] = self.slopes[J][index].plain().mul_add(R::Plain::splat(weight), errors[index]);
+                }
+            }
+        });
+        let mut numerator = errors[0] * errors[0];
+        let mut denominator = scales[0] * scales[0];
+        for index in 1..N {
+            let square = scales[index] * scales[index];
+            numerator = (errors[index] * errors[index]).mul_add(denominator, numerator * square);
+            denominator = denominator * square;
+        }
+        numerator / denominator
+    }
+
+    /// Squared distances between the new state and the last stage before it: of the slopes, and of the states.
+    #[inline(always)]
+    pub fn last_stages<T: Method>(&self, step: R::Plain, state: &[R::Plain; N]) -> (R::Plain, R::Plain) {
+        let last = T::STAGES - 1;
+        let before = plain(&self.stage_state::<T>(last - 1, step));
+        let mut sums = [R::Plain::zero(); 2];
+        for index in 0..N {
+            let weight = R::Plain::splat(1.0 / self.scales[index]);
+            let slopes = self.slopes[last][index].plain() - self.slopes[last - 1][index].plain();
+            for (sum, difference) in sums.iter_mut().zip([slopes, state[index] - before[index]]) {
+                let scaled = difference * weight;
+                *sum = scaled.mul_add(scaled, *sum);
+            }
+        }
+        (sums[0], sums[1])
+    }
+}

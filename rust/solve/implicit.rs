@@ -1,0 +1,90 @@
+//! What a Rosenbrock step does beyond an explicit one.
+
+use super::Method;
+use super::integrals::{GAUSS, INTEGRALS};
+use super::record::DENSE_TERMS;
+use super::stepper::{Stepper, plain};
+use super::tableau::Rosenbrock;
+use crate::model::Model;
+use crate::real::{Real, Task};
+use std::marker::PhantomData;
+
+impl<R: Real, const N: usize> Stepper<R, N> {
+    /// Derivatives and matrix of a Rosenbrock step.
+    #[inline(always)]
+    pub(super) fn linearise<M: Model<N>>(&mut self, method: &Rosenbrock, step: R::Plain) {
+        R::apart(Linearise::<R, M, N> { stepper: self, method, step, model: PhantomData });
+    }
+
+    /// Turns the slope of a Rosenbrock stage into what the stage contributes.
+    #[inline(always)]
+    pub(super) fn solve_stage(&mut self, method: &Rosenbrock, stage: usize, step: R::Plain) {
+        let Some(linear) = &self.linear else { return };
+        let mut values = plain(&self.slopes[stage]);
+        let lead = step * R::Plain::splat(method.times[stage]);
+        for index in 0..N {
+            for (earlier, &weight) in self.slopes.iter().zip(method.coupling[stage]) {
+                values[index] = earlier[index].plain().mul_add(R::Plain::splat(weight), values[index]);
+            }
+            values[index] = linear.by_time()[index].mul_add(lead, values[index]);
+        }
+        linear.solve(&mut values);
+        self.slopes[stage] = values.map(R::constant);
+    }
+
+    /// Quadratures over the step, by Gauss's rule on the dense output.
+    #[inline(always)]
+    pub(super) fn integrate<M: Model<N>, T: Method>(&mut self, step: R::Plain) {
+        R::apart(Integrate::<R, M, T, N> { stepper: self, step, types: PhantomData });
+    }
+}
+
+struct Linearise<'a, R: Real, M, const N: usize> {
+    stepper: &'a mut Stepper<R, N>,
+    method: &'a Rosenbrock,
+    step: R::Plain,
+    model: PhantomData<M>,
+}
+
+impl<R: Real, M: Model<N>, const N: usize> Task for Linearise<'_, R, M, N> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        let Self { stepper, method, step, .. } = self;
+        if let Some(mut linear) = stepper.linear.take() {
+            linear.differentiate::<R, M>(&stepper.drive(), stepper.t, &stepper.state);
+            linear.factorise(step, method.gamma);
+            stepper.linear = Some(linear);
+        }
+    }
+}
+
+struct Integrate<'a, R: Real, M, T, const N: usize> {
+    stepper: &'a mut Stepper<R, N>,
+    step: R::Plain,
+    types: PhantomData<(M, T)>,
+}
+
+impl<R: Real, M: Model<N>, T: Method, const N: usize> Task for Integrate<'_, R, M, T, N> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        let Self { stepper, step, .. } = self;
+        stepper.step_integrals = [R::zero(); INTEGRALS];
+        let coefficients = stepper.dense::<M, T>(step);
+        for (share, weight) in GAUSS {
+            let mut state = [R::zero(); N];
+            for index in 0..N {
+                for power in (0..DENSE_TERMS).rev() {
+                    let term = coefficients[index][power];
+                    state[index] = state[index].mul_add_plain(R::Plain::splat(share), term);
+                }
+            }
+            let t = step.mul_add(R::Plain::splat(share), stepper.t);
+            let rates = stepper.rates::<M>(R::constant(t), &state);
+            stepper.integrands.add(R::splat(weight), &rates, &stepper.constants, &mut stepper.step_integrals);
+        }
+    }
+}

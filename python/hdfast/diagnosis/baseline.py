@@ -6,28 +6,32 @@ from dataclasses import replace
 
 import numpy as np
 
-from hdfast.diagnosis.plant import TORQUE_OFFSET, TORQUE_SCALE, Free, Structure
+from hdfast.diagnosis.plant import TORQUE_LEAD, TORQUE_OFFSET, TORQUE_SCALE, Free, Structure
 from hdfast.params import params
 from hdfast.recordings import Campaign
 from hdfast.sensors import SensorFacts, stage_of
 from hdfast.terms import terms
 
-OFFSET_SHARE = 0.05
+OFFSET_SHARE, LEAD_SHARE = 0.05, 0.5
 SIGNED = ("k2", "k3", "k4", "k5")
 
 
-def baseline(campaign: Campaign, torque_spread: float) -> Structure:
-    """The campaign's model; what its priors leave open is fitted, and so are scale and zero of the motor torque.
+def baseline(campaign: Campaign, torque_spread: float, period: float) -> Structure:
+    """The campaign's model; what its priors leave open is fitted, and so are scale, zero and clock of the torque.
 
-    A term's parameter goes by its long name, with the term's id before it.
+    A command that is held from one sample to the next, and sensors that average, shift the torque against the motion
+    by up to a sample; more is physics. A term's parameter goes by its long name, with the term's id before it.
 
     Args:
         campaign: the checked campaign.
         torque_spread: standard deviation of the recorded motor torque [N m].
+        period: of the slowest recording's samples [s].
     """
+    shift = max(period, campaign.controller.period if campaign.controller else 0.0)
     free = [
         Free(TORQUE_SCALE, 1.0, max(campaign.channel_sigma["motor_torque"], 1e-6), False, "1", 0.1, 10.0),
         Free(TORQUE_OFFSET, 0.0, OFFSET_SHARE * torque_spread, False, "N m"),
+        Free(TORQUE_LEAD, 0.0, LEAD_SHARE * shift, False, "s", -shift, shift),
     ]
     fixed = {}
     table = params(campaign.model)

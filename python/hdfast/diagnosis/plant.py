@@ -15,8 +15,8 @@ from hdfast.sensors import SensorStage
 from hdfast.sweep import sweep
 
 SIGNALS = {"te": "te", "output_torque": "gear_torque"}
-TORQUE_SCALE, TORQUE_OFFSET = "torque_scale", "torque_offset"
-NUISANCE = (TORQUE_SCALE, TORQUE_OFFSET)
+TORQUE_SCALE, TORQUE_OFFSET, TORQUE_LEAD = "torque_scale", "torque_offset", "torque_lead"
+NUISANCE = (TORQUE_SCALE, TORQUE_OFFSET, TORQUE_LEAD)
 RTOL = 1e-5
 
 
@@ -144,6 +144,7 @@ class Plant:
         ones = np.ones(len(coordinates))
         scale = values.get(TORQUE_SCALE, ones)[:, None]
         offset = values.get(TORQUE_OFFSET, 0.0 * ones)[:, None]
+        lead = values.get(TORQUE_LEAD, 0.0 * ones)[:, None]
         every: dict[str, Floats | float] = {**structure.fixed, **values}
         sensed = {name: every[name] for name in structure.sensed}
         left = {*NUISANCE, *sensed}
@@ -162,6 +163,7 @@ class Plant:
                 for name, sample in result.samples.items()
             }
             needed = (signals["tau_m"] + offset) / scale
+            needed = needed + lead * np.gradient(self.band.slow(needed), 1.0 / self.band.rate, axis=1)
             changed = signals["tau_drive"] - self.band.smooth(unit.command)
             delivered = unit.measured["motor_torque"] + changed
             if "motor_torque" in stage.channels:

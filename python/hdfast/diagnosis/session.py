@@ -70,12 +70,14 @@ class Setup:
         bench: the recordings that are fitted.
         held: the recordings kept for the proof, or None.
         weaker: sentence that says how held-out data were made when the campaign names none.
+        period: between the samples of the slowest recording [s].
     """
 
     campaign: Campaign
     bench: Bench = field(repr=False)
     held: Bench | None = field(repr=False)
     weaker: str | None
+    period: float
 
 
 def usable(health: Health) -> list[Source]:
@@ -106,7 +108,8 @@ def set_up(campaign: Campaign, sources: Sequence[Source], threads: int | None) -
         return Bench(plant, lay_out(plant), floors(sources, plant.channels, band, campaign.sensors, ratio, inertia))
 
     held = bench("heldout") if any(unit.role == "heldout" for unit in units) else None
-    return Setup(campaign, bench("fit"), held, weaker)
+    period = max(float(np.median(np.diff(source.recording["t"]))) for source in sources)
+    return Setup(campaign, bench("fit"), held, weaker, period)
 
 
 def set_up_usable(campaign: Campaign, threads: int | None) -> Setup:
@@ -124,7 +127,8 @@ def set_up_usable(campaign: Campaign, threads: int | None) -> Setup:
 def nominal(setup: Setup) -> Structure:
     """The model of the campaign with what its priors leave open."""
     units = setup.bench.plant.units
-    return baseline(setup.campaign, float(np.median([np.std(unit.measured["motor_torque"]) for unit in units])))
+    spread = float(np.median([np.std(unit.measured["motor_torque"]) for unit in units]))
+    return baseline(setup.campaign, spread, setup.period)
 
 
 def run(campaign: Campaign, sources: Sequence[Source], seed: int, threads: int | None, stages: Stages) -> Session:

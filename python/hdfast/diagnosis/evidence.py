@@ -62,6 +62,11 @@ class Layout:
             return np.asarray(np.bincount(self.block, values, minlength=self.blocks), dtype=np.float64)
         return np.stack([np.bincount(self.block, column, minlength=self.blocks) for column in values.T], axis=1)
 
+    def grams(self, values: Floats) -> Floats:
+        """Gram matrices of (N, d) in each block: (B, d, d)."""
+        products = values[:, :, None] * values[:, None, :]
+        return self.sums(products.reshape(len(values), -1)).reshape(-1, values.shape[1], values.shape[1])
+
 
 def lay_out(plant: Plant) -> Layout:
     """Stack the judged samples of a plant; blocks are stretches of one recording, all channels together."""

@@ -25,7 +25,7 @@ class Sizes:
         speed: largest motor speed [rad/s].
         stiffness: K1 or k1 [N m/rad].
         ratio: reduction ratio.
-        corner: band of the recordings [Hz].
+        corner: band of the replayed motion [Hz].
         elastic: whether the gear's windup is simulated.
         loaded: whether a load torque is recorded.
         warm: whether temperatures are recorded.

@@ -40,11 +40,11 @@ class Line:
 def order_lines(bench: Bench, mismatch: Floats) -> list[Line]:
     """Lines per motor revolution in a stacked mismatch (N,), strongest first."""
     found = []
-    for unit, _, where in bench.layout.pieces:
+    for unit, channel, where in bench.layout.pieces:
         source = bench.plant.units[unit]
         turns = source.angle[bench.layout.sample[where]] / (2.0 * math.pi)
         speed = float(np.median(np.abs(source.speed[bench.layout.sample[where]]))) / (2.0 * math.pi)
-        highest = min(HIGHEST_ORDER, INSIDE * bench.plant.band.corner / max(speed, 1e-9))
+        highest = min(HIGHEST_ORDER, INSIDE * bench.plant.band.of(channel) / max(speed, 1e-9))
         found += _lines(turns, mismatch[where], highest)
     return _merged(found)
 
@@ -52,9 +52,9 @@ def order_lines(bench: Bench, mismatch: Floats) -> list[Line]:
 def tone_lines(bench: Bench, mismatch: Floats) -> list[Line]:
     """Lines per second in a stacked mismatch (N,), strongest first."""
     found = []
-    for unit, _, where in bench.layout.pieces:
+    for unit, channel, where in bench.layout.pieces:
         t = bench.plant.units[unit].t[bench.layout.sample[where]]
-        found += _lines(t, mismatch[where], INSIDE * bench.plant.band.corner)
+        found += _lines(t, mismatch[where], INSIDE * bench.plant.band.of(channel))
     return _merged(found)
 
 

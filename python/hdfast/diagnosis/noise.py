@@ -23,25 +23,27 @@ def floors(
     """Standard deviation of the noise of each channel in the working band, in the channel's unit, shape (C,)."""
     angle = _of("motor_angle", sources, sensors)
     rate = float(np.median([1.0 / np.median(np.diff(source.recording["t"])) for source in sources]))
-    share = math.sqrt(min(1.0, 2.0 * band.corner / rate))
-    moved = math.sqrt(min(1.0, 2.0 * band.corner / rate) / 5.0)
-    inertial = inertia * angle * (2.0 * math.pi * band.corner) ** 2 * moved
-    by_channel = {
-        "motor_torque": math.hypot(share * _of("motor_torque", sources, sensors), inertial),
-        "te": share * math.hypot(angle / ratio, _of("load_angle", sources, sensors)),
-        "output_torque": share * _of("output_torque", sources, sensors),
+    share = {channel: math.sqrt(min(1.0, 2.0 * band.of(channel) / rate)) for channel in channels}
+    moved = math.sqrt(min(1.0, 2.0 * band.motion / rate) / 5.0)
+    inertial = inertia * angle * (2.0 * math.pi * band.motion) ** 2 * moved
+    of_a_sample = {
+        "motor_torque": _of("motor_torque", sources, sensors),
+        "te": math.hypot(angle / ratio, _of("load_angle", sources, sensors)),
+        "output_torque": _of("output_torque", sources, sensors),
     }
-    return np.array([by_channel[channel] for channel in channels])
+    found = {channel: share[channel] * of_a_sample[channel] for channel in channels}
+    found["motor_torque"] = math.hypot(found["motor_torque"], inertial)
+    return np.array([found[channel] for channel in channels])
 
 
 def _of(column: str, sources: Sequence[Source], sensors: Mapping[str, SensorFacts]) -> float:
-    """Noise of one sample of a column: as stated, else as its third differences show."""
+    """Noise of one sample of a column: as its third differences show, at least that of the stated resolution."""
     seen = [_white(source.recording[column]) for source in sources if column in source.recording]
     if not seen:
         return 0.0
     facts = sensors.get(column)
-    stated = math.hypot((facts.resolution or 0.0) / math.sqrt(12.0), facts.noise or 0.0) if facts else 0.0
-    return stated if stated > 0.0 else float(np.median(seen))
+    rounding = (facts.resolution or 0.0) / math.sqrt(12.0) if facts else 0.0
+    return max(rounding, float(np.median(seen)))
 
 
 def _white(values: Floats) -> float:

@@ -15,6 +15,7 @@ from hdfast.sensors import SensorStage
 from hdfast.sweep import sweep
 
 SIGNALS = {"te": "te", "output_torque": "gear_torque"}
+CHANNEL_OF = {"te": "te", "gear_torque": "output_torque", "tau_m": "motor_torque", "tau_drive": "motor_torque"}
 TORQUE_SCALE, TORQUE_OFFSET, TORQUE_LEAD = "torque_scale", "torque_offset", "torque_lead"
 NUISANCE = (TORQUE_SCALE, TORQUE_OFFSET, TORQUE_LEAD)
 RTOL = 1e-5
@@ -159,7 +160,7 @@ class Plant:
             rows, n = slice(index, None, len(self.units)), len(unit.t)
             wrong = (result.status[rows] != 0)[:, None]
             signals = {
-                name: self.band.smooth(np.where(wrong, 0.0, sample[rows, :n]))
+                name: self.band.smooth(np.where(wrong, 0.0, sample[rows, :n]), CHANNEL_OF[name])
                 for name, sample in result.samples.items()
             }
             needed = (signals["tau_m"] + offset) / scale

@@ -20,8 +20,10 @@ HIGHEST_RATE = 500.0
 MOST_SAMPLES = 40_000
 PASS_SHARE = 0.4
 NARROWEST = 0.05
-NOISE_SHARE = 0.03
-SLOW_SHARE = 0.25
+NOISE_SHARE = 0.01
+SLOW_SHARE = 0.5
+TOP_SHARES = (0.75, 0.95)
+SEGMENT = 256
 SHORTEST = 32
 LEAD_IN = 0.25
 SLOWEST_SHARE = 0.005
@@ -29,18 +31,31 @@ SLOWEST_SHARE = 0.005
 
 @dataclass(frozen=True)
 class Band:
-    """Working rate [Hz] and corner of the zero-phase low-pass that recorded and simulated signals pass alike [Hz]."""
+    """Working rate, and what recorded and simulated signals alike lose to zero-phase low-passes.
+
+    Attributes:
+        rate: working rate [Hz].
+        motion: corner for the motion that is replayed and for the motor torque [Hz]; a torque takes two derivatives of
+            the angle, so that the angle's noise sets it.
+        sensed: corner for what the load's sensors show [Hz].
+    """
 
     rate: float
-    corner: float
+    motion: float
+    sensed: float
 
-    def smooth(self, values: Floats) -> Floats:
-        """Equally spaced values (..., n) at the working rate through the low-pass."""
-        return values if self.corner >= PASS_SHARE * self.rate else _passed(values, self.corner, self.rate)
+    def of(self, channel: str) -> float:
+        """Corner of a compared channel [Hz]."""
+        return self.motion if channel == "motor_torque" else self.sensed
+
+    def smooth(self, values: Floats, channel: str = "motor_torque") -> Floats:
+        """Equally spaced values (..., n) of a channel at the working rate through its low-pass."""
+        corner = self.of(channel)
+        return values if corner >= PASS_SHARE * self.rate else _passed(values, corner, self.rate)
 
     def slow(self, values: Floats) -> Floats:
         """Their slow part: without the noise that a filter could win by removing."""
-        return _passed(values, SLOW_SHARE * self.corner, self.rate)
+        return _passed(values, SLOW_SHARE * self.motion, self.rate)
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,7 +110,9 @@ class Source:
 
 
 def choose_band(sources: Sequence[Source], inertia: float) -> Band:
-    """The widest band in which the angle's resolution disturbs the inertia torque by less than its share.
+    """The widest band of motion in which the angle's noise disturbs the inertia torque by less than its share.
+
+    The noise is that of the resolution, or what the angle shows near the top of its spectrum, where nothing moves.
 
     Args:
         sources: recordings of the campaign.
@@ -104,12 +121,27 @@ def choose_band(sources: Sequence[Source], inertia: float) -> Band:
     rate = min(1.0 / np.median(np.diff(source.recording["t"])) for source in sources)
     total = sum(float(np.ptp(source.recording["t"])) for source in sources)
     working = rate / max(1, math.ceil(max(rate / HIGHEST_RATE, rate * total / MOST_SAMPLES)))
-    resolution = max(_step(source.recording["motor_angle"]) for source in sources)
+    noise = max(_noise(source.recording) for source in sources)
     torque = float(np.median([np.nanstd(source.recording["motor_torque"]) for source in sources]))
-    white = (resolution**2 / 12.0) * 2.0 / rate
     allowed = (NOISE_SHARE * torque / max(inertia, 1e-12)) ** 2
-    corner = (5.0 * allowed / (max(white, 1e-300) * (2.0 * math.pi) ** 4)) ** 0.2
-    return Band(float(working), float(min(PASS_SHARE * working, max(corner, NARROWEST * working))))
+    corner = (5.0 * allowed / (max(noise, 1e-300) * (2.0 * math.pi) ** 4)) ** 0.2
+    widest = PASS_SHARE * working
+    return Band(float(working), float(min(widest, max(corner, NARROWEST * working))), float(widest))
+
+
+def _noise(recording: Mapping[str, Floats]) -> float:
+    """Power density of the noise of the motor angle [rad^2/Hz]."""
+    known = np.isfinite(recording["motor_angle"])
+    t, angle = recording["t"][known], recording["motor_angle"][known]
+    step = float(np.median(np.diff(t)))
+    quantised = _step(angle) ** 2 / 12.0 * 2.0 * step
+    if len(t) < SEGMENT:
+        return quantised
+    even = np.interp(np.arange(t[0], t[-1], step), t, angle)
+    frequency, power = signal.welch(np.diff(even, 2), 1.0 / step, nperseg=SEGMENT, average="median")
+    top = (frequency > TOP_SHARES[0] * 0.5 / step) & (frequency < TOP_SHARES[1] * 0.5 / step)
+    differences = (2.0 * np.sin(np.pi * frequency[top] * step)) ** 4
+    return max(quantised, float(np.median(power[top] / differences)))
 
 
 def prepare(source: Source, band: Band, ratio: float) -> Unit:
@@ -127,11 +159,11 @@ def prepare(source: Source, band: Band, ratio: float) -> Unit:
     stride = max(1, round(1.0 / (step * band.rate)))
     rate = 1.0 / step
 
-    def bring(values: Floats) -> Floats:
+    def bring(values: Floats, channel: str = "motor_torque") -> Floats:
         known = np.isfinite(values)
         even = np.interp(fine, clock[known], values[known])
-        if band.corner < PASS_SHARE * rate:
-            even = _passed(even, band.corner, rate)
+        if band.of(channel) < PASS_SHARE * rate:
+            even = _passed(even, band.of(channel), rate)
         return np.ascontiguousarray(even[::stride])
 
     t = fine[::stride]
@@ -140,14 +172,14 @@ def prepare(source: Source, band: Band, ratio: float) -> Unit:
     speed, acceleration = spline(t, 1), spline(t, 2)
     measured = {"motor_torque": bring(recording["motor_torque"])}
     if "load_angle" in recording:
-        measured["te"] = bring(recording["motor_angle"] / ratio - recording["load_angle"])
+        measured["te"] = bring(recording["motor_angle"] / ratio - recording["load_angle"], "te")
     if "output_torque" in recording:
-        measured["output_torque"] = bring(recording["output_torque"])
+        measured["output_torque"] = bring(recording["output_torque"], "output_torque")
     load = bring(recording["load_torque"]) if "load_torque" in recording else np.zeros_like(t)
     command = band.slow(measured["motor_torque"])
     usable = _usable(source, clock, t, band)
     moving = np.abs(speed) > _slowest(recording["motor_angle"], speed, band, rate)
-    judged = {"motor_torque": usable & _eroded(moving, round(0.5 * band.rate / band.corner))}
+    judged = {"motor_torque": usable & _eroded(moving, round(0.5 * band.rate / band.motion))}
     settled = usable & (t >= min(LEAD_IN, 0.1 * t[-1]))
     judged |= {channel: settled for channel in measured if channel != "motor_torque"}
     return Unit(
@@ -160,7 +192,7 @@ def prepare(source: Source, band: Band, ratio: float) -> Unit:
         turned=angle / ratio,
         speed=speed,
         acceleration=acceleration,
-        measured={channel: band.smooth(values) for channel, values in measured.items()},
+        measured={channel: band.smooth(values, channel) for channel, values in measured.items()},
         command=command,
         judged=judged,
         load_torque=load,
@@ -191,7 +223,7 @@ def _step(values: Floats) -> float:
 
 def _slowest(angle: Floats, speed: Floats, band: Band, rate: float) -> float:
     """Speed below which the direction of motion is not certain [rad/s]."""
-    noise = _step(angle) / math.sqrt(12.0) * 2.0 * math.pi * band.corner * math.sqrt(2.0 * band.corner / (3.0 * rate))
+    noise = _step(angle) / math.sqrt(12.0) * 2.0 * math.pi * band.motion * math.sqrt(2.0 * band.motion / (3.0 * rate))
     return max(3.0 * noise, SLOWEST_SHARE * float(np.max(np.abs(speed))))
 
 
@@ -205,7 +237,7 @@ def _eroded(mask: Mask, width: int) -> Mask:
 
 def _usable(source: Source, clock: Floats, t: Floats, band: Band) -> Mask:
     """Samples away from gaps, from samples the health checks rejected, and from both ends."""
-    margin = 1.0 / band.corner
+    margin = 1.0 / band.motion
     spans = np.diff(clock)
     wide = np.flatnonzero(spans > 1.5 * np.median(spans) + 1.0 / band.rate)
     bad = [(clock[i], clock[i + 1]) for i in wide] + [(time, time) for time in clock[~source.good]]

@@ -20,7 +20,7 @@ def unresolved(effect: str, fitted: Fit, bench: Bench) -> bool:
     """
     if effect == "presliding_friction":
         angle = fitted.value(f"{effect}_T_c") / fitted.value(f"{effect}_sigma_0")
-        return math.sqrt(2.0 * angle / _acceleration(bench)) < SAMPLES / bench.plant.band.corner
+        return math.sqrt(2.0 * angle / _acceleration(bench)) < SAMPLES / bench.plant.band.motion
     if effect == "stribeck_friction":
         slow = [
             float(np.min(np.abs(unit.speed[unit.judged["motor_torque"]]), initial=np.inf)) for unit in bench.plant.units

@@ -149,7 +149,7 @@ def _run(setup: Setup, seed: int, stages: Stages) -> Session:
     bench, held = setup.bench, setup.held
     stages.expect(2)
     band = bench.plant.band
-    stages.done(f"{len(bench.plant.units)} recordings at {band.rate:.0f} Hz, band {band.corner:.0f} Hz")
+    stages.done(f"{len(bench.plant.units)} recordings at {band.rate:.0f} Hz, band {band.motion:.0f} Hz")
     calibrated = fit(bench, nominal(setup))
     stages.done("calibrated the nominal model")
     floor = noise_floor(bench)
@@ -185,7 +185,7 @@ def candidates(bench: Bench, current: Fit, ratio: float) -> list[Candidate]:
         speed=max(float(np.abs(unit.speed).max()) for unit in units),
         stiffness=stiffness,
         ratio=ratio,
-        corner=bench.plant.band.corner,
+        corner=bench.plant.band.motion,
         elastic=model.base == "two_inertia",
         loaded=any(bool(np.any(unit.load_torque != 0.0)) for unit in units),
         warm=all(unit.temperature is not None for unit in units),

@@ -47,7 +47,7 @@ def page(found: Calibration) -> str:
         Section("Parameters", texts, [picture(figure, "Distance of every estimate from its prior.")], tables),
         recordings_section(shown),
         state_section(shown, fitted.value("ratio"), fitted.value("J_l")),
-        spectra_section(shown, (), (), setup.bench.plant.band.corner),
+        spectra_section(shown, (), (), setup.bench.plant.band),
     ]
     facts = [
         (f"error, {ROLES[role]} recordings", f"{100 * error['given']:.1f} → {100 * error['calibrated']:.1f} %")

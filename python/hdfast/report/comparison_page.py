@@ -44,7 +44,7 @@ def page(found: Comparison) -> str:
             ],
         ),
         state_section(shown, values["ratio"].value, values["J_l"].value),
-        spectra_section(shown, (), (), setup.bench.plant.band.corner),
+        spectra_section(shown, (), (), setup.bench.plant.band),
     ]
     facts = [
         (f"error, {ROLES[role]} recordings", f"{100 * share:.1f} %") for role, share in found.to_dict()["nrmse"].items()

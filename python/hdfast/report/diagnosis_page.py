@@ -52,7 +52,7 @@ def page(diagnosis: Diagnosis) -> str:
         held = verdict.session.held
         parts.append(f"{len(units)} recordings fitted, {len(held.plant.units) if held else 0} kept for the proof")
         band = verdict.session.bench.plant.band
-        parts.append(f"compared at {band.rate:.0f} Hz below {band.corner:.0f} Hz")
+        parts.append(f"compared at {band.rate:.0f} Hz below {band.motion:.0f} Hz")
         sections = [*_sections(content, verdict, found), _health(content)]
     sections.append(_notes(content))
     parts.append(f"seed {content['seed']}")
@@ -76,7 +76,7 @@ def _sections(content: Mapping[str, Any], verdict: Verdict, found: list[Trace]) 
         *first,
         _time(content, found),
         state_section(found, final.value("ratio"), final.value("J_l")),
-        spectra_section(found, where["orders"], where["frequencies_hz"], verdict.session.bench.plant.band.corner),
+        spectra_section(found, where["orders"], where["frequencies_hz"], verdict.session.bench.plant.band),
         _parameters(content, verdict),
         *_rounds(verdict),
         _limits(content),

@@ -122,7 +122,7 @@ def cards(content: Mapping[str, Any], verdict: Verdict, found: list[Trace]) -> l
             "three",
             figures=[
                 picture(
-                    plots.orders(found, channel, content["where"]["orders"], session.bench.plant.band.corner),
+                    plots.orders(found, channel, content["where"]["orders"], session.bench.plant.band.of(channel)),
                     _lines(content),
                 )
             ],

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from hdfast.diagnosis.prepare import Band
 from hdfast.printing import html_table
 from hdfast.report import diagnosis_details as details
 from hdfast.report.diagnosis_axes import CHANNELS
@@ -34,11 +35,11 @@ def state_section(found: Sequence[Trace], ratio: float, inertia: float) -> Secti
     return Section("In which state of the drive", figures=figures)
 
 
-def spectra_section(found: Sequence[Trace], orders: Sequence[float], tones: Sequence[float], corner: float) -> Section:
-    """What is missing over orders and frequencies, up to `corner` [Hz]."""
+def spectra_section(found: Sequence[Trace], orders: Sequence[float], tones: Sequence[float], band: Band) -> Section:
+    """What is missing over orders and frequencies, up to the corner of the band."""
     figures = [
         picture(
-            details.spectra(found, channel, orders, tones, corner),
+            details.spectra(found, channel, orders, tones, band.of(channel)),
             f"Mismatch of the {CHANNELS[channel]} over orders and over frequency; dotted: lines that stand out.",
         )
         for channel in channels_of(found)

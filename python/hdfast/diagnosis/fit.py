@@ -92,6 +92,38 @@ class Bench:
         return self.layout.stack(self.plant, self.plant.mismatch(structure, coordinates))
 
 
+@dataclass(frozen=True, eq=False)
+class Metric:
+    """What a fit makes small: half the bulk of the mismatch in independent samples, half its whitened fine structure.
+
+    The bulk alone overlooks what stands out only between the frequencies of the noise; whitened alone, a fit may leave
+    the slow mismatch as it is, since it predicts itself.
+
+    Attributes:
+        weights: scale and colour.
+        white: filter to independent samples of unit variance.
+    """
+
+    weights: Weights
+    white: Whitener
+
+    @classmethod
+    def of(cls, bench: Bench, mismatch: Floats) -> Metric:
+        """For the noise that a mismatch (N,) shows."""
+        return cls(weigh(bench.layout, mismatch, bench.floor), whiten(bench.layout, mismatch, bench.floor))
+
+    def of_columns(self, layout: Layout, stacked: Floats) -> Floats:
+        """Both parts of (N,) or (N, P), one after the other: (2N,) or (2N, P)."""
+        bulk = self.weights.normalise(layout, stacked.T).T
+        return np.asarray(np.concatenate([bulk, self.white(layout, stacked)]) / np.sqrt(2.0))
+
+    def cost(self, layout: Layout, structure: Structure, x: Floats, mismatch: Floats) -> float:
+        """Half the weighted sum of squares plus the prior's."""
+        half, _ = limited(self.of_columns(layout, mismatch))
+        pull = (x - structure.start) / structure.sigma
+        return float(np.sum(half) + 0.5 * pull @ pull)
+
+
 def fit(bench: Bench, structure: Structure, start: Floats | None = None, known: Fit | None = None) -> Fit:
     """Fit a structure.
 
@@ -102,22 +134,22 @@ def fit(bench: Bench, structure: Structure, start: Floats | None = None, known: 
         known: an earlier fit whose parameters come first in `structure`; its slopes are kept, only the slopes of the
             added parameters are computed.
     """
+    layout = bench.layout
     x = structure.start if start is None else np.array(start, dtype=np.float64)
     kept = 0 if known is None else known.slopes.shape[1]
     mismatch, slopes = linearise(bench, structure, x, kept)
     if known is not None:
         slopes[:, :kept] = known.slopes
     for turn in range(ROUNDS):
-        weights = weigh(bench.layout, mismatch, bench.floor)
+        metric = Metric.of(bench, mismatch)
+        A = metric.of_columns(layout, slopes)
         moved = False
         for _ in range(CHORDS):
-            step = _step(bench.layout, structure, x, mismatch, slopes, weights)
+            step = _step(structure, x, A, metric.of_columns(layout, mismatch))
             trials = x + np.multiply.outer(SHRINK, step)
             found = bench.mismatch(structure, trials)
-            costs = [
-                _cost(bench.layout, structure, trial, one, weights) for trial, one in zip(trials, found, strict=True)
-            ]
-            here = _cost(bench.layout, structure, x, mismatch, weights)
+            costs = [metric.cost(layout, structure, *pair) for pair in zip(trials, found, strict=True)]
+            here = metric.cost(layout, structure, x, mismatch)
             best = int(np.nanargmin(np.where(np.isfinite(costs), costs, np.inf)))
             if not costs[best] < here - SETTLED:
                 break
@@ -131,9 +163,9 @@ def fit(bench: Bench, structure: Structure, start: Floats | None = None, known: 
 
 
 def _finished(bench: Bench, structure: Structure, x: Floats, mismatch: Floats, slopes: Floats) -> Fit:
-    weights = weigh(bench.layout, mismatch, bench.floor)
-    white = whiten(bench.layout, mismatch, bench.floor)
-    return Fit(structure, x, mismatch, slopes, weights, white, _cost(bench.layout, structure, x, mismatch, weights))
+    metric = Metric.of(bench, mismatch)
+    cost = metric.cost(bench.layout, structure, x, mismatch)
+    return Fit(structure, x, mismatch, slopes, metric.weights, metric.white, cost)
 
 
 def linearise(bench: Bench, structure: Structure, x: Floats, kept: int = 0) -> tuple[Floats, Floats]:
@@ -146,19 +178,9 @@ def linearise(bench: Bench, structure: Structure, x: Floats, kept: int = 0) -> t
     return found[0], np.nan_to_num(slopes)
 
 
-def _cost(layout: Layout, structure: Structure, x: Floats, mismatch: Floats, weights: Weights) -> float:
-    half, _ = limited(mismatch / weights.scale[layout.channel])
-    pull = (x - structure.start) / structure.sigma
-    return float(np.sum(half / weights.colour[layout.channel]) + 0.5 * pull @ pull)
-
-
-def _step(
-    layout: Layout, structure: Structure, x: Floats, mismatch: Floats, slopes: Floats, weights: Weights
-) -> Floats:
-    """Gauss-Newton step of the coordinates."""
-    _, share = limited(mismatch / weights.scale[layout.channel])
-    A = weights.normalise(layout, slopes.T).T
-    r = weights.normalise(layout, mismatch)
+def _step(structure: Structure, x: Floats, A: Floats, r: Floats) -> Floats:
+    """Gauss-Newton step of the coordinates from weighted slopes (2N, P) and mismatch (2N,)."""
+    _, share = limited(r)
     precision = structure.sigma**-2
     information = A.T @ (A * share[:, None]) + np.diag(precision)
     return np.asarray(

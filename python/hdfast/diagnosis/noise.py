@@ -37,13 +37,17 @@ def floors(
 
 
 def _of(column: str, sources: Sequence[Source], sensors: Mapping[str, SensorFacts]) -> float:
-    """Noise of one sample of a column: as its third differences show, at least that of the stated resolution."""
+    """Noise of one sample of a column: as stated or as its third differences show, whichever is less, 0 without any.
+
+    What moves fast need not be noise, and what is stated may be a bound.
+    """
     seen = [_white(source.recording[column]) for source in sources if column in source.recording]
     if not seen:
         return 0.0
     facts = sensors.get(column)
-    rounding = (facts.resolution or 0.0) / math.sqrt(12.0) if facts else 0.0
-    return max(rounding, float(np.median(seen)))
+    stated = math.hypot((facts.resolution or 0.0) / math.sqrt(12.0), facts.noise or 0.0) if facts else 0.0
+    shown = float(np.median(seen))
+    return min(stated, shown) if stated > 0.0 and shown > 0.0 else max(stated, shown)
 
 
 def _white(values: Floats) -> float:

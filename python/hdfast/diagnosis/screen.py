@@ -14,7 +14,7 @@ from hdfast.diagnosis.fit import Bench, Fit
 
 FLIPS = 999
 NEGLIGIBLE = 1e-9
-QUIETEST = 0.5
+QUIETEST = 1.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -158,7 +158,7 @@ def block_statistics(
     """Studentised score of each projected signature (N, d), and the largest under each of `FLIPS` sign flips.
 
     The spread of the blocks' scores is taken about the fitted amplitude, so that an effect does not hide itself, and is
-    not believed below a share of what white residuals give. (Wild bootstrap-t with the null imposed: Cameron, Gelbach,
+    not believed below what white residuals give. (Wild bootstrap-t with the null imposed: Cameron, Gelbach,
     Miller, Review of Economics and Statistics 90 (2008) 414.)
     """
     corrected = projector.levered(residual)

@@ -11,7 +11,7 @@ import numpy as np
 from hdfast.checks import Floats
 from hdfast.diagnosis.candidate import Candidate
 from hdfast.diagnosis.evidence import Index
-from hdfast.diagnosis.fit import Bench, Fit, fit
+from hdfast.diagnosis.fit import Bench, Fit, Metric, fit
 from hdfast.diagnosis.plant import Structure
 from hdfast.diagnosis.resolution import unresolved
 from hdfast.diagnosis.score import Gain, gain, nrmse
@@ -85,9 +85,10 @@ class Rules:
     noisy: float
     folds: Index = field(repr=False)
 
-    def waived(self, alarm: bool, error: float) -> bool:
-        """Whether an error need not fall much: the screen saw something, and the error is little more than noise."""
-        return alarm and error <= NEAR_FLOOR * self.floor
+    def waived(self, seen: Screen, candidate: Candidate, error: float) -> bool:
+        """Whether an error need not fall much: the screen singles the candidate out, or finds something near noise."""
+        alarm = seen.smallest_p <= ALARM
+        return seen.p.get(candidate.label, 1.0) <= ALARM or (alarm and error <= NEAR_FLOOR * self.floor)
 
 
 def search(
@@ -116,9 +117,9 @@ def search(
             shortlist = _shortlist(found)
             stages.expect(len(shortlist))
             for one in shortlist:
-                trials.append(_try(bench, current, one, rules, alarm))
+                trials.append(_try(bench, current, one, rules, seen))
                 stages.done(f"refitted with {one.candidate.effect}")
-        best = _best(trials, accepted, alarm, rules)
+        best = _best(trials, accepted, seen, rules)
         rounds.append(Round(current, found, seen, trials, best))
         if best is None:
             return Search(rounds, current, accepted)
@@ -155,31 +156,36 @@ def _shortlist(found: Sequence[Signature]) -> list[Signature]:
     return list(chosen.values())
 
 
-def _try(bench: Bench, current: Fit, signature: Signature, rules: Rules, alarm: bool) -> Trial:
+def _try(bench: Bench, current: Fit, signature: Signature, rules: Rules, seen: Screen) -> Trial:
     candidate = signature.candidate
     contained = [term for term in current.structure.model.terms if term in candidate.contains]
     reduced, here = without(current, contained)
     structure = candidate.added_to(reduced)
-    starts = _starts(bench, structure, here, candidate.started(signature.shares), candidate)
+    starts = _starts(bench, structure, current, here, candidate.started(signature.shares), candidate)
     fits = [fit(bench, structure, starts[0], None if contained else current)]
     fits += [fit(bench, structure, start) for start in starts[1:]]
-    joint = min(fits, key=lambda one: nrmse(bench.layout, one.mismatch))
+    metric = Metric(current.weights, current.white)
+    joint = min(fits, key=lambda one: metric.cost(bench.layout, structure, one.coordinates, one.mismatch))
     gained = gain(bench, joint, current, rules.folds)
-    return Trial(candidate, joint, gained, _failed(bench, joint, current, candidate, gained, rules, alarm))
+    return Trial(candidate, joint, gained, _failed(bench, joint, current, candidate, gained, rules, seen))
 
 
-def _starts(bench: Bench, structure: Structure, here: Floats, estimated: Candidate, typical: Candidate) -> list[Floats]:
+def _starts(
+    bench: Bench, structure: Structure, current: Fit, here: Floats, estimated: Candidate, typical: Candidate
+) -> list[Floats]:
     """The best of several amplitudes, from the present parameters and from the priors of those that were displaced."""
     sizes = [estimated, *(typical.scaled(times) for times in AMPLITUDES)]
     added = np.array([[float(one.coordinate(one.value)) for one in sized.free] for sized in sizes])
     centre, sigma = structure.start[: len(here)], structure.sigma[: len(here)]
     displaced = np.abs(here - centre) > DISPLACED * sigma
     bases = [here, np.where(displaced, centre, here)] if displaced.any() else [here]
+    metric = Metric(current.weights, current.white)
     starts = []
     for base in bases:
         tried = np.concatenate([np.broadcast_to(base, (len(added), len(base))), added], axis=1)
-        errors = [nrmse(bench.layout, one) for one in bench.mismatch(structure, tried)]
-        starts.append(tried[int(np.nanargmin(np.where(np.isfinite(errors), errors, np.inf)))])
+        found = bench.mismatch(structure, tried)
+        costs = [metric.cost(bench.layout, structure, *pair) for pair in zip(tried, found, strict=True)]
+        starts.append(tried[int(np.nanargmin(np.where(np.isfinite(costs), costs, np.inf)))])
     return starts
 
 
@@ -202,7 +208,7 @@ def without(current: Fit, parts: Sequence[str]) -> tuple[Structure, Floats]:
 
 
 def _failed(
-    bench: Bench, joint: Fit, current: Fit, candidate: Candidate, gained: Gain, rules: Rules, alarm: bool
+    bench: Bench, joint: Fit, current: Fit, candidate: Candidate, gained: Gain, rules: Rules, seen: Screen
 ) -> tuple[str, ...]:
     if not np.isfinite(joint.mismatch).all():
         return ("A0 simulation",)
@@ -210,7 +216,7 @@ def _failed(
     if not gained.ratio > GAIN_ERRORS:
         failed.append("A1 gain")
     after, before = gained.nrmse
-    if not (after <= (1.0 - FALL) * before or rules.waived(alarm, before)):
+    if not (after <= (1.0 - FALL) * before or rules.waived(seen, candidate, before)):
         failed.append("A2 error")
     covariance = joint.covariance(bench.layout)
     names = joint.structure.names
@@ -232,7 +238,7 @@ def _failed(
     return tuple(failed)
 
 
-def _best(trials: Sequence[Trial], accepted: Sequence[Trial], alarm: bool, rules: Rules) -> Trial | None:
+def _best(trials: Sequence[Trial], accepted: Sequence[Trial], seen: Screen, rules: Rules) -> Trial | None:
     """The best trial that breaks no rule.
 
     A general law has to beat its special case clearly, and other generalisations of that case as well; else the
@@ -248,7 +254,7 @@ def _best(trials: Sequence[Trial], accepted: Sequence[Trial], alarm: bool, rules
             for one in passed
             if one.candidate.effect != best.candidate.effect and set(one.candidate.contains) & set(shared)
         ]
-        ahead = all(_clearly(best, one, alarm, rules) for one in special)
+        ahead = all(_clearly(best, one, seen, rules) for one in special)
         if ahead and all(_lead(best, one) > GAIN_ERRORS for one in others):
             return best
     return None
@@ -258,7 +264,7 @@ def _lead(first: Trial, second: Trial) -> float:
     return Gain(first.gain.by_block - second.gain.by_block, first.gain.nrmse).ratio
 
 
-def _clearly(general: Trial, special: Trial, alarm: bool, rules: Rules) -> bool:
+def _clearly(general: Trial, special: Trial, seen: Screen, rules: Rules) -> bool:
     after, before = general.gain.nrmse[0], special.gain.nrmse[0]
-    enough = after <= (1.0 - GENERAL_FALL) * before or rules.waived(alarm, before)
+    enough = after <= (1.0 - GENERAL_FALL) * before or rules.waived(seen, general.candidate, before)
     return enough and _lead(general, special) > GENERAL_ERRORS

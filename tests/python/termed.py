@@ -101,7 +101,7 @@ COMBINATIONS = [
     ["coulomb_friction", "load_side_friction"],
     ["stribeck_friction", "load_side_friction", "backlash", "te_hysteresis"],
     ["presliding_friction", "hysteresis", "viscoelastic", "base_compliance", "cogging"],
-    ["coulomb_friction", "position_dependent_friction", "asymmetric_friction", "thermal_viscous", "wear_run_in"],
+    ["load_dependent_friction", "position_dependent_friction", "asymmetric_friction", "thermal_viscous", "wear_run_in"],
     ["delay", "actuator_lag", "torque_ripple", "torque_gain", "input_compliance", "load_compliance"],
     ["backlash", "soft_windup", "mesh_stiffness_variation", "hysteresis", "gravity_unbalance"],
     ["te_harmonic", "te_load_dependence", "te_beat", "tooth_passage", "local_fault", "load_motor_ripple"],

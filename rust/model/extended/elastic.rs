@@ -98,11 +98,12 @@ fn evaluate<R: Real>(drive: &Drivetrain<R>, t: R, state: &[R; ALL]) -> Instant<R
     drive.terms.reaction(&sides.motion, &mut Reaction { gear_torque }, &sides.hidden, &mut sides.hidden_rates);
 
     let resisting = c.d_mm.mul_add(omega_m, upsilon.mul_add(gear_torque, -(c.d_ml * omega_l)));
-    let resisting = stored.mul_add(gear.motor_reaction, resisting + on_motor.resisting);
+    let resisting = stored.mul_add(gear.motor_reaction, resisting + on_motor.either_way());
     let Motor { shaft, alpha: alpha_m, torque: motor_torque } =
         sides.motor(&actuator, resisting, &on_motor, actuator.inertia);
     let driving = c.d_ml.mul_add(omega_m, gear_torque) - c.d_ll.mul_add(omega_l, load.torque);
-    let output = Shaft { net: driving - stored * gear.load_reaction - on_load.resisting, breakaway: on_load.breakaway };
+    let output =
+        Shaft { net: driving - stored * gear.load_reaction - on_load.either_way(), breakaway: on_load.breakaway };
     let alpha_l = acceleration(output.net, &on_load, load.inertia);
 
     let friction = on_motor.torque() * omega_m + on_load.torque() * omega_l;

@@ -112,7 +112,7 @@ struct Motor<R> {
 #[inline(always)]
 fn dry<R: Real>(direction: R, viscous: R, gear_torque: R) -> Dry<R> {
     let zero = R::zero();
-    Dry { level: zero, breakaway: zero, direction, resisting: zero, viscous, gear_torque }
+    Dry { level: zero, breakaway: zero, direction, bias: zero, resisting: zero, viscous, gear_torque }
 }
 
 /// Acceleration of a shaft that slides in its direction, or is held.

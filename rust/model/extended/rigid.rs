@@ -91,7 +91,7 @@ fn evaluate<R: Real>(drive: &Drivetrain<R>, t: R, state: &[R; ALL]) -> Instant<R
     let on_load = sides.load_friction(direction * side);
     let arm = (-mesh.slope_by_speed).mul_add(omega_m, upsilon);
     let bend = mesh.error_curvature * omega_m * omega_m;
-    let steady = c.d_ll.mul_add(omega_l, load.torque + on_load.resisting) - c.d_ml * omega_m;
+    let steady = c.d_ll.mul_add(omega_l, load.torque + on_load.either_way()) - c.d_ml * omega_m;
     let gear = RigidGear {
         upsilon,
         reflected: load.inertia * arm,
@@ -103,7 +103,7 @@ fn evaluate<R: Real>(drive: &Drivetrain<R>, t: R, state: &[R; ALL]) -> Instant<R
     };
     let on_motor = gear.motor_friction(&mut sides, direction);
 
-    let resisting = upsilon.mul_add(gear.steady, on_motor.resisting) + (actuator.torque - gear.free);
+    let resisting = upsilon.mul_add(gear.steady, on_motor.either_way()) + (actuator.torque - gear.free);
     let on_shaft = Dry {
         level: upsilon.abs().mul_add(on_load.level, on_motor.level),
         breakaway: upsilon.abs().mul_add(on_load.breakaway, on_motor.breakaway),

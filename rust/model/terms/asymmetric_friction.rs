@@ -33,7 +33,10 @@ impl Term for AsymmetricFriction {
     fn motor_friction<R: Real>(p: &[R], motion: &Motion<R>, dry: &mut Dry<R>, _hidden: Hidden<R>) {
         let resting = dry.direction.abs().le(R::zero());
         let level = R::select(resting, dry.breakaway, dry.level);
-        let bias = (p[1] * dry.viscous).mul_add(motion.omega_m.abs(), p[0] * level);
-        dry.resisting = dry.resisting + bias;
+        let apart = p[0] * dry.bias;
+        dry.bias = p[0].mul_add(level, dry.bias);
+        dry.level = dry.level + apart;
+        dry.breakaway = dry.breakaway + apart;
+        dry.resisting = (p[1] * dry.viscous).mul_add(motion.omega_m.abs(), dry.resisting);
     }
 }

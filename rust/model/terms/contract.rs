@@ -188,6 +188,8 @@ pub struct Dry<R> {
     pub breakaway: R,
     /// Direction of sliding: +1, -1, or 0 at rest.
     pub direction: R,
+    /// Half of what the dry levels of forward and backward motion differ by [N m].
+    pub bias: R,
     /// Further resisting torque that is not dry [N m].
     pub resisting: R,
     /// Viscous coefficient already in force on the shaft [N m s/rad].
@@ -200,7 +202,13 @@ impl<R: Real> Dry<R> {
     /// Resisting torque of a shaft that slides [N m].
     #[inline(always)]
     pub fn torque(&self) -> R {
-        self.direction.mul_add(self.level, self.resisting)
+        self.direction.mul_add(self.level, self.either_way())
+    }
+
+    /// The part of it that is the same in both directions [N m].
+    #[inline(always)]
+    pub fn either_way(&self) -> R {
+        self.bias + self.resisting
     }
 }
 

@@ -35,6 +35,6 @@ impl Term for LoadDependentFriction {
         let level = (p[0] + p[1]) * half.abs();
         dry.level = dry.level + level;
         dry.breakaway = dry.breakaway + level;
-        dry.resisting = (p[0] - p[1]).mul_add(half, dry.resisting);
+        dry.bias = (p[0] - p[1]).mul_add(half, dry.bias);
     }
 }

@@ -37,6 +37,7 @@ impl Term for PositionDependentFriction {
         let factor = p[0].mul_add(wave, R::splat(1.0));
         dry.level = dry.level * factor;
         dry.breakaway = dry.breakaway * factor;
+        dry.bias = dry.bias * factor;
         dry.resisting = dry.resisting * factor;
     }
 }

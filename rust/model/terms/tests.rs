@@ -23,8 +23,8 @@ impl<R: Real> Answer<R> {
         numbers.extend([mesh.error_curvature, mesh.slope_by_speed]);
         numbers.extend([mesh.added_windup, mesh.added_windup_rate, gear.spring_windup, gear.stiffness_factor]);
         numbers.extend([gear.added_torque, gear.motor_reaction, gear.load_reaction, load.torque, load.inertia]);
-        numbers.extend([motor.level, motor.breakaway, motor.resisting, output.level, output.breakaway]);
-        numbers.extend([output.resisting, reaction.gear_torque]);
+        numbers.extend([motor.level, motor.breakaway, motor.bias, motor.resisting, output.level, output.breakaway]);
+        numbers.extend([output.bias, output.resisting, reaction.gear_torque]);
         numbers
     }
 }
@@ -59,6 +59,7 @@ fn answer<R: Real>(terms: &Terms<R>, moment: &Moment) -> Answer<R> {
         level: s(0.0),
         breakaway: s(0.0),
         direction: s(direction),
+        bias: s(0.0),
         resisting: s(0.0),
         viscous: s(1.2e-3),
         gear_torque: s(moment.gear_torque),
@@ -209,7 +210,7 @@ fn exact_friction_never_drives() {
             for moment in grid() {
                 let Answer { motor, output, .. } = answer(&terms, &moment);
                 let viscous = motor.viscous * moment.omega_m;
-                let torque = motor.direction * motor.level + motor.resisting;
+                let torque = motor.torque();
                 let bath = if choice.iter().any(|id| WITH_VISCOUS.contains(id)) { viscous } else { 0.0 };
                 assert!((torque + bath) * moment.omega_m >= 0.0, "{choice:?}");
                 assert!(output.direction * output.level * moment.omega_m >= 0.0, "{choice:?}");
@@ -254,14 +255,20 @@ fn exact_no_term_creates_energy() {
 
 #[test]
 fn exact_asymmetry_scales_the_level_of_each_direction() {
-    let terms = terms_with(&["coulomb_friction", "asymmetric_friction"], &[0.03, 0.1, 0.0]);
-    for omega_m in [-5.0, 5.0] {
-        let Dry { level, resisting, direction, .. } = answer(&terms, &Moment { omega_m, ..MOMENT }).motor;
-        let expected = 0.03 * (1.0 + 0.1 * direction) * direction;
-        assert!((direction * level + resisting - expected).abs() < 1e-17);
+    let ids = ["coulomb_friction", "load_dependent_friction", "asymmetric_friction"];
+    let (level, shares, eps) = (0.03, [0.1, 0.3], 0.1);
+    let terms = terms_with(&ids, &[level, shares[0], shares[1], eps, 0.0]);
+    for gear_torque in [-6.0, 6.0] {
+        let dry = |way: f64| {
+            let share = if gear_torque * way > 0.0 { shares[0] } else { shares[1] };
+            way * (1.0 + eps * way) * (level + share * f64::abs(gear_torque) / 121.0)
+        };
+        let motor = |omega_m: f64| answer(&terms, &Moment { omega_m, gear_torque, ..MOMENT }).motor;
+        assert!((motor(5.0).torque() - dry(1.0)).abs() < 1e-16 && (motor(-5.0).torque() - dry(-1.0)).abs() < 1e-16);
+        let held = motor(0.0);
+        assert!((held.either_way() + held.breakaway - dry(1.0)).abs() < 1e-16);
+        assert!((held.either_way() - held.breakaway - dry(-1.0)).abs() < 1e-16);
     }
-    let Dry { breakaway, resisting, .. } = answer(&terms, &Moment { omega_m: 0.0, ..MOMENT }).motor;
-    assert!((resisting + breakaway - 0.033).abs() < 1e-17 && (resisting - breakaway + 0.027).abs() < 1e-17);
 }
 
 #[test]

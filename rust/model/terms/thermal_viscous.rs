@@ -43,7 +43,7 @@ impl Term for ThermalViscous {
         let warming = hidden.states[0];
         let factor = (-(fall * (ambient + warming - R::splat(20.0)))).exp();
         let torque = dry.viscous * motion.omega_m;
-        let loss = dry.direction.mul_add(dry.level, torque.mul_add(factor, dry.resisting)) * motion.omega_m;
+        let loss = dry.direction.mul_add(dry.level, torque.mul_add(factor, dry.either_way())) * motion.omega_m;
         dry.resisting = torque.mul_add(factor - R::splat(1.0), dry.resisting);
         hidden.rates[0] = loss / capacity - warming / time;
     }

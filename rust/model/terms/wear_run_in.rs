@@ -60,6 +60,7 @@ impl Term for WearRunIn {
         let factor = change + R::splat(1.0);
         dry.level = dry.level * factor;
         dry.breakaway = dry.breakaway * factor;
+        dry.bias = dry.bias * factor;
         dry.resisting = dry.resisting.mul_add(factor, change * dry.viscous * motion.omega_m);
     }
 }

@@ -1,24 +1,22 @@
 //! Small dense linear least squares: a Cholesky factor of the normal equations that grows column by column.
 
-use crate::real::Scalar;
-
 /// A column whose part outside the earlier ones is smaller than this (squared, relative) is not determined.
 const DEPENDENT: f64 = 1e-13;
 
 /// Columns and data of one problem.
-pub struct LeastSquares<'a, S> {
-    data: &'a [S],
-    columns: Vec<Vec<S>>,
-    lengths: Vec<S>,
+pub struct LeastSquares<'a> {
+    data: &'a [f64],
+    columns: Vec<Vec<f64>>,
+    lengths: Vec<f64>,
     /// Rows of the lower factor; each row ends with its diagonal element.
-    factor: Vec<Vec<S>>,
+    factor: Vec<Vec<f64>>,
     /// The data in the coordinates of the factor.
-    reduced: Vec<S>,
+    reduced: Vec<f64>,
 }
 
-impl<'a, S: Scalar> LeastSquares<'a, S> {
+impl<'a> LeastSquares<'a> {
     /// A problem without columns.
-    pub fn new(data: &'a [S]) -> Self {
+    pub fn new(data: &'a [f64]) -> Self {
         Self { data, columns: Vec::new(), lengths: Vec::new(), factor: Vec::new(), reduced: Vec::new() }
     }
 
@@ -36,17 +34,17 @@ impl<'a, S: Scalar> LeastSquares<'a, S> {
     }
 
     /// Adds a column; None where the earlier ones already span it.
-    pub fn push(&mut self, column: Vec<S>) -> Option<()> {
+    pub fn push(&mut self, column: Vec<f64>) -> Option<()> {
         let length = dot(&column, &column).sqrt();
         let mut row = Vec::with_capacity(self.len() + 1);
-        let mut left = S::splat(1.0);
+        let mut left = 1.0;
         for (index, (earlier, &scale)) in self.columns.iter().zip(&self.lengths).enumerate() {
             let value = dot(&column, earlier) / (length * scale) - dot(&row, &self.factor[index][..index]);
             let value = value / self.factor[index][index];
-            left = left - value * value;
+            left -= value * value;
             row.push(value);
         }
-        if left.plain().is_nan() || left.plain() < DEPENDENT || self.len() >= self.data.len() {
+        if left.is_nan() || left < DEPENDENT || self.len() >= self.data.len() {
             return None;
         }
         let diagonal = left.sqrt();
@@ -58,29 +56,47 @@ impl<'a, S: Scalar> LeastSquares<'a, S> {
         Some(())
     }
 
+    /// The columns.
+    pub fn columns(&self) -> &[Vec<f64>] {
+        &self.columns
+    }
+
     /// The coefficients of the columns.
-    pub fn solve(&self) -> Vec<S> {
-        let mut solution = self.reduced.clone();
+    pub fn solve(&self) -> Vec<f64> {
+        self.descend(self.reduced.clone())
+    }
+
+    /// The solution of the normal equations with another right-hand side.
+    pub fn solve_for(&self, products: &[f64]) -> Vec<f64> {
+        let mut reduced = Vec::with_capacity(self.len());
+        for ((row, product), length) in self.factor.iter().zip(products).zip(&self.lengths) {
+            let known = dot(&row[..reduced.len()], &reduced);
+            reduced.push((product / length - known) / row[reduced.len()]);
+        }
+        self.descend(reduced)
+    }
+
+    /// From the coordinates of the factor to coefficients.
+    fn descend(&self, mut solution: Vec<f64>) -> Vec<f64> {
         for row in (0..self.len()).rev() {
             for below in row + 1..self.len() {
-                solution[row] = solution[row] - self.factor[below][row] * solution[below];
+                solution[row] -= self.factor[below][row] * solution[below];
             }
-            solution[row] = solution[row] / self.factor[row][row];
+            solution[row] /= self.factor[row][row];
         }
-        solution.iter_mut().zip(&self.lengths).for_each(|(x, length)| *x = *x / *length);
+        solution.iter_mut().zip(&self.lengths).for_each(|(x, length)| *x /= length);
         solution
     }
 }
 
 /// Scalar product, summed in four strands.
-fn dot<S: Scalar>(left: &[S], right: &[S]) -> S {
+pub fn dot(left: &[f64], right: &[f64]) -> f64 {
     let (left_chunks, right_chunks) = (left.chunks_exact(4), right.chunks_exact(4));
-    let rest =
-        left_chunks.remainder().iter().zip(right_chunks.remainder()).fold(S::zero(), |sum, (x, y)| sum + *x * *y);
-    let mut sums = [S::zero(); 4];
+    let rest = left_chunks.remainder().iter().zip(right_chunks.remainder()).fold(0.0, |sum, (x, y)| sum + x * y);
+    let mut sums = [0.0; 4];
     for (x, y) in left_chunks.zip(right_chunks) {
         for strand in 0..4 {
-            sums[strand] = sums[strand] + x[strand] * y[strand];
+            sums[strand] += x[strand] * y[strand];
         }
     }
     sums[0] + sums[1] + (sums[2] + sums[3]) + rest
@@ -88,7 +104,7 @@ fn dot<S: Scalar>(left: &[S], right: &[S]) -> S {
 
 #[cfg(test)]
 mod tests {
-    use super::LeastSquares;
+    use super::{LeastSquares, dot};
 
     #[test]
     fn exact_line() {
@@ -98,6 +114,9 @@ mod tests {
         assert!(problem.push(vec![1.0; 21]).is_some() && problem.push(x).is_some());
         let found = problem.solve();
         assert!((found[0] - 3.0).abs() < 1e-12 && (found[1] + 0.5).abs() < 1e-13);
+        let products: Vec<f64> = problem.columns().iter().map(|column| dot(column, &y)).collect();
+        let again = problem.solve_for(&products);
+        assert!((found[0] - again[0]).abs() < 1e-12 && (found[1] - again[1]).abs() < 1e-13);
     }
 
     #[test]

@@ -99,7 +99,7 @@ fn is_own(elapsed: f64, interval: f64) -> bool {
 }
 
 /// Coefficients of e^(-decay t) (cos, sin, t cos, t sin): the last two tell how omega and decay are off.
-fn wave_coefficients(problem: &mut LeastSquares<f64>, times: &[f64], omega: f64, decay: f64) -> Option<[f64; 4]> {
+fn wave_coefficients(problem: &mut LeastSquares, times: &[f64], omega: f64, decay: f64) -> Option<[f64; 4]> {
     let mut columns: [Vec<f64>; 4] = std::array::from_fn(|_| Vec::with_capacity(times.len()));
     let interval = times[0];
     let turn = ((omega * interval).cos(), (omega * interval).sin());

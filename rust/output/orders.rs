@@ -1,10 +1,19 @@
 //! Amplitudes at orders of the motor revolution: least squares against the angle, not against time.
 
 use super::Signal;
-use super::least_squares::LeastSquares;
+use super::least_squares::{LeastSquares, dot};
 use super::steady::Steady;
 use crate::real::Scalar;
 use crate::solve::{Retrace, Seat};
+
+/// What is fitted, and how it follows a parameter.
+#[derive(Default)]
+struct Samples {
+    angles: Vec<f64>,
+    data: Vec<f64>,
+    angle_tangents: Vec<f64>,
+    data_tangents: Vec<f64>,
+}
 
 /// Amplitude of each wanted order in a signal over the whole revolutions of the steady run.
 ///
@@ -18,65 +27,103 @@ pub fn amplitudes<S: Scalar, const N: usize>(
     known: &[f64],
     steady: &Steady<S>,
 ) -> Vec<S> {
-    let absent = S::splat(f64::NAN);
-    let missing = vec![absent; wanted.len()];
+    let missing = vec![S::splat(f64::NAN); wanted.len()];
     if steady.revolutions == 0 {
         return missing;
     }
     let lowest = 1.0 / f64::from(steady.revolutions);
     let known: Vec<f64> = known.iter().copied().filter(|order| *order >= lowest).collect();
-    let (from, to) = steady.window;
-    let mut angles = Vec::new();
-    let mut data = Vec::new();
-    for (t, state) in seat.assignment.probes.iter().map(|t| t.plain()).zip(&seat.samples[1]) {
-        if t >= from && t < to {
-            angles.push(state[0]);
-            data.push(signal.value(seat, retrace, t, state));
-        }
-    }
-    let unknown: Vec<f64> = wanted.iter().copied().filter(|order| !known.contains(order)).collect();
-    if angles.len() < 2 * known.len() + 4 {
+    let samples = samples(seat, retrace, signal, steady.window);
+    if samples.angles.len() < 2 * known.len() + 4 {
         return missing;
     }
-    let mut problem = LeastSquares::new(&data);
-    let mut determined = problem.push(vec![S::splat(1.0); angles.len()]);
-    for (cosine, sine) in waves(&known, &angles) {
+    let mut problem = LeastSquares::new(&samples.data);
+    let mut determined = problem.push(vec![1.0; samples.angles.len()]);
+    for (cosine, sine) in waves(&known, &samples.angles) {
         determined = determined.and_then(|()| problem.push(cosine)).and_then(|()| problem.push(sine));
     }
     if determined.is_none() {
         return missing;
     }
-    let amplitude = |problem: &LeastSquares<S>, place: usize| {
-        let found = problem.solve();
-        length(found[2 * place + 1], found[2 * place + 2])
-    };
-    let mut found: Vec<(f64, S)> =
-        known.iter().enumerate().map(|(k, &order)| (order, amplitude(&problem, k))).collect();
+    let mut found: Vec<(f64, S)> = known.iter().copied().zip(lengths(&problem, &known, &samples)).collect();
+    let unknown: Vec<f64> = wanted.iter().copied().filter(|order| !known.contains(order)).collect();
     let own = problem.len();
-    for (&order, (cosine, sine)) in unknown.iter().zip(waves(&unknown, &angles)) {
+    for (&order, (cosine, sine)) in unknown.iter().zip(waves(&unknown, &samples.angles)) {
         problem.truncate(own);
-        let pushed = problem.push(cosine).and_then(|()| problem.push(sine));
-        found.push((order, pushed.map_or(absent, |()| amplitude(&problem, known.len()))));
+        if problem.push(cosine).and_then(|()| problem.push(sine)).is_some() {
+            let orders = [known.as_slice(), &[order]].concat();
+            found.push((order, lengths(&problem, &orders, &samples)[known.len()]));
+        }
     }
-    let of = |order: f64| found.iter().find(|entry| entry.0 == order).map_or(absent, |entry| entry.1);
+    let of = |order: f64| found.iter().find(|entry| entry.0 == order).map_or(S::splat(f64::NAN), |entry| entry.1);
     wanted.iter().map(|&order| of(order)).collect()
 }
 
-/// Length of a vector.
-fn length<S: Scalar>(x: S, y: S) -> S {
-    let value = x.plain().hypot(y.plain());
-    S::splat(value).with_tangent((x.plain() * x.tangent() + y.plain() * y.tangent()) / value)
+/// A signal over the motor angle inside a window.
+fn samples<S: Scalar, const N: usize>(
+    seat: &Seat<S, N>,
+    retrace: &mut dyn Retrace<S, N>,
+    signal: Signal,
+    (from, to): (f64, f64),
+) -> Samples {
+    let mut samples = Samples::default();
+    for (t, state) in seat.assignment.probes.iter().map(|t| t.plain()).zip(&seat.samples[1]) {
+        if t >= from && t < to {
+            let value = signal.value(seat, retrace, t, state);
+            samples.angles.push(state[0].plain());
+            samples.data.push(value.plain());
+            if S::DIFFERENTIATES {
+                samples.angle_tangents.push(state[0].tangent());
+                samples.data_tangents.push(value.tangent());
+            }
+        }
+    }
+    samples
+}
+
+/// Amplitudes of the waves of a problem whose columns are one constant, then cosine and sine of every order.
+fn lengths<S: Scalar>(problem: &LeastSquares, orders: &[f64], samples: &Samples) -> Vec<S> {
+    let found = problem.solve();
+    let changes = if S::DIFFERENTIATES { changes(problem, orders, samples, &found) } else { vec![0.0; found.len()] };
+    let length = |(x, change): (&[f64], &[f64])| {
+        let value = x[0].hypot(x[1]);
+        S::splat(value).with_tangent((x[0] * change[0] + x[1] * change[1]) / value)
+    };
+    found[1..].chunks_exact(2).zip(changes[1..].chunks_exact(2)).map(length).collect()
+}
+
+/// Derivatives of the coefficients, from those of the normal equations.
+fn changes(problem: &LeastSquares, orders: &[f64], samples: &Samples, found: &[f64]) -> Vec<f64> {
+    let columns = problem.columns();
+    let mut residual: Vec<f64> = samples.data.iter().map(|value| value - found[0]).collect();
+    let mut slope = vec![0.0; residual.len()];
+    for ((&order, waves), x) in orders.iter().zip(columns[1..].chunks_exact(2)).zip(found[1..].chunks_exact(2)) {
+        for (index, (cosine, sine)) in waves[0].iter().zip(&waves[1]).enumerate() {
+            residual[index] -= x[0] * cosine + x[1] * sine;
+            slope[index] += order * (x[1] * cosine - x[0] * sine);
+        }
+    }
+    let tangents = || samples.angle_tangents.iter();
+    let by_angle: Vec<f64> = residual.iter().zip(tangents()).map(|(rest, tangent)| rest * tangent).collect();
+    let along = samples.data_tangents.iter().zip(slope.iter().zip(tangents()));
+    let unexplained: Vec<f64> = along.map(|(tangent, (slope, angle))| tangent - slope * angle).collect();
+    let mut products = vec![unexplained.iter().sum()];
+    for (&order, waves) in orders.iter().zip(columns[1..].chunks_exact(2)) {
+        products.push(dot(&waves[0], &unexplained) - order * dot(&waves[1], &by_angle));
+        products.push(dot(&waves[1], &unexplained) + order * dot(&waves[0], &by_angle));
+    }
+    problem.solve_for(&products)
 }
 
 /// Cosine and sine of every order at every angle; integer orders by repeated rotation.
-fn waves<S: Scalar>(orders: &[f64], angles: &[S]) -> Vec<(Vec<S>, Vec<S>)> {
+fn waves(orders: &[f64], angles: &[f64]) -> Vec<(Vec<f64>, Vec<f64>)> {
     let empty = (Vec::with_capacity(angles.len()), Vec::with_capacity(angles.len()));
     let mut waves = vec![empty; orders.len()];
     let whole = |order: f64| order.fract() == 0.0;
     let highest = orders.iter().copied().filter(|order| whole(*order)).fold(0.0, f64::max) as usize;
-    let mut turns = vec![(S::splat(1.0), S::zero()); highest + 1];
+    let mut turns = vec![(1.0, 0.0); highest + 1];
     for &angle in angles {
-        let (sine, cosine) = turn(angle);
+        let (sine, cosine) = angle.sin_cos();
         for n in 1..=highest {
             let (c, s) = turns[n - 1];
             turns[n] = (c * cosine - s * sine, c * sine + s * cosine);
@@ -85,7 +132,7 @@ fn waves<S: Scalar>(orders: &[f64], angles: &[S]) -> Vec<(Vec<S>, Vec<S>)> {
             let (c, s) = if whole(order) {
                 turns[order as usize]
             } else {
-                let (s, c) = turn(S::splat(order) * angle);
+                let (s, c) = (order * angle).sin_cos();
                 (c, s)
             };
             cosines.push(c);
@@ -93,11 +140,4 @@ fn waves<S: Scalar>(orders: &[f64], angles: &[S]) -> Vec<(Vec<S>, Vec<S>)> {
         }
     }
     waves
-}
-
-/// Sine and cosine of the standard library.
-fn turn<S: Scalar>(angle: S) -> (S, S) {
-    let (sine, cosine) = angle.plain().sin_cos();
-    let number = |value: f64, slope: f64| S::splat(value).with_tangent(slope * angle.tangent());
-    (number(sine, cosine), number(cosine, -sine))
 }

@@ -38,7 +38,21 @@ pub struct Dense<S, const N: usize> {
 impl<S: Scalar, const N: usize> Dense<S, N> {
     /// The state after a share of the step.
     pub fn at(&self, share: S) -> [S; N] {
-        self.coefficients.map(|c| c.iter().rev().fold(S::zero(), |sum, &x| sum * share + x))
+        let (place, motion) = (share.plain(), share.tangent());
+        self.coefficients.map(|c| {
+            let value = c.iter().rev().fold(0.0, |sum, x| sum * place + x.plain());
+            if !S::DIFFERENTIATES {
+                return S::splat(value);
+            }
+            let (mut tangent, mut slope) = (0.0, 0.0);
+            for (power, x) in c.iter().enumerate().rev() {
+                tangent = tangent * place + x.tangent();
+                if power > 0 {
+                    slope = slope * place + power as f64 * x.plain();
+                }
+            }
+            S::splat(value).with_tangent(tangent + slope * motion)
+        })
     }
 }
 

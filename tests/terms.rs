@@ -10,7 +10,7 @@ use hdfast::batch::{MethodName, paths};
 use hdfast::model::terms::{Choice, TERMS};
 use hdfast::model::{Base, Layout};
 
-const ROWS: usize = 40;
+const ROWS: usize = 24;
 
 /// As many terms as the base takes and have room for their hidden states together, from the first or the last one on.
 fn sets(base: Base) -> Vec<Vec<String>> {

@@ -13,8 +13,6 @@ use std::marker::PhantomData;
 
 /// Slopes kept of a step: the largest method has 13 stages and 3 more for its dense output.
 const SLOPES: usize = 16;
-/// Up to this many states the stages' sums are repeated in the loop.
-const SMALL: usize = 5;
 
 /// The numbers of all lanes.
 pub struct Stepper<R: Real, const N: usize> {
@@ -217,8 +215,14 @@ impl<R: Real, const N: usize> Stepper<R, N> {
     /// The state of a stage.
     #[inline(always)]
     pub(super) fn stage_state<T: Method>(&self, stage: usize, step: R::Plain) -> [R; N] {
-        let sum = StageState::<R, T, N> { stepper: self, stage, step, method: PhantomData };
-        if N > SMALL || R::DIFFERENTIATES { R::apart(sum) } else { sum.run() }
+        let mut state = self.state;
+        let sum = StageState::<R, T, N> { stepper: self, stage, step, state: &mut state, method: PhantomData };
+        if R::DIFFERENTIATES || T::ROSENBROCK.is_some() {
+            R::apart(sum);
+        } else {
+            sum.run();
+        }
+        state
     }
 
     /// Takes the attempted step in the accepted lanes.
@@ -312,21 +316,20 @@ struct StageState<'a, R: Real, T, const N: usize> {
     stepper: &'a Stepper<R, N>,
     stage: usize,
     step: R::Plain,
+    state: &'a mut [R; N],
     method: PhantomData<T>,
 }
 
 impl<R: Real, T: Method, const N: usize> Task for StageState<'_, R, T, N> {
-    type Output = [R; N];
+    type Output = ();
 
     #[inline(always)]
-    fn run(self) -> [R; N] {
-        let Self { stepper, stage, step, .. } = self;
-        let mut out = stepper.state;
+    fn run(self) {
+        let Self { stepper, stage, step, state, .. } = self;
         unrolled!(S => {
             if S > 0 && S < T::COUPLING.len() && stage == S {
-                out = combine!(stepper, T::COUPLING[S], step);
+                *state = combine!(stepper, T::COUPLING[S], step);
             }
         });
-        out
     }
 }

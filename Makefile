@@ -68,6 +68,7 @@ bench: setup
 	$(PY) tools/requirements.py bench | xargs $(PY) -m pip install --quiet
 	cargo bench --no-default-features
 	$(PY) benches/compare_numba.py
+	$(PY) benches/compare_features.py
 
 bench-peers: setup
 	$(PY) tools/requirements.py bench | xargs $(PY) -m pip install --quiet

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import time
 
 import hdfast
 import numpy as np
@@ -263,6 +264,24 @@ def test_exact_dataset_holds_the_derivatives():
     np.testing.assert_array_equal(data["d_te"].sel(wrt="J_l"), result.sample_sensitivities["te"][..., 0])
     np.testing.assert_array_equal(data["d_te_pp"].sel(wrt="K_p"), result.metric_sensitivities["te_pp"][:, 1])
     assert data["d_final_state"].shape == (2, 5, 2)
+
+
+@pytest.mark.parametrize("metrics", [["te_rms", "peak_windup"], ["order_1", "speed_order_2"], None], ids=str)
+@pytest.mark.parametrize("terms", [[], pytest.param(["coulomb_friction"], marks=pytest.mark.long)], ids=str)
+def test_regress_cost_of_a_column(metrics, terms):
+    """A column of derivatives costs at most four times the values."""
+    wrt = ["J_l", "k1", "te_scale", "B_sp"]
+    options = {"model": hdfast.Model(terms=terms), "metrics": metrics, "threads": 1}
+    values = {"J_l": np.linspace(0.4, 0.6, 256)}
+    few = {"J_l": values["J_l"][::4]}
+
+    def cost(rows, **more):
+        start = time.process_time()
+        hdfast.sweep(rows, **options, **more)
+        return time.process_time() - start
+
+    ratios = [cost(few, sensitivities=wrt) / cost(values) for _ in range(5)]
+    assert sorted(ratios)[2] < 4.0, ratios
 
 
 @pytest.mark.parametrize(

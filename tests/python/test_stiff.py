@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import time
+
 import hdfast
 import numpy as np
 import pytest
@@ -92,3 +94,18 @@ def test_exact_methods_are_reported():
     assert set(hdfast.sweep({"J_l": [0.4, 0.5]}, method="bs3", metrics=[], rtol=1e-3).method) == {"bs3"}
     with pytest.raises(hdfast.InputError, match="rodas5p"):
         hdfast.sweep({}, method="rodas5p", sensitivities=["J_l"])
+
+
+def test_regress_cost_of_bristles():
+    """LuGre friction at 300 r/min costs at most 20 times the plain model per simulated second."""
+    rows = {"J_l": np.linspace(0.4, 0.6, 64)}
+    scenario = hdfast.Scenario.start_stop(speed_rpm=300, start="speed_ramp", stop="brake", t_end=2.0)
+
+    def cost(terms):
+        start = time.process_time()
+        result = hdfast.sweep(rows, model=hdfast.Model(terms=terms), scenario=scenario, metrics=["te_rms"], threads=1)
+        assert result.finished.all()
+        return time.process_time() - start
+
+    ratios = [cost(["presliding_friction"]) / cost([]) for _ in range(5)]
+    assert sorted(ratios)[2] < 20.0, ratios

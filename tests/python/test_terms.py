@@ -92,3 +92,24 @@ def test_exact_parameter_out_of_its_range_is_a_bad_row():
 def test_exact_terms_command_lists_them(capsys):
     assert main(["terms"]) == 0
     assert "coulomb_friction" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("model", "row"),
+    [
+        (hdfast.Model(spring="piecewise"), {"tau_load": 14.0}),
+        (hdfast.Model(terms=["backlash"]), {}),
+        (hdfast.Model(terms=["backlash", "coulomb_friction"]), {"T_c": 0.03}),
+    ],
+    ids=["knots", "gap", "gap and stops"],
+)
+def test_against_a_tight_run_corners_of_the_spring(model, row):
+    """Where the spring law has corners the error still falls with the tolerance."""
+    rows = {"J_l": np.linspace(0.4, 0.7, 8)} | {name: np.full(8, value) for name, value in row.items()}
+    scenario = hdfast.Scenario.start_stop(speed_rpm=120, start="speed_ramp", stop="brake", t_end=2.0)
+    options = {"model": model, "scenario": scenario, "t_eval": np.linspace(0.0, 2.0, 201), "metrics": []}
+    exact = hdfast.sweep(rows, rtol=1e-12, **options)["te"]
+    for rtol in (1e-5, 1e-7, 1e-9):
+        found = hdfast.sweep(rows, rtol=rtol, **options)["te"]
+        errors = np.max(np.abs(found - exact), axis=1) / np.ptp(exact, axis=1)
+        assert np.median(errors) < 150 * rtol, (rtol, errors)

@@ -2,60 +2,37 @@
 
 from __future__ import annotations
 
-import functools
-
 import drives
 import numpy as np
 import pytest
-from hdfast import Model, Scenario, config, identify
-from hdfast.bench import record, rig, startstop
-from hdfast.bench.kinematic_error import motion
+import round_trips
+from hdfast import Scenario, config, identify
+from hdfast.bench import startstop
 from hdfast.errors import InputError
-from hdfast.sensors import encoder
 
-GAIN = {name: {**drives.DRIVE, **drives.POLYNOMIAL}[name] for name in ("J_l", "k1", "B_sp", "B_l")}
-ANGLES = ("motor_angle", "load_angle")
-# load encoder [bit], rate [Hz], revolutions in each direction, speed [r/min]; the speed is no simple ratio of the rate,
-# or every output revolution would repeat the rounding errors of the one before
-SHORT = [(20, 100.0, 242, 14.93), (20, 1000.0, 121, 14.93)]
-LONG = [(20, 100.0, 363, 14.93), (20, 1000.0, 121, 14.93), (17, 1000.0, 242, 14.93), (17, 100.0, 484, 2.987)]
+CHANCE = 3.0 * np.sqrt(0.9 * 0.1)
 
 
-@functools.lru_cache(maxsize=2)
-def signals(rate, revolutions, speed):
-    duration = 60.0 / speed * (revolutions + 0.02)
-    return [motion(None, Model(), sign * speed, duration, rate) for sign in (1.0, -1.0)]
+def check(bits, rate, seeds, revolutions=None):
+    tallies, counts = round_trips.orders(bits, rate, seeds, revolutions)
+    assert counts == {(15, 15)}
+    amplitudes = [tallies[f"te_{n}"] for n in range(1, 16)]
+    assert max(tally.worst for tally in amplitudes) < 0.02
+    for group in (amplitudes, list(tallies.values())):
+        assert 0.85 <= np.mean([tally.coverage for tally in group]) <= 0.95
+    return tallies
 
 
-def runs(bits, rate, revolutions, speed, seed):
-    sensors = rig(rate, load_angle=encoder(bits, noise=1e-6))
-    return [
-        record(sensors, f"run {j}", found["t"], {name: found[name] for name in ANGLES}, [seed, j])
-        for j, found in enumerate(signals(rate, revolutions, speed))
-    ]
-
-
-def check(case, seeds):
-    covered = []
-    for seed in range(seeds):
-        fit = identify.kinematic_error(runs(*case, seed), ratio=121.0, gain=GAIN)
-        assert fit.numbers["suggested"] == fit.numbers["knee"] == 15, seed
-        for n, amplitude in enumerate(drives.AMPLITUDES, 1):
-            assert fit.estimates.named(f"te_{n}").value == pytest.approx(amplitude, rel=0.02), (seed, n)
-        truth = drives.kinematic_error()
-        covered += [fit.estimates.named(name).covers(value) for name, value in truth.items()]
-    assert 0.85 <= np.mean(covered) <= 0.95
-
-
-@pytest.mark.parametrize("case", SHORT)
-def test_exact_round_trip_orders_and_coverage(case):
-    check(case, 10)
+@pytest.mark.parametrize(("bits", "rate", "revolutions"), [(20, 100.0, 242), (20, 1000.0, 121)])
+def test_exact_round_trip_orders_and_coverage(bits, rate, revolutions):
+    check(bits, rate, 10, revolutions)
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("case", LONG)
-def test_exact_round_trip_over_a_hundred_seeds(case):
-    check(case, 100)
+@pytest.mark.parametrize(("bits", "rate"), round_trips.RUNS)
+def test_exact_round_trip_over_a_hundred_seeds(bits, rate):
+    for name, tally in check(bits, rate, 100).items():
+        assert abs(tally.coverage - 0.9) <= CHANCE / np.sqrt(100), name
 
 
 def smooth(orders, amplitudes, phases, noise, turns=24, seed=0):

@@ -4,42 +4,29 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hdfast import Model, Scenario, config, identify, simulate
+import round_trips
+from hdfast import Scenario, config, identify, simulate
 from hdfast.bench import SlipLoop, rig, stiffness
 from hdfast.errors import InputError
 from hdfast.identify.estimate import Estimate, mean
 from hdfast.report import identify_page
-from hdfast.sensors import encoder
 
-SENSORS = [(17, 100.0), (17, 1000.0), (20, 100.0), (20, 1000.0)]
 SEEDS = 100
 WITHIN = {"k1": 0.01, "k3": 0.01, "k5": 0.01, "K1": 0.01, "K2": 0.01, "K3": 0.01, "loop_energy": 0.004}
 
 
-def round_trip(spring, bits, rate, seed):
-    sensors = rig(rate, load_angle=encoder(bits, noise=1e-6))
-    made = stiffness(model=Model(spring=spring), sensors=sensors, seed=seed)
-    law = "odd" if spring == "polynomial" else "piecewise"
-    return made.truth, identify.stiffness(made.recording, ratio=121.0, law=law)
-
-
-@pytest.mark.parametrize(("bits", "rate"), SENSORS)
+@pytest.mark.parametrize(("bits", "rate"), round_trips.SENSORS)
 @pytest.mark.parametrize("spring", ["polynomial", "piecewise"])
 def test_exact_round_trip_and_coverage(spring, bits, rate, long):
     seeds = SEEDS if long or (spring == "polynomial") == (rate < 500.0) else 25
-    covered = {}
-    for seed in range(seeds):
-        truth, fit = round_trip(spring, bits, rate, seed)
-        for item in fit.estimates:
-            if item.name in WITHIN:
-                assert abs(item.value / truth[item.name] - 1.0) < WITHIN[item.name], (seed, item)
-            if item.name in truth:
-                covered.setdefault(item.name, []).append(item.covers(truth[item.name]))
+    tallies = round_trips.springs(spring, bits, rate, seeds)
+    for name in WITHIN.keys() & tallies.keys():
+        assert tallies[name].worst < WITHIN[name], name
     slack = 0.0 if seeds == SEEDS else 0.04
-    assert 0.85 - slack <= np.mean(list(covered.values())) <= 0.95 + slack
+    assert 0.85 - slack <= np.mean([tally.coverage for tally in tallies.values()]) <= 0.95 + slack
     chance = 3.0 * np.sqrt(0.9 * 0.1 / seeds)
-    for name, hits in covered.items():
-        assert 0.9 - chance <= np.mean(hits) <= 0.9 + chance, name
+    for name, tally in tallies.items():
+        assert abs(tally.coverage - 0.9) <= chance, name
 
 
 def test_exact_spring_without_loop_needs_no_cut():

@@ -59,6 +59,9 @@ EXPECTED = {
         "S19 f": REPRODUCED,
     },
     "validate": {
+        "S1": REPRODUCED,
+        "S2": OPEN,
+        "S3": REPRODUCED,
         "S4": REPRODUCED,
         "S5": REPRODUCED,
         "S6": REPRODUCED,
@@ -86,7 +89,7 @@ def test_regress_every_claim_is_decided(name):
 def test_exact_no_claim_is_left_out():
     decided = {claim.item for name in STUDIES for claim in study(name).claims}
     assert {claim.item for claim in CLAIMS} <= decided
-    assert {f"S{n}" for n in range(4, 21)} <= {part for item in decided for part in item.replace(",", "").split()}
+    assert {f"S{n}" for n in range(1, 21)} <= {part for item in decided for part in item.replace(",", "").split()}
 
 
 @pytest.mark.parametrize("name", [name for name in STUDIES if name != "validate"])
@@ -97,11 +100,11 @@ def test_exact_every_row_of_a_study_finishes(name):
         assert float(np.max(grid.result["energy_residual"])) < 1e-4
 
 
-def test_exact_a_claim_needs_numbers_to_be_reproduced():
+def test_exact_a_claim_has_a_reason_and_needs_numbers_to_be_reproduced():
     for name in STUDIES:
         for claim in study(name).claims:
             assert bool(claim.findings) == (claim.verdict != OPEN)
-            assert claim.verdict not in (OPEN, CONTRADICTORY, PARTLY) or claim.reason or claim.findings
+            assert claim.reason
 
 
 @pytest.mark.parametrize(
@@ -119,11 +122,11 @@ def test_against_design_table_transmission_error_over_speed():
         2.0: [(222.3, 67.5), (225.9, 68.1), (236.2, 70.2), (348.5, 100), (610, 207)],
         12.0: [(224.1, 67.8), (235.7, 71.5), (268.7, 83.7), (279.5, 87.4), (125.6, 38.5)],
     }
-    from hdfast.studies import validate
+    from hdfast.studies.validation_runs import te
 
     held = study("validate").curves["held"]
     for load, pairs in table.items():
-        found = zip(validate.te(held, "te_pp", load), validate.te(held, "te_rms", load), strict=True)
+        found = zip(te(held, "te_pp", load), te(held, "te_rms", load), strict=True)
         for measured, expected in zip(found, pairs, strict=True):
             np.testing.assert_allclose(1e6 * np.array(measured), expected, rtol=5e-3)
 

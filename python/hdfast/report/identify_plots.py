@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import cycle
+
 import numpy as np
 from matplotlib.figure import Figure
 
@@ -146,11 +148,10 @@ def friction_ladder(fit: Fit) -> Figure:
     fitted = law_torque(law, means.speed, means.load, means.temperature, ratio)
     fast = float(np.max(np.abs(means.speed)))
     warm = np.array([float(np.nanmean(means.temperature)) if np.isfinite(means.temperature).any() else np.nan])
-    for load, color in zip(np.unique(np.round(means.load)), SERIES, strict=False):
+    for load, color, mark in zip(np.unique(np.round(means.load)), SERIES, cycle("os^v"), strict=False):
         chosen = np.round(means.load) == load
-        left.plot(
-            means.speed[chosen] * RPM, means.torque[chosen] * 1e3, "o", ms=3.0, color=color, label=f"load {load:g} N m"
-        )
+        name = f"load {load:g} N m"
+        left.plot(means.speed[chosen] * RPM, means.torque[chosen] * 1e3, mark, ms=3.0, color=color, label=name)
         for sign in (1.0, -1.0):
             speed = sign * np.geomspace(1e-3 * fast, fast, 200)
             torque = law_torque(law, speed, np.full_like(speed, load), warm.repeat(200), ratio)

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from hdfast.report.look import SERIES, label, legend, plain_log
 from hdfast.report.plots import BLUE, GREY, ORANGE, RED, RPM, styled
 from hdfast.simulate import Trajectory
-from hdfast.studies import cases, speed, validate
+from hdfast.studies import cases, speed, validation_runs
 from hdfast.studies.study import Study
 
 TURN = 2.0 * math.pi
@@ -158,7 +158,7 @@ def held_runs(study: Study) -> Figure:
         )
         left.plot(turns[shown] - turns[-1], run["te"][shown] * 1e6, color=BLUE, label="transmission error")
         label(left, "motor revolutions before the end", f"{set_speed:g} r/min\nTE [µrad]")
-        steady = run.t >= validate.RUN_IN
+        steady = run.t >= validation_runs.RUN_IN
         signal = run["te"][steady] - run["te"][steady].mean()
         window = np.hanning(len(signal))
         amplitude = 2.0 * np.abs(np.fft.rfft(signal * window)) / window.sum()
@@ -222,8 +222,8 @@ def te_over_speed(study: Study) -> Figure:
     for load, color in zip(cases.LOADS, SERIES, strict=False):
         for axes, metric in ((left, "te_pp"), (right, "te_rms")):
             axes.plot(
-                validate.SPEEDS,
-                validate.te(held, metric, load) * 1e6,
+                validation_runs.SPEEDS,
+                validation_runs.te(held, metric, load) * 1e6,
                 "o-",
                 ms=3.5,
                 color=color,

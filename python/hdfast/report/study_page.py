@@ -10,7 +10,7 @@ from typing import Any
 from hdfast import catalogue
 from hdfast.files import prepare, write_json, write_text
 from hdfast.printing import html_table
-from hdfast.report import folder, html, speed_plots, study_plots
+from hdfast.report import folder, html, identify_plots, speed_plots, study_plots
 from hdfast.report.html import Picture, Section
 from hdfast.studies.cases import Grid
 from hdfast.studies.claims import HEADER, Verdict
@@ -79,6 +79,7 @@ def _speed(study: Study) -> list[Picture]:
 
 def _validation(study: Study) -> list[Picture]:
     return [
+        html.picture(identify_plots.stiffness_loop(study.curves["loop"]), "Torque loop at the locked input, its law."),
         html.picture(speed_plots.held_runs(study), "Transmission error at the article's speeds, and its spectrum."),
         html.picture(speed_plots.te_over_speed(study), "Transmission error over speed for three load inertias."),
         html.picture(

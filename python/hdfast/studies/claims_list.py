@@ -55,6 +55,7 @@ CLAIMS = (
         "J_l up: frequency at start falls",
         "down",
         _one(_START_F),
+        "two inertias on a spring: f falls as either grows",
     ),
     Claim(
         "S13 start A",
@@ -65,7 +66,15 @@ CLAIMS = (
         _one(_START_A),
         "holds for a released error; a torque step raises A until J_l = J_M/2",
     ),
-    Claim("S13 stop f", "load-inertia", "J_l", "J_l up: frequency at stop falls", "down", _one(_STOP_F)),
+    Claim(
+        "S13 stop f",
+        "load-inertia",
+        "J_l",
+        "J_l up: frequency at stop falls",
+        "down",
+        _one(_STOP_F),
+        "f falls with the load inertia, coasting or held by the controller",
+    ),
     Claim(
         "S13 stop A",
         "load-inertia",
@@ -102,8 +111,24 @@ CLAIMS = (
         _STOP_F,
         "impossible in a free coast; a motor still under speed control shows it for J_l from 1 to 5",
     ),
-    Claim("S14 stop A", "motor-inertia", "J_m", "J_m up: amplitude at stop rises", "up", _STOP_A),
-    Claim("S15 start f", "stiffness", "K", "K up: frequency at start rises", "up", _START_F),
+    Claim(
+        "S14 stop A",
+        "motor-inertia",
+        "J_m",
+        "J_m up: amplitude at stop rises",
+        "up",
+        _STOP_A,
+        "what rings after a fixed delay grows, as coast and mode decay more slowly; at the event itself A falls",
+    ),
+    Claim(
+        "S15 start f",
+        "stiffness",
+        "K",
+        "K up: frequency at start rises",
+        "up",
+        _START_F,
+        "f goes with the root of K",
+    ),
     Claim(
         "S15 start A",
         "stiffness",
@@ -113,7 +138,15 @@ CLAIMS = (
         _START_A,
         "A goes with the root of K for a given windup, with its inverse for a given torque",
     ),
-    Claim("S15 stop f", "stiffness", "K", "K up: frequency at stop rises", "up", _STOP_F),
+    Claim(
+        "S15 stop f",
+        "stiffness",
+        "K",
+        "K up: frequency at stop rises",
+        "up",
+        _STOP_F,
+        "f goes with the root of K, coasting or held by the controller",
+    ),
     Claim(
         "S15 stop A",
         "stiffness",
@@ -166,9 +199,26 @@ CLAIMS = (
         "B_ml up: amplitude at stop falls",
         "down",
         _looks("d", "residual_ring", 2.0, 12.0),
+        "the coast is shorter, so that less is left after a fixed delay",
     ),
-    Claim("S17 f", "damping", "B_ml", "B_ml up: frequency constant", "const", _START_F),
-    Claim("S17 energy", "damping", "B_ml", "B_ml up: more energy used", "up", _looks("d", "energy_lost", 0.5, 2.0)),
+    Claim(
+        "S17 f",
+        "damping",
+        "B_ml",
+        "B_ml up: frequency constant",
+        "const",
+        _START_F,
+        "B_ml is almost invisible in the mode unless J_l is several times J_M",
+    ),
+    Claim(
+        "S17 energy",
+        "damping",
+        "B_ml",
+        "B_ml up: more energy used",
+        "up",
+        _looks("d", "energy_lost", 0.5, 2.0),
+        "at held set speed the motor supplies what the damper takes",
+    ),
     Claim(
         "S17 kept torque",
         "damping",
@@ -185,6 +235,7 @@ CLAIMS = (
         "B_m has little effect: frequency and decay of the mode",
         "const",
         (*_looks("a", "mode_frequency_start"), *_looks("a", "mode_decay_start")),
+        "B_m has less than a percent of the decay at the default load inertia",
     ),
     Claim(
         "S18 rise time",
@@ -202,6 +253,7 @@ CLAIMS = (
         "B_l has little effect on the mode",
         "const",
         _looks("a", "mode_frequency_start"),
+        "B_l has two percent of the decay and none of the frequency",
     ),
     Claim(
         "S19 start A",
@@ -210,6 +262,7 @@ CLAIMS = (
         "transmission error up: amplitude at start rises",
         "up",
         _looks("b", "mode_amplitude_start", 0.5, 12.0),
+        "a released error is the windup that is let go",
     ),
     Claim(
         "S19 run A",
@@ -218,6 +271,7 @@ CLAIMS = (
         "transmission error up: amplitude in the run rises",
         "up",
         (*_looks("c", "speed_ripple", 0.5, 2.0, 12.0), *_looks("c", "te_pp", 0.5, 12.0)),
+        "the lines are proportional to the error",
     ),
     Claim(
         "S19 stop A",
@@ -235,6 +289,7 @@ CLAIMS = (
         "transmission error up: frequency constant",
         "const",
         _looks("b", "mode_frequency_start", 0.5, 12.0),
+        "over the windup of an error the spring is almost linear",
     ),
     Claim(
         "S11 start A",
@@ -243,6 +298,7 @@ CLAIMS = (
         "speed up: amplitude at start rises",
         "up",
         _looks("a", "mode_amplitude_start", 0.5, 12.0),
+        "the torque that sustains a speed is proportional to it",
     ),
     Claim(
         "S11 start A, released",
@@ -260,6 +316,7 @@ CLAIMS = (
         "speed up: frequency of the mode constant",
         "const",
         _looks("a", "mode_frequency_start", 0.5, 12.0),
+        "the spring stiffens with the step: by two percent at 12 kg m², less at smaller load inertias",
     ),
     Claim(
         "S11 run A",
@@ -277,5 +334,6 @@ CLAIMS = (
         "speed up: amplitude at stop rises",
         "up",
         (*_looks("d0", "mode_amplitude_stop", 0.5, 2.0), *_looks("d", "residual_ring", 0.5, 2.0, 12.0)),
+        "the torque taken away grows; at 12 kg m² lines that pass the mode while coasting add to the ring or cancel it",
     ),
 )

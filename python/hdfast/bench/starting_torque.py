@@ -104,12 +104,13 @@ def _times(duration: float) -> Floats:
 
 def _move(track: _Track, place: float, law: FrictionLaw, inertia: float) -> None:
     """To an angle along half a cosine, then a pause without torque."""
-    s = _times(MOVE) / MOVE
     far = place - float(track.angle[-1][-1])
-    swing = 0.5 * math.pi * far / MOVE * np.sin(math.pi * s)
-    gain = inertia * 0.5 * far * (math.pi / MOVE) ** 2 * np.cos(math.pi * s)
-    track.go(0.5 * far * (1.0 - np.cos(math.pi * s)), math.copysign(law.T_c, far) + law.B * swing + gain)
-    track.go(np.zeros_like(_times(PAUSE)), np.zeros_like(_times(PAUSE)))
+    if far:
+        s = math.pi * _times(MOVE) / MOVE
+        speed, gain = 0.5 * math.pi * far / MOVE * np.sin(s), 0.5 * far * (math.pi / MOVE) ** 2 * np.cos(s)
+        track.go(0.5 * far * (1.0 - np.cos(s)), math.copysign(law.T_c, far) + law.B * speed + inertia * gain)
+    still = np.zeros_like(_times(PAUSE))
+    track.go(still, still)
 
 
 def _start(

@@ -60,7 +60,7 @@ def test_regress_the_proposal_tells_friction_from_nothing(friction):
     final = friction.search.final
     contest = Contest(("coulomb_friction", NOTHING), (final, friction.baseline))
     found = propose(friction.bench, contest, np.random.default_rng(0))
-    assert found.odds >= max(5.0, 1.5 * found.usual)
+    assert found.odds >= max(5.0, 1.2 * found.usual)
     content = found.to_dict()
     assert content["decides"]
     assert "motor_torque is" in content["difference"]

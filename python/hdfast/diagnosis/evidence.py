@@ -48,11 +48,11 @@ class Layout:
         """Number of stacked samples."""
         return len(self.channel)
 
-    def stack(self, plant: Plant, found: Sequence[Mapping[str, Floats]]) -> Floats:
+    def stack(self, found: Sequence[Mapping[str, Floats]]) -> Floats:
         """Stack mismatches (M, n) per unit and channel to (M, N); unknown sensor zeros are removed."""
         parts = []
-        for unit, channel, _ in self.pieces:
-            values = found[unit][channel][:, plant.units[unit].judged[channel]]
+        for unit, channel, where in self.pieces:
+            values = found[unit][channel][:, self.sample[where]]
             parts.append(values - values.mean(axis=1, keepdims=True) if channel in FREE_OFFSET else values)
         return np.concatenate(parts, axis=1)
 
@@ -69,7 +69,7 @@ class Layout:
 
 
 def lay_out(plant: Plant) -> Layout:
-    """Stack the judged samples of a plant; blocks are stretches of one recording, all channels together."""
+    """Stack the judged samples of a plant, as many as its band holds; blocks are stretches of one recording."""
     channels = tuple(plant.channels)
     total = sum(unit.t[-1] for unit in plant.units)
     length = max(SHORTEST_BLOCK, total / MOST_BLOCKS)
@@ -81,12 +81,13 @@ def lay_out(plant: Plant) -> Layout:
         block = np.minimum((unit.t / unit.t[-1] * count).astype(np.int64), count - 1) + first_block
         first_block += count
         for channel in unit.measured:
-            judged = unit.judged[channel]
-            n = int(judged.sum())
+            judged = np.flatnonzero(unit.judged[channel])
+            judged = judged[judged % plant.band.stride(channel) == 0]
+            n = len(judged)
             if n < 8:
                 continue
             spread = float(np.std(unit.measured[channel][judged]))
-            entries = (channels.index(channel), index, block[judged], np.flatnonzero(judged), spread)
+            entries = (channels.index(channel), index, block[judged], judged, spread)
             for column, entry in zip(columns, entries, strict=True):
                 column.append(np.broadcast_to(entry, n))
             pieces.append((index, channel, slice(begin, begin + n)))

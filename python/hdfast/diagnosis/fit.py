@@ -16,6 +16,7 @@ ROUNDS = 8
 CHORDS = 2
 SHRINK = (1.0, 0.25)
 SETTLED = 0.05
+NEAR = 1.5
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,33 +90,38 @@ class Bench:
 
     def mismatch(self, structure: Structure, coordinates: Floats) -> Floats:
         """Stacked mismatches (M, N) at coordinates (M, P)."""
-        return self.layout.stack(self.plant, self.plant.mismatch(structure, coordinates))
+        return self.layout.stack(self.plant.mismatch(structure, coordinates))
 
 
 @dataclass(frozen=True, eq=False)
 class Metric:
-    """What a fit makes small: half the bulk of the mismatch in independent samples, half its whitened fine structure.
+    """What a fit makes small: the bulk of the mismatch in independent samples, and near the noise its fine structure.
 
-    The bulk alone overlooks what stands out only between the frequencies of the noise; whitened alone, a fit may leave
-    the slow mismatch as it is, since it predicts itself.
+    The bulk alone overlooks what stands out only between the frequencies of the noise; but far from the noise a
+    whitened fit would leave the slow mismatch as it is, since that predicts itself.
 
     Attributes:
         weights: scale and colour.
         white: filter to independent samples of unit variance.
+        fine: share of the whitened mismatch, 0 to a half.
     """
 
     weights: Weights
     white: Whitener
+    fine: float
 
     @classmethod
     def of(cls, bench: Bench, mismatch: Floats) -> Metric:
         """For the noise that a mismatch (N,) shows."""
-        return cls(weigh(bench.layout, mismatch, bench.floor), whiten(bench.layout, mismatch, bench.floor))
+        layout = bench.layout
+        weights = weigh(layout, mismatch, bench.floor)
+        near = float(np.mean(np.minimum(1.0, NEAR * bench.floor / weights.scale) ** 2))
+        return cls(weights, whiten(layout, mismatch, bench.floor), 0.5 * near)
 
     def of_columns(self, layout: Layout, stacked: Floats) -> Floats:
         """Both parts of (N,) or (N, P), one after the other: (2N,) or (2N, P)."""
-        bulk = self.weights.normalise(layout, stacked.T).T
-        return np.asarray(np.concatenate([bulk, self.white(layout, stacked)]) / np.sqrt(2.0))
+        bulk = np.sqrt(1.0 - self.fine) * self.weights.normalise(layout, stacked.T).T
+        return np.asarray(np.concatenate([bulk, np.sqrt(self.fine) * self.white(layout, stacked)]))
 
     def cost(self, layout: Layout, structure: Structure, x: Floats, mismatch: Floats) -> float:
         """Half the weighted sum of squares plus the prior's."""

@@ -46,7 +46,7 @@ class Proof:
         if self.gain.ratio > PROOF_ERRORS or self.extended < CLEARLY * self.baseline:
             return True
         if self.expected < POWERED:
-            return self.gain.total > -np.sqrt(2.0 * self.expected)
+            return bool(self.gain.total > -np.sqrt(2.0 * self.expected))
         return self.gain.total > PART * self.expected
 
 

@@ -48,6 +48,10 @@ class Band:
         """Corner of a compared channel [Hz]."""
         return self.motion if channel == "motor_torque" else self.sensed
 
+    def stride(self, channel: str) -> int:
+        """Every so many samples of a channel are as good as all of them."""
+        return max(1, int(PASS_SHARE * self.rate / self.of(channel)))
+
     def smooth(self, values: Floats, channel: str = "motor_torque") -> Floats:
         """Equally spaced values (..., n) of a channel at the working rate through its low-pass."""
         corner = self.of(channel)

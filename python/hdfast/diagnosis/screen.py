@@ -13,7 +13,7 @@ from hdfast.diagnosis.evidence import Layout
 from hdfast.diagnosis.fit import Bench, Fit
 
 FLIPS = 999
-NEGLIGIBLE = 1e-9
+NEGLIGIBLE = 1e-3
 QUIETEST = 1.0
 
 
@@ -109,6 +109,7 @@ def signatures(bench: Bench, fit: Fit, candidates: Sequence[Candidate]) -> list[
     residual = projector.left(fit.white(bench.layout, fit.mismatch))
     bulk = _Bulk(fit, bench.layout)
     found = []
+    here = bench.mismatch(fit.structure, fit.coordinates[None])[0]
     for candidate in candidates:
         structure = candidate.added_to(fit.structure)
         settings = candidate.settings()
@@ -121,7 +122,7 @@ def signatures(bench: Bench, fit: Fit, candidates: Sequence[Candidate]) -> list[
                 for row in values
             ]
         )
-        change = fit.mismatch - bench.mismatch(structure, coordinates)
+        change = here - bench.mismatch(structure, coordinates)
         raw = fit.white(bench.layout, change.T)
         size = float(np.sum(raw**2))
         if not np.isfinite(size) or size <= NEGLIGIBLE:

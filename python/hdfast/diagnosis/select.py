@@ -24,7 +24,7 @@ FAINTEST = 0.03
 ALARM = 0.01
 GAIN_ERRORS = 2.0
 FALL = 0.05
-NEAR_FLOOR = 1.3
+NEAR_FLOOR, SINGLED_OUT = 1.3, 4.0
 AMPLITUDE_SIGMAS = 3.0
 PULL = 3.0
 GENERAL_ERRORS, GENERAL_FALL = 3.0, 0.10
@@ -86,9 +86,10 @@ class Rules:
     folds: Index = field(repr=False)
 
     def waived(self, seen: Screen, candidate: Candidate, error: float) -> bool:
-        """Whether an error need not fall much: the screen singles the candidate out, or finds something near noise."""
-        alarm = seen.smallest_p <= ALARM
-        return seen.p.get(candidate.label, 1.0) <= ALARM or (alarm and error <= NEAR_FLOOR * self.floor)
+        """Whether an error need not fall much: it is near the noise and the screen sees something, or just this."""
+        if seen.p.get(candidate.label, 1.0) <= ALARM:
+            return error <= SINGLED_OUT * self.floor
+        return seen.smallest_p <= ALARM and error <= NEAR_FLOOR * self.floor
 
 
 def search(
@@ -164,7 +165,7 @@ def _try(bench: Bench, current: Fit, signature: Signature, rules: Rules, seen: S
     starts = _starts(bench, structure, current, here, candidate.started(signature.shares), candidate)
     fits = [fit(bench, structure, starts[0], None if contained else current)]
     fits += [fit(bench, structure, start) for start in starts[1:]]
-    metric = Metric(current.weights, current.white)
+    metric = Metric.of(bench, current.mismatch)
     joint = min(fits, key=lambda one: metric.cost(bench.layout, structure, one.coordinates, one.mismatch))
     gained = gain(bench, joint, current, rules.folds)
     return Trial(candidate, joint, gained, _failed(bench, joint, current, candidate, gained, rules, seen))
@@ -179,7 +180,7 @@ def _starts(
     centre, sigma = structure.start[: len(here)], structure.sigma[: len(here)]
     displaced = np.abs(here - centre) > DISPLACED * sigma
     bases = [here, np.where(displaced, centre, here)] if displaced.any() else [here]
-    metric = Metric(current.weights, current.white)
+    metric = Metric.of(bench, current.mismatch)
     starts = []
     for base in bases:
         tried = np.concatenate([np.broadcast_to(base, (len(added), len(base))), added], axis=1)

@@ -35,7 +35,8 @@ class Whitener:
             past = len(taps) - 1
             sample = layout.sample[where]
             complete = np.zeros(len(sample), dtype=bool)
-            complete[past:] = sample[past:] - sample[: len(sample) - past] == past
+            stride = int(np.diff(sample).min(initial=1 if len(sample) < 2 else sample[-1]))
+            complete[past:] = sample[past:] - sample[: len(sample) - past] == past * stride
             found[where] = own * (complete if stacked.ndim == 1 else complete[:, None])
         return found
 

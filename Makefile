@@ -16,7 +16,7 @@ export VIRTUAL_ENV := $(CURDIR)/$(VENV)
 export PYO3_PYTHON := $(CURDIR)/$(PY)
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 
-.PHONY: help setup demo test bench bench-peers clean lint
+.PHONY: help setup demo test bench bench-peers profile clean lint
 
 help:
 	@echo "make setup   environment in $(VENV) and release build of the extension"
@@ -25,6 +25,7 @@ help:
 	@echo "make test    set up, then every test, lint and type check"
 	@echo "make bench   set up, then the speed measurements"
 	@echo "make bench-peers   set up, then work-precision against other solvers, each in its own environment"
+	@echo "make profile set up, then where the engine spends its time: target/profile/flame.svg"
 	@echo "make clean   remove everything that was built"
 
 setup: $(EXTENSION)
@@ -72,7 +73,11 @@ bench: setup
 
 bench-peers: setup
 	$(PY) tools/requirements.py bench | xargs $(PY) -m pip install --quiet
+	$(PY) benches/limits.py
 	$(PY) benches/peers/compare.py
+
+profile: setup
+	$(PY) tools/flame.py
 
 clean:
 	rm -rf $(VENV) target out .hypothesis .mypy_cache .pytest_cache .ruff_cache

@@ -48,6 +48,13 @@ class Layout:
         """Number of stacked samples."""
         return len(self.channel)
 
+    @property
+    def unit_of_block(self) -> Index:
+        """Recording of each block, shape (B,)."""
+        found = np.zeros(self.blocks, dtype=np.int64)
+        found[self.block] = self.unit
+        return found
+
     def stack(self, found: Sequence[Mapping[str, Floats]]) -> Floats:
         """Stack mismatches (M, n) per unit and channel to (M, N); unknown sensor zeros are removed."""
         parts = []

@@ -21,7 +21,7 @@ from hdfast.diagnosis.stages import Stages
 MOST_EFFECTS = 4
 SHORTLIST = 5
 FAINTEST = 0.03
-ALARM = 0.01
+ALARM, NOTICED = 0.01, 0.05
 GAIN_ERRORS = 2.0
 FALL = 0.05
 NEAR_FLOOR, SINGLED_OUT = 1.3, 4.0
@@ -29,6 +29,7 @@ AMPLITUDE_SIGMAS = 3.0
 PULL = 3.0
 GENERAL_ERRORS, GENERAL_FALL = 3.0, 0.10
 DISPLACED = 2.0
+DRIFTS = ("sensor_offset_drift", "clock_skew", "ratio_error")
 AMPLITUDES = (0.3, 1.0, 3.0)
 
 Library = Callable[[Fit], list[Candidate]]
@@ -86,10 +87,9 @@ class Rules:
     folds: Index = field(repr=False)
 
     def waived(self, seen: Screen, candidate: Candidate, error: float) -> bool:
-        """Whether an error need not fall much: it is near the noise and the screen sees something, or just this."""
-        if seen.p.get(candidate.label, 1.0) <= ALARM:
-            return error <= SINGLED_OUT * self.floor
-        return seen.smallest_p <= ALARM and error <= NEAR_FLOOR * self.floor
+        """Whether an error need not fall much: the screen singles the candidate out, and it is not far from noise."""
+        p = seen.p.get(candidate.label, 1.0)
+        return (p <= ALARM and error <= SINGLED_OUT * self.floor) or (p <= NOTICED and error <= NEAR_FLOOR * self.floor)
 
 
 def search(
@@ -120,7 +120,7 @@ def search(
             for one in shortlist:
                 trials.append(_try(bench, current, one, rules, seen))
                 stages.done(f"refitted with {one.candidate.effect}")
-        best = _best(trials, accepted, seen, rules)
+        best = _best(bench, trials, accepted, seen, rules)
         rounds.append(Round(current, found, seen, trials, best))
         if best is None:
             return Search(rounds, current, accepted)
@@ -214,7 +214,8 @@ def _failed(
     if not np.isfinite(joint.mismatch).all():
         return ("A0 simulation",)
     failed = []
-    if not gained.ratio > GAIN_ERRORS:
+    steady = gained.over(bench.layout.unit_of_block) if candidate.effect in DRIFTS else gained
+    if not steady.ratio > GAIN_ERRORS:
         failed.append("A1 gain")
     after, before = gained.nrmse
     if not (after <= (1.0 - FALL) * before or rules.waived(seen, candidate, before)):
@@ -239,7 +240,7 @@ def _failed(
     return tuple(failed)
 
 
-def _best(trials: Sequence[Trial], accepted: Sequence[Trial], seen: Screen, rules: Rules) -> Trial | None:
+def _best(bench: Bench, trials: Sequence[Trial], accepted: Sequence[Trial], seen: Screen, rules: Rules) -> Trial | None:
     """The best trial that breaks no rule.
 
     A general law has to beat its special case clearly, and other generalisations of that case as well; else the
@@ -255,17 +256,14 @@ def _best(trials: Sequence[Trial], accepted: Sequence[Trial], seen: Screen, rule
             for one in passed
             if one.candidate.effect != best.candidate.effect and set(one.candidate.contains) & set(shared)
         ]
-        ahead = all(_clearly(best, one, seen, rules) for one in special)
-        if ahead and all(_lead(best, one) > GAIN_ERRORS for one in others):
+        ahead = all(_clearly(bench, best, one, seen, rules) for one in special)
+        if ahead and all(gain(bench, best.fit, one.fit, rules.folds).ratio > GAIN_ERRORS for one in others):
             return best
     return None
 
 
-def _lead(first: Trial, second: Trial) -> float:
-    return Gain(first.gain.by_block - second.gain.by_block, first.gain.nrmse).ratio
-
-
-def _clearly(general: Trial, special: Trial, seen: Screen, rules: Rules) -> bool:
-    after, before = general.gain.nrmse[0], special.gain.nrmse[0]
+def _clearly(bench: Bench, general: Trial, special: Trial, seen: Screen, rules: Rules) -> bool:
+    lead = gain(bench, general.fit, special.fit, rules.folds)
+    after, before = lead.nrmse
     enough = after <= (1.0 - GENERAL_FALL) * before or rules.waived(seen, general.candidate, before)
-    return enough and _lead(general, special) > GENERAL_ERRORS
+    return enough and lead.ratio > GENERAL_ERRORS

@@ -47,7 +47,7 @@ class SweepResult:
             for time_outside_range and energy_residual, which depend on where steps end, and for mode_*, which come from
             an iterated fit. Windows, extrema and crossings move with the parameter, the samples of a fit do not change
             in number.
-        sample_sensitivities: arrays (M, T, W) by signal name.
+        sample_sensitivities: arrays (M, T, W) by signal name; empty with sensors.
         final_state_sensitivities: (M, S, W).
         status: (M,) codes, 0 is finished; `status_counts()` and `message(row)` put them in words.
         detail: (M,) column of the offending parameter of a row that cannot be simulated, else -1.
@@ -63,7 +63,8 @@ class SweepResult:
         self.metrics: dict[str, Floats] = dict(zip((m.name for m in request.metrics), raw["metrics"], strict=True))
         self.samples: dict[str, Floats] = {}
         self.recorded: dict[str, Floats] = {}
-        self._take(raw["samples"])
+        self.sample_sensitivities: dict[str, Floats] = {}
+        self._take(raw["samples"], raw["samples_sensitivities"])
         self.units = {item.name: item.unit for item in (*request.signals, *request.metrics)}
         self.t_eval: list[Floats] = request.grids
         self.states = request.model.states
@@ -71,9 +72,6 @@ class SweepResult:
         self.sensitivities = tuple(request.sensitivities)
         self.metric_sensitivities: dict[str, Floats] = dict(
             zip(self.metrics, raw["metrics_sensitivities"], strict=True)
-        )
-        self.sample_sensitivities: dict[str, Floats] = dict(
-            zip(self.samples, raw["samples_sensitivities"], strict=True)
         )
         self.final_state_sensitivities: Floats = raw["final_state_sensitivities"]
         self.status: NDArray[np.uint8] = raw["status"]
@@ -87,11 +85,12 @@ class SweepResult:
         self.threads: int = raw["threads"]
         self.simd: str = raw["simd"]
 
-    def _take(self, samples: list[Floats]) -> None:
+    def _take(self, samples: list[Floats], sensitivities: list[Floats]) -> None:
         request = self.request
         names = [signal.name for signal in request.signals]
         if request.observation is None:
             self.samples = dict(zip(names, samples, strict=True))
+            self.sample_sensitivities = dict(zip(names, sensitivities, strict=True))
             return
         seen, self.recorded = request.observation.take(samples, request.grids, request.grid_index)
         self.samples = {name: seen[name] for name in names}

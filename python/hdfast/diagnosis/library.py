@@ -12,6 +12,7 @@ from hdfast.diagnosis.plant import Free
 from hdfast.terms import terms
 
 FRICTION = ("coulomb_friction", "stribeck_friction", "presliding_friction")
+SLOTS, MOST_DETENTS = (12.0, 24.0, 36.0), 9
 HIGHEST_INTEGER = 16
 MOST_LINES = 26
 
@@ -282,7 +283,10 @@ def _lines(s: Sizes) -> list[Candidate]:
             waves=("T_cog", "psi_1"),
             shape=f"order {order:.4g}",
         )
-        for order in _distinct([*(line for line in s.lines if line > 0.9), *(() if s.elastic else (1.0, 2.0))], 6)
+        for order in _distinct(
+            [*(line for line in s.lines if line > 0.9), *(() if s.elastic else (1.0, 2.0)), *SLOTS], MOST_DETENTS
+        )
+        if order * s.turns > 1.0
     ]
 
 

@@ -14,7 +14,7 @@ from hdfast.diagnosis.whiten import Whitener
 
 PROOF_ERRORS = 2.0
 POWERED = 8.0
-CLEARLY = 0.9
+CLEARLY, WORSE = 0.9, 1.02
 PART = 0.25
 
 
@@ -43,6 +43,8 @@ class Proof:
 
         If nothing were left out, the gain would be minus the expected one, with a variance of twice that.
         """
+        if self.extended > WORSE * self.baseline:
+            return False
         if self.gain.ratio > PROOF_ERRORS or self.extended < CLEARLY * self.baseline:
             return True
         if self.expected < POWERED:

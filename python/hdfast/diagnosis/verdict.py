@@ -19,7 +19,7 @@ from hdfast.diagnosis.locate import Where, locate, merged
 from hdfast.diagnosis.masking import Masked, masked, pulled
 from hdfast.diagnosis.rivals import ALIKE, CLOSE_ERRORS, SURE, Standing, stand
 from hdfast.diagnosis.score import nrmse
-from hdfast.diagnosis.select import ALARM
+from hdfast.diagnosis.select import ALARM, TIMING
 from hdfast.diagnosis.session import Session
 from hdfast.diagnosis.unknown import Unknown, describe
 from hdfast.health import Health
@@ -102,8 +102,14 @@ def _decide(
         if unknown is not None and unknown.accepted:
             return "depends_on", "", None
         first = search.rounds[0]
-        near = [trial for trial in first.trials if trial.failed and trial.failed[0].startswith("A2")]
-        if first.screen.smallest_p <= ALARM and near:
+        near = [
+            trial
+            for trial in first.trials
+            if trial.failed == ("A2 error",)
+            and trial.candidate.effect not in TIMING
+            and first.screen.p[trial.candidate.label] <= ALARM
+        ]
+        if near:
             best = max(near, key=lambda trial: trial.gain.total)
             contest = Contest((best.candidate.effect, NOTHING), (best.fit, first.before))
             return "undecided", "something is there, but nothing improves the prediction enough", contest

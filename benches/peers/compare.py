@@ -26,7 +26,7 @@ from environments import OUT, Contestant, contestants, interpreter, version
 from processes import Worker, WorkerError
 
 SECTION = 0.25  # [s] of processor time that a timed section aims at
-BUDGET = 12.0  # [s] that one entry may take over all rounds
+BUDGET = 5.0  # [s] that one entry may take over all rounds
 MOST_ROWS = 4096
 TWO_CORES_TARGET = 1e-6
 

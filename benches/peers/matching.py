@@ -8,7 +8,8 @@ from reference import CHECKED
 
 TARGETS = (1e-4, 1e-6, 1e-8, 1e-10)
 LOOSEST, TIGHTEST = -1.0, -14.0  # powers of ten of the tolerance
-REFINEMENTS = 3
+REFINEMENTS = 2
+PATIENCE = 20.0  # [s] of processor time after which nothing tighter is tried
 
 
 @dataclass
@@ -44,7 +45,8 @@ def matches(worker: Worker, exact: dict) -> dict[float, Match]:
     exponent = LOOSEST
     while exponent >= TIGHTEST:
         try:
-            if look(exponent).error <= min(TARGETS):
+            match = look(exponent)
+            if match.error <= min(TARGETS) or match.seconds_per_row * CHECKED > PATIENCE:
                 break
         except WorkerError:
             if worker.process.poll() is not None:

@@ -16,21 +16,46 @@ pub fn largest<S: Scalar, const N: usize>(
     sign: f64,
     window: (Mark, Mark),
 ) -> S {
+    highest(seat, retrace, signal, &[sign], window)
+}
+
+/// The largest magnitude of a signal between two marks; NaN like [`largest`].
+pub fn farthest<S: Scalar, const N: usize>(
+    seat: &Seat<S, N>,
+    retrace: &mut dyn Retrace<S, N>,
+    signal: Watched,
+    window: (Mark, Mark),
+) -> S {
+    highest(seat, retrace, signal, &[1.0, -1.0], window)
+}
+
+/// The largest of the signal times any of the signs. The most promising steps come first, so few need a closer look.
+fn highest<S: Scalar, const N: usize>(
+    seat: &Seat<S, N>,
+    retrace: &mut dyn Retrace<S, N>,
+    signal: Watched,
+    signs: &[f64],
+    window: (Mark, Mark),
+) -> S {
     let intervals = seat.between(window.0, window.1);
     let Some(ranges) = seat.ranges.get(intervals.clone()) else { return S::splat(f64::NAN) };
     if seat.time_of(window.0) >= seat.time_of(window.1) {
         return S::splat(f64::NAN);
     }
-    let ends = ranges.iter().map(|range| range[signal as usize]);
-    let extremes = ends.map(|range| if sign > 0.0 { range.high } else { -range.low });
-    let mut best = extremes.fold(S::splat(f64::NEG_INFINITY), larger);
+    let mut best = S::splat(f64::NEG_INFINITY);
+    for range in ranges.iter().map(|range| range[signal as usize]) {
+        for &sign in signs {
+            best = larger(best, if sign > 0.0 { range.high } else { -range.low });
+        }
+    }
     let mut candidates: Vec<&Candidate<S, N>> = seat
         .candidates
         .iter()
-        .filter(|(interval, it)| intervals.contains(interval) && it.signal == signal && it.sign == sign)
+        .filter(|(interval, it)| intervals.contains(interval) && it.signal == signal && signs.contains(&it.sign))
+        .filter(|(_, it)| it.at_most > best.plain())
         .map(|(_, it)| it)
         .collect();
-    candidates.sort_by(|left, right| right.at_most.total_cmp(&left.at_most));
+    candidates.sort_unstable_by(|left, right| right.at_most.total_cmp(&left.at_most));
     for candidate in candidates {
         if candidate.at_most <= best.plain() {
             break;

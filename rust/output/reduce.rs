@@ -2,7 +2,7 @@
 
 use super::catalogue::{Metric, ModePart, Phase};
 use super::crossings::{Wanted, crossing};
-use super::extrema::largest;
+use super::extrema::{farthest, largest};
 use super::mode::{self, Mode};
 use super::orders::amplitudes;
 use super::steady::{Steady, steady};
@@ -123,7 +123,7 @@ impl<'a, S: Scalar, const N: usize> Reduction<'a, S, N> {
     }
 
     fn farthest(&mut self, signal: Watched, window: (Mark, Mark)) -> S {
-        self.largest(signal, 1.0, window).abs().max(self.largest(signal, -1.0, window).abs())
+        farthest(self.seat, self.retrace, signal, window)
     }
 
     fn peak_to_peak(&mut self, signal: Watched, phase: Phase) -> S {

@@ -29,7 +29,7 @@ AMPLITUDE_SIGMAS = 3.0
 PULL = 3.0
 GENERAL_ERRORS, GENERAL_FALL = 3.0, 0.10
 DISPLACED = 2.0
-RISE = 0.005
+RISE, TELLING = 0.005, 10.0
 TIMING = ("actuator_lag", "delay", "sensor_delay", "sensor_lowpass")
 DRIFTS = ("sensor_offset_drift", "clock_skew", "ratio_error")
 AMPLITUDES = (0.3, 1.0, 3.0)
@@ -225,7 +225,7 @@ def _failed(
     if not steady.ratio > GAIN_ERRORS:
         failed.append("A1 gain")
     after, before = gained.nrmse
-    waived = rules.waived(seen, candidate, before) and after <= (1.0 + RISE) * before
+    waived = rules.waived(seen, candidate, before) and after <= (1.0 + RISE) * before and gained.total >= TELLING
     if not (after <= (1.0 - FALL) * before or waived):
         failed.append("A2 error")
     covariance = joint.covariance(bench.layout)

@@ -15,7 +15,7 @@ use std::marker::PhantomData;
 pub enum SimdPath {
     /// x86-64 with AVX-512: two vectors of eight.
     Avx512,
-    /// x86-64 with AVX2 and FMA: four vectors of four.
+    /// x86-64 with AVX2 and FMA: two vectors of four.
     Avx2,
     /// One lane, with fused multiply-add where the CPU has it.
     Scalar,
@@ -58,7 +58,7 @@ path!(
 #[cfg(target_arch = "x86_64")]
 path!(
     /// AVX2 and FMA.
-    Avx2, Pair<Pair<F64x4>>, "avx2", ["avx2", "fma"]
+    Avx2, Pair<F64x4>, "avx2", ["avx2", "fma"]
 );
 #[cfg(all(target_arch = "x86_64", not(test)))]
 path!(

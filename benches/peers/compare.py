@@ -19,8 +19,10 @@ from pathlib import Path
 HERE = Path(__file__).parent
 sys.path[:0] = [str(HERE), str(HERE.parent)]
 import matching
+import problem
 import reference
 import report
+import stiff
 import troubles
 from environments import OUT, Contestant, contestants, interpreter, version
 from processes import Worker, WorkerError
@@ -183,16 +185,16 @@ def main() -> None:
     processors = sorted(os.sched_getaffinity(0))[-2:]
 
     print("reference: SciPy DOP853 at rtol 1e-12", flush=True)
-    final, peak, rms = reference.solve()
+    final, peak, rms = reference.solve(problem.matrix(reference.CHECKED))
     exact = {"final": final, "peak": peak, "rms": rms}
-    entries, versions, absent = [], {}, {}
+    entries, versions, absent, pythons = [], {}, {}, {}
     for contestant in chosen:
         python = interpreter(contestant)
         if isinstance(python, str):
             absent[contestant.name] = python
             print(f"  {contestant.name} {python}", flush=True)
             continue
-        versions[contestant.file] = version(contestant, python)
+        versions[contestant.file], pythons[contestant.file] = version(contestant, python), python
         entries += enter(contestant, python, exact, processors[-1])
 
     spent: dict = {}
@@ -218,6 +220,7 @@ def main() -> None:
         "rounds": options.rounds,
         "entries": [told(entry, versions, trouble.get(entry.title, {})) for entry in entries],
         "absent": absent,
+        "stiff": stiff.compare(chosen, pythons, options.rounds, processors[-1]),
     }
     OUT.mkdir(parents=True, exist_ok=True)
     (OUT / "results.json").write_text(json.dumps(results, indent=1), encoding="utf-8")

@@ -24,6 +24,7 @@ class Contestant:
     variants: tuple[str, ...]
     threads: bool
     batch: int
+    stiff: str
     dependencies: tuple[str, ...]
 
     @property
@@ -76,6 +77,7 @@ def described(path: Path) -> Contestant | None:
         assigned["VARIANTS"],
         bool(assigned["THREADS"]),
         int(assigned.get("BATCH", 1)),
+        str(assigned.get("STIFF", "")),
         tuple(script.get("dependencies", ())),
     )
 

@@ -22,9 +22,9 @@ class Match:
     seconds_per_row: float
 
 
-def probe(worker: Worker, exponent: float, exact: dict) -> Match:
+def probe(worker: Worker, exponent: float, exact: dict, **more: object) -> Match:
     """Median error of the rms, worst error of the peak, and cost."""
-    outcome = worker.outcome(10.0**exponent, CHECKED)
+    outcome = worker.outcome(10.0**exponent, CHECKED, **more)
     errors = np.abs(outcome["rms"].astype(float) / exact["rms"] - 1)
     peak = None
     if outcome["peak"].dtype != object:
@@ -33,26 +33,26 @@ def probe(worker: Worker, exponent: float, exact: dict) -> Match:
     return Match(10.0**exponent, error, peak, outcome["cpu"] / CHECKED)
 
 
-def matches(worker: Worker, exact: dict) -> dict[float, Match]:
-    """The loosest tolerance found for every target that can be reached."""
+def matches(worker: Worker, exact: dict, targets: tuple[float, ...] = TARGETS, **more: object) -> dict[float, Match]:
+    """The loosest tolerance found for every target that can be reached; `more` goes with every command."""
     seen: dict[float, Match] = {}
 
     def look(exponent: float) -> Match:
         if exponent not in seen:
-            seen[exponent] = probe(worker, exponent, exact)
+            seen[exponent] = probe(worker, exponent, exact, **more)
         return seen[exponent]
 
     exponent = LOOSEST
     while exponent >= TIGHTEST:
         try:
             match = look(exponent)
-            if match.error <= min(TARGETS) or match.seconds_per_row * CHECKED > PATIENCE:
+            if match.error <= min(targets) or match.seconds_per_row * CHECKED > PATIENCE:
                 break
         except WorkerError:
             if worker.process.poll() is not None:
                 raise
         exponent -= 1.0
-    return {target: refined(target, look, seen) for target in TARGETS if reached(target, seen)}
+    return {target: refined(target, look, seen) for target in targets if reached(target, seen)}
 
 
 def reached(target: float, seen: dict[float, Match]) -> bool:

@@ -10,6 +10,7 @@ from pathlib import Path
 TARGETS = ("1e-04", "1e-06", "1e-08", "1e-10")
 OWN = "hdfast"
 MATCH = "1e-06"
+STIFF = (1e-4, 1e-6)
 KINDS = {"full": "final state, rms of te and peak windup", "final": "final state alone"}
 
 
@@ -140,6 +141,15 @@ def write(results: dict, folder: Path) -> None:
     text += ["## The best of each at an error of 1e-6", "", *particulars(results)]
     text += ["Lines: what a user writes, the statement of the problem included.", ""]
     text += ["## One bad row in a batch of 256", "", *troubles(results)]
+    rows = [
+        [line["title"], *(number(line["rates"].get(f"{target:.0e}")) for target in STIFF)] for line in results["stiff"]
+    ]
+    head = ["", *(f"error {target:.0e}" for target in STIFF)]
+    text += [
+        "## Stiff rows per second on one core: damping in the mesh a thousand times as strong",
+        "",
+        *table(head, rows),
+    ]
     refused = [f"- {name}: {why}" for name, why in results["absent"].items()]
     refused += [f"- {e['name']}, {e['variant']}: {e['failure']}" for e in results["entries"] if e["failure"]]
     if refused:

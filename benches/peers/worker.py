@@ -39,6 +39,8 @@ def main() -> None:
 def obey(solve, command: dict) -> dict:
     """Runs a command."""
     parameters = problem.matrix(command["rows"])
+    for column, factor in command.get("scale", []):
+        parameters[:, column] *= factor
     for row, column, value in command.get("spoil", []):
         parameters[row, column] *= value
     begin, begin_cpu = time.perf_counter(), time.process_time()

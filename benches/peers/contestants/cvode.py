@@ -8,6 +8,7 @@ import equations
 NAME = "CVODE (scikit-sundae)"
 VARIANTS = ("Adams", "BDF")
 THREADS = False
+STIFF = "BDF"
 
 
 def build(variant):

@@ -9,6 +9,7 @@ import numpy as np
 NAME = "CyRK"
 VARIANTS = ("DOP853", "Vern8", "RK45", "LSODA")
 THREADS = False
+STIFF = "LSODA"
 
 
 def build(variant):

@@ -10,6 +10,7 @@ import problem
 NAME = "diffsol (pydiffsol)"
 VARIANTS = ("tsit45", "bdf")
 THREADS = False
+STIFF = "bdf"
 NAMES = ("jm", "jl", "bm", "bl", "bml", "bsp", "ka", "kc", "ke", "scale", "first", "rate")
 STATES = ("theta", "omega", "te", "load", "z", "mean", "square")
 

@@ -4,8 +4,9 @@ import numpy as np
 import problem
 
 NAME = "hdfast"
-VARIANTS = ("dop853", "tsit5", "AVX2")
+VARIANTS = ("dop853", "tsit5", "AVX2", "rodas5p")
 THREADS = True
+STIFF = "rodas5p"
 METRICS = ("te_rms", "peak_windup")
 
 

@@ -9,6 +9,7 @@ import numpy as np
 NAME = "numbalsoda"
 VARIANTS = ("lsoda", "dop853")
 THREADS = False
+STIFF = "lsoda"
 POINTS = 100  # on the way through half a second, for the peak
 
 

@@ -9,6 +9,7 @@ import numpy as np
 NAME = "SciPy solve_ivp"
 VARIANTS = ("RK45, NumPy", "DOP853, NumPy", "LSODA, NumPy", "RK45, Numba", "DOP853, Numba", "LSODA, Numba")
 THREADS = False
+STIFF = "LSODA, Numba"
 
 
 def build(variant):

@@ -8,6 +8,7 @@ import answers as made
 import pytest
 from hdfast.proof import making, run, seal, tool
 from hdfast.proof.folders import Folders
+from hdfast.proof.rivals.table import Contender
 from hdfast.report import proof_page
 
 TOOL = """
@@ -43,7 +44,7 @@ def folders(tmp_path):
 def finished(tmp_path_factory):
     """A whole run: its folders and what it returned."""
     folders = prepare(tmp_path_factory.mktemp("finished"))
-    return folders, judge(folders)
+    return folders, judge(folders, [Contender("other", "the same again", command(folders), rival=True)])
 
 
 def prepare(tmp_path):
@@ -58,9 +59,12 @@ def prepare(tmp_path):
     return made_set
 
 
-def judge(folders, limit=3.0):
-    command = (sys.executable, str(folders.root.parent / "tool.py"), "{campaign}", "{out}")
-    return run.judge(folders, 4, "diagnose", command, limit, lambda *_: None)
+def judge(folders, others=(), limit=3.0):
+    return run.judge(folders, 4, "diagnose", command(folders), limit, lambda *_: None, others)
+
+
+def command(folders):
+    return (sys.executable, str(folders.root.parent / "tool.py"), "{campaign}", "{out}")
 
 
 def test_exact_outcomes_of_a_whole_run(finished):
@@ -79,6 +83,19 @@ def test_exact_outcomes_of_a_whole_run(finished):
 def test_exact_the_tool_sees_nothing_but_its_case(finished):
     folders, _ = finished
     assert json.loads((folders.answers("diagnose") / "b2" / "seen.json").read_text()) == ["case/campaign.toml"]
+
+
+def test_exact_others_stand_beside_the_tool_with_its_lead(finished):
+    folders, proof = finished
+    own, other = proof["compared"]
+    assert (own["tool"], other["tool"]) == ("diagnose", "other")
+    assert {k: v for k, v in own["scores"].items() if k != "seconds per case"} == {
+        k: v for k, v in other["scores"].items() if k != "seconds per case"
+    }
+    assert other["ahead"]["value"] == 0.0
+    assert proof["scores"][-1]["passed"] is False
+    assert "the same again" in (folders.root / run.PAGE).read_text()
+    assert "the same again" in (folders.root / run.TABLE).read_text()
 
 
 def test_exact_page_and_table_are_rebuilt_from_the_json(finished):

@@ -5,13 +5,15 @@ from __future__ import annotations
 import os
 import platform
 from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 from hdfast import catalogue, files
 from hdfast.proof import making, seal
 from hdfast.proof.folders import Folders
-from hdfast.proof.score import score
+from hdfast.proof.rivals.table import Contender
+from hdfast.proof.score import ScoreCard, comparison, score
 from hdfast.proof.tool import DIAGNOSE, LIMIT, answer_all, read_answers
 
 PROOF, TABLE, PAGE, ANSWERS = "proof.json", "RESULTS.md", "index.html", "answers.json"
@@ -22,13 +24,15 @@ LIMITATIONS = (
     "Every case is synthetic; nothing here speaks about a real rig.",
     "There is no third simulator and there are no semi-synthetic cases in this set.",
     "Interactive cases are not part of this set: requested experiments are counted, not simulated.",
+    "Of the strategies to compare with, localisation in a clean regime by F-test, random-walk torques with the feature "
+    "of highest correlation, and a human expert are missing.",
 )
 Step = Callable[[str, int, int], None]
 
 
 def prove(
     root: str | Path, *, cases: int, seed: int, workers: int, step: Step, name: str = OWN,
-    tool: Sequence[str] = DIAGNOSE, limit: float = LIMIT,
+    tool: Sequence[str] = DIAGNOSE, limit: float = LIMIT, others: Sequence[Contender] = (),
 ) -> dict[str, Any]:  # fmt: skip
     """Run the benchmark in a folder, from wherever it stopped, and return what `proof.json` holds.
 
@@ -41,6 +45,7 @@ def prove(
         name: of the tool, for its folder of answers.
         tool: command with the places {campaign} and {out}.
         limit: wall time per case [s].
+        others: who else answers the same cases.
 
     Raises:
         SealError: data, labels, salt or answers are not those that were sealed.
@@ -48,21 +53,48 @@ def prove(
     """
     folders = Folders(files.prepare(root))
     making.make(folders, cases, seed, workers, lambda done, total: step("cases", done, total))
-    return judge(folders, workers, name, tool, limit, step)
+    return judge(folders, workers, name, tool, limit, step, others)
 
 
-def judge(folders: Folders, workers: int, name: str, tool: Sequence[str], limit: float, step: Step) -> dict[str, Any]:
-    """Answer a sealed set, open it for these answers, score them and publish."""
-    answers = folders.answers(name)
+def judge(
+    folders: Folders, workers: int, name: str, tool: Sequence[str], limit: float, step: Step,
+    others: Sequence[Contender] = (),
+) -> dict[str, Any]:  # fmt: skip
+    """Let everybody answer a sealed set, open it for these answers, score them and publish."""
+    tools = {name: tool} | {one.name: one.command for one in others}
     seal.verify_data(folders.cases, folders.seal)
-    answer_all(folders.cases, answers, workers, tool, limit, lambda done, total: step("answers", done, total))
+    for each, command in tools.items():
+        part = "answers" if each == name else each
+        answer_all(folders.cases, folders.answers(each), workers, command, limit, partial(step, part))
     seal.verify_data(folders.cases, folders.seal)
-    files.write_json(answers.parent / f"{name}-{ANSWERS}", seal.checksums(answers))
-    labels = seal.open_once(folders.sealed, folders.seal, name, answers)
-    card = score(labels, read_answers(folders.cases, answers))
-    proof = {"tool": name, "machine": machine(), **_set_facts(folders), **card.to_dict()}
+    for each in tools:
+        answers = folders.answers(each)
+        files.write_json(answers.parent / f"{each}-{ANSWERS}", seal.checksums(answers))
+    cards = {each: _opened(folders, each) for each in tools}
+    proof = {"tool": name, "machine": machine(), **_set_facts(folders), **cards[name].to_dict()}
+    proof |= _compared(proof, cards, name, others)
     publish(folders.root, proof)
     return proof
+
+
+def _opened(folders: Folders, name: str) -> ScoreCard:
+    labels = seal.open_once(folders.sealed, folders.seal, name, folders.answers(name))
+    return score(labels, read_answers(folders.cases, folders.answers(name)))
+
+
+def _compared(
+    proof: dict[str, Any], cards: dict[str, ScoreCard], name: str, others: Sequence[Contender]
+) -> dict[str, Any]:
+    """The others beside the own tool, and the mark that every rival is beaten."""
+    leads = {one.name: comparison.ahead(cards[name], cards[one.name]) for one in others}
+    lines = [{"tool": name, "text": "", "rival": False, **comparison.line(cards[name], None)}]
+    lines += [
+        {"tool": one.name, "text": one.text, "rival": one.rival, **comparison.line(cards[one.name], leads[one.name])}
+        for one in others
+    ]
+    rivals = {one.name: leads[one.name] for one in others if one.rival}
+    more = [comparison.beaten(rivals).to_dict()] if rivals else []
+    return {"scores": [*proof["scores"], *more], "compared": lines if others else []}
 
 
 def machine() -> dict[str, Any]:

@@ -33,6 +33,27 @@ def score_rows(proof: dict[str, Any]) -> list[tuple[str, ...]]:
     return rows + [(name, "not scored", "", "", "", "", reason) for name, reason in proof["unavailable"].items()]
 
 
+def compared_rows(proof: dict[str, Any]) -> list[tuple[str, ...]]:
+    """Everybody who answered the same cases, and the own tool's lead in utility over each."""
+    return [
+        (
+            one["tool"],
+            one["text"],
+            *(_number(s["value"]) for s in one["scores"].values()),
+            _with_interval(one["ahead"]) if one["ahead"] else "",
+        )
+        for one in proof["compared"]
+    ]
+
+
+def _compared_header(proof: dict[str, Any]) -> tuple[str, ...]:
+    return ("tool", "what it does", *proof["compared"][0]["scores"], "utility ahead (95 %)")
+
+
+def _with_interval(score: dict[str, Any]) -> str:
+    return f"{_number(score['value'])} ({_number(score['low'])} to {_number(score['high'])})"
+
+
 def failure_rows(proof: dict[str, Any]) -> list[tuple[str, ...]]:
     """Every failure."""
     return [
@@ -48,10 +69,20 @@ def _number(value: float | None) -> str:
     return "-" if value is None else f"{value:.3g}"
 
 
+def _comparison(proof: dict[str, Any]) -> list[Section]:
+    if not proof["compared"]:
+        return []
+    header = _compared_header(proof)
+    table = html_table(header, compared_rows(proof), right=range(2, len(header)))
+    return [Section("Beside others on the same cases", tables=[table])]
+
+
 def markdown(proof: dict[str, Any]) -> str:
     """The table of scores for a README."""
     lines = [f"Blind benchmark, {len(proof['cases'])} cases, tool `{proof['tool']}`, {_machine(proof)}.", ""]
     lines += _markdown_table(SCORE_HEADER, score_rows(proof))
+    if proof["compared"]:
+        lines += ["", *_markdown_table(_compared_header(proof), compared_rows(proof))]
     lines += ["", f"{len(proof['failures'])} failures, all listed on the page."]
     return "\n".join(lines) + "\n"
 
@@ -82,6 +113,7 @@ def page(proof: dict[str, Any]) -> str:
     confusion = [(c["truth"], c["answer"], str(c["count"])) for c in proof["confusion"]]
     sections = [
         Section("Scores", tables=[html_table(SCORE_HEADER, score_rows(proof), right=(1, 2, 3))]),
+        *_comparison(proof),
         Section(
             "Power and calibration",
             figures=[

@@ -126,6 +126,6 @@ def test_exact_changed_data_stops_the_run(folders):
 
 
 def test_exact_another_set_in_the_folder_is_refused(folders):
-    (folders.sealed / making.PLAN).write_text('{"cases": 4, "seed": 1}')
+    (folders.sealed / seal.PLAN).write_text('{"cases": 4, "seed": 1}')
     with pytest.raises(seal.SealError, match="another set"):
         making.make(folders, 4, 2, 1, lambda *_: None)

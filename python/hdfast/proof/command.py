@@ -8,13 +8,14 @@ import os
 import sys
 from collections.abc import Callable
 from contextlib import closing
+from pathlib import Path
 from typing import Any
 
 from tqdm import tqdm
 
 from hdfast.proof.making import MOST_CASES
 from hdfast.proof.rivals.table import ablations, rivals
-from hdfast.proof.run import PAGE, prove
+from hdfast.proof.run import PAGE, prove, prove_real
 from hdfast.threads import MAX_THREADS
 
 NAME = "proof"
@@ -29,6 +30,9 @@ def arguments(command: argparse.ArgumentParser, whole: Callable[[str, int, int],
     command.add_argument("--cases", type=whole("--cases", 1, MOST_CASES), default=MOST_CASES, help="number of cases")
     command.add_argument("--seed", type=whole("--seed", 0, 2**31 - 1), default=0, help="seed of the set")
     command.add_argument("--workers", type=whole("--workers", 1, MAX_THREADS), help="processes (default: all cores)")
+    command.add_argument(
+        "--real", metavar="CAMPAIGN.toml", nargs="+", type=Path, help="put effects into these recordings instead"
+    )
     command.add_argument("--rivals", action="store_true", help="let simpler strategies answer the same cases")
     command.add_argument("--ablations", action="store_true", help="let the diagnosis answer without each of its parts")
 
@@ -38,7 +42,12 @@ def run(options: argparse.Namespace) -> int:
     with closing(_Bars(not options.quiet and not options.json)) as bars:
         workers = options.workers or os.cpu_count() or 1
         others = [*(rivals() if options.rivals else ()), *(ablations() if options.ablations else ())]
-        proof = prove(options.out, cases=options.cases, seed=options.seed, workers=workers, step=bars, others=others)
+        if options.real:
+            proof = prove_real(options.out, options.real, seed=options.seed, workers=workers, step=bars, others=others)
+        else:
+            proof = prove(
+                options.out, cases=options.cases, seed=options.seed, workers=workers, step=bars, others=others
+            )
     if options.json:
         print(json.dumps(proof, indent=2))
     elif not options.quiet:

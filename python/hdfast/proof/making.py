@@ -20,7 +20,7 @@ from hdfast.proof import seal
 from hdfast.proof.folders import Folders
 from hdfast.proof.generator.recipe import Bench, Recipe
 
-PARTS, PLAN = "parts", "plan.json"
+PARTS = "parts"
 MOST_CASES = 300
 LIBRARY_THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
 
@@ -39,14 +39,13 @@ def make(folders: Folders, count: int, seed: int, workers: int, step: Callable[[
         MissingPackageError: numba is not installed.
         SealError: the folder holds another set.
     """
+    seal.same_plan(folders.sealed, {"cases": count, "seed": seed})
     if folders.seal.exists():
-        _same_set(folders, count, seed)
         return
     recipes = _plan(count, seed)
     parts = folders.sealed / PARTS
     for folder in (folders.cases, parts):
         files.prepare(folder)
-    _same_set(folders, count, seed)
     names = _names(count, seed)
     left = [(n, r) for n, r in zip(names, recipes, strict=True) if not (parts / f"{n}.json").exists()]
     done = count - len(left)
@@ -59,14 +58,6 @@ def make(folders: Folders, count: int, seed: int, workers: int, step: Callable[[
     labels = {name: json.loads((parts / f"{name}.json").read_text(encoding="utf-8")) for name in names}
     seal.close(folders.cases, folders.sealed, folders.seal, labels)
     shutil.rmtree(parts)
-
-
-def _same_set(folders: Folders, count: int, seed: int) -> None:
-    plan, wanted = folders.sealed / PLAN, {"cases": count, "seed": seed}
-    if not plan.exists():
-        files.write_json(plan, wanted)
-    elif json.loads(plan.read_text(encoding="utf-8")) != wanted:
-        raise seal.SealError(f"{folders.root}: holds another set (give another --out, or its own --cases and --seed)")
 
 
 def _plan(count: int, seed: int) -> list[Recipe]:

@@ -11,6 +11,7 @@ from typing import Any
 
 from hdfast import catalogue, files
 from hdfast.proof import making, seal
+from hdfast.proof.bridge import cases as bridge
 from hdfast.proof.folders import Folders
 from hdfast.proof.rivals.table import Contender
 from hdfast.proof.score import ScoreCard, comparison, score
@@ -56,9 +57,29 @@ def prove(
     return judge(folders, workers, name, tool, limit, step, others)
 
 
+def prove_real(
+    root: str | Path, campaigns: Sequence[Path], *, seed: int, workers: int, step: Step, name: str = OWN,
+    tool: Sequence[str] = DIAGNOSE, limit: float = LIMIT, others: Sequence[Contender] = (),
+) -> dict[str, Any]:  # fmt: skip
+    """As `prove`, on recordings of real machines into which effects are put.
+
+    Args:
+        root: folder of the set.
+        campaigns: campaign files, each with something held out.
+        seed, workers, step, name, tool, limit, others: as in `prove`.
+
+    Raises:
+        InputError: a campaign cannot be used.
+        SealError: data, labels, salt or answers are not those that were sealed.
+    """
+    folders = Folders(files.prepare(root))
+    bridge.make(folders, campaigns, seed, lambda done, total: step("machines", done, total))
+    return judge(folders, workers, name, tool, limit, step, others, bridge.LIMITATIONS)
+
+
 def judge(
     folders: Folders, workers: int, name: str, tool: Sequence[str], limit: float, step: Step,
-    others: Sequence[Contender] = (),
+    others: Sequence[Contender] = (), limitations: Sequence[str] = LIMITATIONS,
 ) -> dict[str, Any]:  # fmt: skip
     """Let everybody answer a sealed set, open it for these answers, score them and publish."""
     tools = {name: tool} | {one.name: one.command for one in others}
@@ -71,7 +92,7 @@ def judge(
         answers = folders.answers(each)
         files.write_json(answers.parent / f"{each}-{ANSWERS}", seal.checksums(answers))
     cards = {each: _opened(folders, each) for each in tools}
-    proof = {"tool": name, "machine": machine(), **_set_facts(folders), **cards[name].to_dict()}
+    proof = {"tool": name, "machine": machine(), **_set_facts(folders, limitations), **cards[name].to_dict()}
     proof |= _compared(proof, cards, name, others)
     publish(folders.root, proof)
     return proof
@@ -107,8 +128,8 @@ def machine() -> dict[str, Any]:
     }
 
 
-def _set_facts(folders: Folders) -> dict[str, Any]:
-    return {"seal": files.sha256(folders.seal), "limitations": list(LIMITATIONS)}
+def _set_facts(folders: Folders, limitations: Sequence[str]) -> dict[str, Any]:
+    return {"seal": files.sha256(folders.seal), "limitations": list(limitations)}
 
 
 def publish(root: Path, proof: dict[str, Any]) -> None:

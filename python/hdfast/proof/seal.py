@@ -15,11 +15,24 @@ from typing import Any
 from hdfast import files
 from hdfast.errors import InputError
 
-LABELS, SALT, OPENED = "labels.json", "salt", "opened.json"
+LABELS, SALT, OPENED, PLAN = "labels.json", "salt", "opened.json", "plan.json"
 
 
 class SealError(InputError):
     """Data, labels, salt or answers are not those that were committed to, or the set was opened before."""
+
+
+def same_plan(sealed: Path, wanted: dict[str, Any]) -> None:
+    """Note what a set is made from, or check that it is made from the same.
+
+    Raises:
+        SealError: the folder holds another set.
+    """
+    plan = files.prepare(sealed) / PLAN
+    if not plan.exists():
+        files.write_json(plan, wanted)
+    elif _read(plan) != wanted:
+        raise SealError(f"{sealed.parent}: holds another set (give another --out, or what it was made with)")
 
 
 def commitment(salt: str, labels: bytes) -> str:

@@ -108,7 +108,7 @@ def picture(results: dict, path: Path) -> None:
             if best:
                 points.append((best["targets"][target]["error"], rate(best, target, "full")))
         if points:
-            style = {"color": "black", "linewidth": 3} if name == OWN else {"color": f"C{position % 10}"}
+            style = {"color": "black", "linewidth": 3} if name == OWN else {"color": plt.get_cmap("tab20")(position)}
             marker = "os^vD<>p*hX"[position % 11]
             axes.plot(*zip(*points, strict=True), marker=marker, label=name, **style)
     axes.set(xscale="log", yscale="log", xlabel="median relative error of the rms of te", ylabel="rows/s on one core")

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 from hdfast.recordings import load_campaign
 
-FOLDS = 5
+FOLDS, SPLITS = 5, 10
 SHUFFLES = 399
 RIDGE = 0.1
 
@@ -84,18 +84,18 @@ def p_value(
         within: groups inside which labels are shuffled, shape (n,); default one group.
     """
     groups = np.zeros(len(truth), dtype=int) if within is None else within
-    folds = rng.permutation(len(truth)) % FOLDS
-    hats = [_hat(features[folds != k], features[folds == k]) for k in range(FOLDS)]
+    parts = [order % FOLDS == k for order in (rng.permutation(len(truth)) for _ in range(SPLITS)) for k in range(FOLDS)]
+    hats = [_hat(features[~part], features[part]) for part in parts]
 
     def accuracy(labels: np.ndarray) -> np.ndarray:
         """Share told rightly, both labels counting the same, for labels (S, n): (S,)."""
         share = labels.mean(axis=1, keepdims=True)
         right = np.zeros(len(labels))
-        for k, hat in enumerate(hats):
-            known, asked = labels[:, folds != k], labels[:, folds == k]
+        for part, hat in zip(parts, hats, strict=True):
+            known, asked = labels[:, ~part], labels[:, part]
             told = (known - known.mean(axis=1, keepdims=True)) @ hat.T > 0.0
             right += np.sum(np.where(asked > 0.5, told / share, ~told / (1.0 - share)), axis=1)
-        return right / labels.shape[1] / 2.0
+        return right / labels.shape[1] / 2.0 / SPLITS
 
     shuffled = np.tile(truth, (SHUFFLES, 1))
     for group in np.unique(groups):

@@ -65,7 +65,8 @@ def test_exact_a_whole_set_tells_nothing(tmp_path):
     labels = json.loads((folders.sealed / LABELS).read_text())
     features = matrix([statistics(folders.cases / name) for name in sorted(labels)])
     known = [labels[name] for name in sorted(labels)]
-    bench = np.array([int(bool(label["motor_only"])) for label in known])
+    benches = [(bool(label["motor_only"]), *label["kind"][1:]) for label in known]
+    bench = np.array([sorted(set(benches)).index(one) for one in benches])
     rng = np.random.default_rng(13)
     null = np.array([label["kind"][0] == "null" for label in known], dtype=float)
     rubbing = np.array([any(e["id"].startswith(FRICTION) for e in label["effects"]) for label in known], dtype=float)

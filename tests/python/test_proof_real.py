@@ -1,0 +1,57 @@
+"""Recordings of real machines with effects put in, and with nothing put in, before the diagnosis."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+
+import hdfast
+import numpy as np
+import pytest
+from anchors import emps, ur10e
+from hdfast.proof import run
+from hdfast.proof.bridge import cases, controls
+from hdfast.proof.bridge.injections import INJECTIONS
+from hdfast.proof.bridge.machine import Machine, calibrated
+
+PATIENCE_S = 900.0
+MACHINES: dict[str, Callable[[Path], Path]] = {
+    "ur10e_j1": partial(ur10e.write, joint=1),
+    "ur10e_j2": partial(ur10e.write, joint=2),
+    "ur10e_j4": partial(ur10e.write, joint=4),
+    "emps": emps.write,
+}
+
+
+@pytest.fixture(scope="module")
+def joint(tmp_path_factory: pytest.TempPathFactory) -> Machine:
+    """The vertical axis of a robot: no weight turns about it."""
+    return calibrated(MACHINES["ur10e_j1"](tmp_path_factory.mktemp("joint")))
+
+
+def verdict(folder, machine, recordings):
+    cases.write(folder, machine, recordings, np.random.default_rng(1))
+    found = hdfast.diagnose(folder / "campaign.toml")
+    return found.verdict, {effect["effect"] for effect in found.effects}
+
+
+def test_exact_random_phases_of_a_real_residual_are_no_evidence(joint, tmp_path):
+    made = controls.shuffled(joint, np.random.default_rng(2))
+    assert verdict(tmp_path / "case", joint, made) == ("no_evidence", set())
+
+
+@pytest.mark.long
+def test_exact_a_weight_put_on_a_vertical_axis_is_found(joint, tmp_path):
+    weight = next(one for one in INJECTIONS if one.effect == "gravity_unbalance")
+    made, _ = cases.injected(joint, weight, 8.0, np.random.default_rng(3))
+    assert verdict(tmp_path / "case", joint, made) == ("found", {"gravity_unbalance"})
+
+
+@pytest.mark.long
+def test_exact_marks_on_real_recordings(tmp_path):
+    campaigns = [write(tmp_path / name) for name, write in MACHINES.items()]
+    proof = run.prove_real(tmp_path / "set", campaigns, seed=0, workers=2, step=lambda *_: None, limit=PATIENCE_S)
+    scores = {score["name"]: score for score in proof["scores"]}
+    assert scores["false alarms"]["value"] == 0.0
+    assert scores["identification"]["value"] >= 0.8

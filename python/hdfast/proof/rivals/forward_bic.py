@@ -10,6 +10,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from hdfast.checks import Floats
 from hdfast.diagnosis.candidate import Candidate
 from hdfast.diagnosis.evidence import Layout
 from hdfast.diagnosis.fit import Bench, Fit, fit
@@ -28,7 +29,8 @@ def answer(setup: Setup, calibrated: Fit) -> Said:
     while len(named) < MOST_EFFECTS:
         bench = bench.commanded(current)
         pool = [one for one in candidates(bench, current, ratio) if fits_in(one, [n.candidate for n in named], current)]
-        trials = [(one.candidate, added(bench, current, one)) for one in shortlist(signatures(bench, current, pool))]
+        tried = [(one.candidate, added(bench, current, one)) for one in shortlist(signatures(bench, current, pool))]
+        trials = [(candidate, trial) for candidate, trial in tried if trial is not None]
         scores = [bic(bench.layout, trial) for _, trial in trials]
         before = bic(bench.layout, current)
         if not scores or min(scores) >= before:
@@ -71,9 +73,17 @@ def shortlist(found: Sequence[Signature]) -> list[Signature]:
     return list(best.values())[:SHORTLIST]
 
 
-def added(bench: Bench, current: Fit, signature: Signature) -> Fit:
-    """The joint fit with one more effect, from its linear estimate."""
-    sized = signature.candidate.started(signature.shares)
-    own = [float(free.coordinate(free.value)) for free in sized.free]
+def added(bench: Bench, current: Fit, signature: Signature) -> Fit | None:
+    """The joint fit with one more effect, from its linear estimate or its typical size; None where neither runs."""
     structure = signature.candidate.added_to(current.structure)
-    return fit(bench, structure, np.concatenate([current.coordinates, own]), current)
+    for sized in (signature.candidate.started(signature.shares), signature.candidate):
+        start = started(current, [sized])
+        if np.isfinite(bench.mismatch(structure, start[None])).all():
+            return fit(bench, structure, start, current)
+    return None
+
+
+def started(current: Fit, sized: Sequence[Candidate]) -> Floats:
+    """Coordinates of a fit followed by those of more effects."""
+    more = [float(free.coordinate(free.value)) for one in sized for free in one.free]
+    return np.concatenate([current.coordinates, more])

@@ -19,12 +19,11 @@ from threadpoolctl import threadpool_limits
 
 from hdfast.checks import Floats
 from hdfast.diagnosis.fit import Bench, Fit, fit
-from hdfast.diagnosis.plant import Structure
 from hdfast.diagnosis.screen import Projector, Signature, signatures
 from hdfast.diagnosis.session import Setup, candidates
 from hdfast.diagnosis.whiten import Whitener
 from hdfast.errors import require_package
-from hdfast.proof.rivals.forward_bic import fits_in
+from hdfast.proof.rivals.forward_bic import fits_in, started
 from hdfast.proof.rivals.said import Named, Said, finding
 
 THRESHOLD = 0.2
@@ -83,14 +82,12 @@ def inclusion(columns: Floats, target: Floats, seed: int = 0) -> Floats:
 
 
 def refitted(bench: Bench, calibrated: Fit, chosen: list[Signature]) -> Fit:
-    """The model with all of them, fitted once; special cases go with their generalisation."""
+    """The model with all of them, fitted once where it runs; special cases go with their generalisation."""
     general = {effect for one in chosen for effect in one.candidate.contains}
-    structure: Structure = calibrated.structure
-    start = [calibrated.coordinates]
-    for one in chosen:
-        if one.candidate.effect not in general:
-            structure = one.candidate.added_to(structure)
-            start.append(
-                np.array([float(free.coordinate(free.value)) for free in one.candidate.started(one.shares).free])
-            )
-    return calibrated if len(start) == 1 else fit(bench, structure, np.concatenate(start))
+    kept = [one for one in chosen if one.candidate.effect not in general]
+    structure = calibrated.structure
+    for one in kept:
+        structure = one.candidate.added_to(structure)
+    start = started(calibrated, [one.candidate.started(one.shares) for one in kept])
+    runs = bool(np.isfinite(bench.mismatch(structure, start[None])).all())
+    return fit(bench, structure, start) if kept and runs else calibrated

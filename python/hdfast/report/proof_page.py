@@ -38,7 +38,6 @@ def compared_rows(proof: dict[str, Any]) -> list[tuple[str, ...]]:
     return [
         (
             one["tool"],
-            one["text"],
             *(_number(s["value"]) for s in one["scores"].values()),
             _with_interval(one["ahead"]) if one["ahead"] else "",
         )
@@ -47,7 +46,7 @@ def compared_rows(proof: dict[str, Any]) -> list[tuple[str, ...]]:
 
 
 def _compared_header(proof: dict[str, Any]) -> tuple[str, ...]:
-    return ("tool", "what it does", *proof["compared"][0]["scores"], "utility ahead (95 %)")
+    return ("tool", *proof["compared"][0]["scores"], "utility ahead (95 %)")
 
 
 def _with_interval(score: dict[str, Any]) -> str:
@@ -73,8 +72,13 @@ def _comparison(proof: dict[str, Any]) -> list[Section]:
     if not proof["compared"]:
         return []
     header = _compared_header(proof)
-    table = html_table(header, compared_rows(proof), right=range(2, len(header)))
-    return [Section("Beside others on the same cases", tables=[table])]
+    table = html_table(header, compared_rows(proof), right=range(1, len(header)))
+    return [Section("Beside others on the same cases", texts=_who(proof), tables=[table])]
+
+
+def _who(proof: dict[str, Any]) -> list[str]:
+    """Who the others are."""
+    return [f"{one['tool']}: {one['text']}." for one in proof["compared"] if one["text"]]
 
 
 def markdown(proof: dict[str, Any]) -> str:
@@ -83,6 +87,7 @@ def markdown(proof: dict[str, Any]) -> str:
     lines += _markdown_table(SCORE_HEADER, score_rows(proof))
     if proof["compared"]:
         lines += ["", *_markdown_table(_compared_header(proof), compared_rows(proof))]
+        lines += ["", *(f"- {who}" for who in _who(proof))]
     lines += ["", f"{len(proof['failures'])} failures, all listed on the page."]
     return "\n".join(lines) + "\n"
 

@@ -5,10 +5,11 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.ndimage import uniform_filter1d
 
 from hdfast.checks import Floats
-from hdfast.proof.bridge.injections import Injection, Shape
+from hdfast.proof.bridge.injections import TURN, Injection, Shape
 from hdfast.proof.bridge.machine import Machine, Recorded
 
 DEVIATIONS = 4.5
@@ -19,10 +20,14 @@ STILL = 0.02
 def detectable(machine: Machine, injection: Injection, shape: Shape) -> float:
     """Amplitude at which the part that a refit does not absorb stands `DEVIATIONS` above the noise; inf if none does.
 
+    A line counts where the drive is slow enough for it to pass the band in which model and recordings are compared.
     Absorbed are inertia, viscous and dry friction and an offset of the torque, an offset and a slope of other channels.
     """
     typical = injection.typical(machine)
-    changes = [injection.change(_quiet(one, injection.channel), typical, shape) for one in machine.fitted]
+    changes = [
+        injection.change(_quiet(one, injection.channel), typical, shape) * _passes(one, machine, shape)
+        for one in machine.fitted
+    ]
     columns = np.concatenate([_absorbing(one, injection.channel) for one in machine.fitted])
     together = np.nan_to_num(np.concatenate(changes))
     left = together - columns @ np.linalg.lstsq(columns, together, rcond=None)[0]
@@ -45,6 +50,10 @@ def share(machine: Machine, injection: Injection, shape: Shape, amplitude: float
 def _quiet(one: Recorded, channel: str) -> Recorded:
     """The recording without what the model leaves of a channel: noise that is late or filtered is still noise."""
     return replace(one, columns={**one.columns, channel: one.columns[channel] - one.rest[channel]})
+
+
+def _passes(one: Recorded, machine: Machine, shape: Shape) -> NDArray[np.bool_]:
+    return np.asarray(shape.get("order", 0.0) * np.abs(one.speed) < TURN * machine.corner)
 
 
 def _absorbing(one: Recorded, channel: str) -> Floats:

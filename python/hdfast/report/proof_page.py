@@ -34,19 +34,19 @@ def score_rows(proof: dict[str, Any]) -> list[tuple[str, ...]]:
 
 
 def compared_rows(proof: dict[str, Any]) -> list[tuple[str, ...]]:
-    """Everybody who answered the same cases, and the own tool's lead in utility over each."""
+    """Everybody who answered the same cases, and the lead of the own tool in utility."""
     return [
         (
             one["tool"],
-            *(_number(s["value"]) for s in one["scores"].values()),
             _with_interval(one["ahead"]) if one["ahead"] else "",
+            *(_number(s["value"]) for s in one["scores"].values()),
         )
         for one in proof["compared"]
     ]
 
 
 def _compared_header(proof: dict[str, Any]) -> tuple[str, ...]:
-    return ("tool", *proof["compared"][0]["scores"], "utility ahead (95 %)")
+    return ("tool", "utility ahead (95 %)", *proof["compared"][0]["scores"])
 
 
 def _with_interval(score: dict[str, Any]) -> str:

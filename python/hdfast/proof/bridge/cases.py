@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -57,11 +58,11 @@ def make(folders: Folders, campaigns: Sequence[Path], seed: int, step: Callable[
         step(number + 1, len(campaigns))
     rng = np.random.default_rng([seed, len(campaigns)])
     names = [f"{x:08x}" for x in rng.choice(2**32, len(drawn), replace=False)]
+    shutil.rmtree(folders.cases, ignore_errors=True)
     for name, (machine, recordings, _) in zip(names, drawn, strict=True):
         write(folders.cases / name, machine, recordings, rng)
-    seal.close(
-        folders.cases, folders.sealed, folders.seal, dict(zip(names, (label for *_, label in drawn), strict=True))
-    )
+    labels = {name: label for name, (*_, label) in zip(names, drawn, strict=True)}
+    seal.close(folders.cases, folders.sealed, folders.seal, labels)
 
 
 def _of(machine: Machine, rng: Generator) -> list[tuple[Machine, list[Recorded], dict[str, Any]]]:
@@ -87,7 +88,8 @@ def injected(
         "place": injection.place,
         "amplitude": amplitude,
         "amplitude_over_mda": size,
-        "true_parameters": {injection.parameter: amplitude, **shape},
+        "true_parameters": {injection.parameter: amplitude},
+        "shape": dict(shape),
     }
     told = {
         "effects": [effect],

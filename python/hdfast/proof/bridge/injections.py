@@ -86,7 +86,7 @@ def _nothing(_: Machine, __: Generator) -> Shape:
 
 def _stribeck_speed(machine: Machine, rng: Generator) -> Shape:
     top = max(float(np.abs(one.speed).max()) for one in machine.fitted)
-    return {"omega_s": top * float(rng.uniform(0.05, 0.2)), "ratio": machine.ratio}
+    return {"omega_s": top * float(rng.uniform(0.05, 0.2))}
 
 
 def _ratio(machine: Machine, rng: Generator) -> Shape:

@@ -29,8 +29,8 @@ MARKS = np.array([0.0, 0.2, 0.5, 1.2, 1.6, 2.2, 2.5, 3.0])
 SHAPE = np.array([0.0, 0.0, 1.0, 1.0, -0.6, -0.6, 0.0, 0.0])
 
 
-def write(folder, terms=(), parameters=None):
-    """Campaign file of two recordings to fit and one to prove on, of a drive with further terms."""
+def write(folder, terms=(), parameters=None, angle_noise=0.0):
+    """Campaign file of three recordings to fit and one to prove on, of a drive with further terms."""
     rng = np.random.default_rng(1)
     lines = [HEAD]
     model = hdfast.Model(terms=list(terms), orders=[2])
@@ -42,6 +42,7 @@ def write(folder, terms=(), parameters=None):
             values, model=model, scenario=scenario, t_eval=t, signals=["theta_m", "theta_l", "tau_m"], metrics=[]
         )
         angle, load, torque = (run.samples[name][0] for name in ("theta_m", "theta_l", "tau_m"))
+        angle = angle + angle_noise * rng.standard_normal(len(t))
         np.savez(
             folder / f"r{number}.npz",
             t=t,

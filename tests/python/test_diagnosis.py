@@ -9,6 +9,10 @@ import diagnosed
 import hdfast
 import numpy as np
 import pytest
+import small_campaign
+from hdfast.diagnosis.fit import STEP, linearise
+from hdfast.diagnosis.session import nominal, set_up_usable
+from hdfast.recordings import load_campaign
 
 EFFECTS = {
     "coulomb_friction": {"T_c": 0.03},
@@ -41,6 +45,22 @@ def test_regress_friction_is_named_from_the_motor_side_alone(tmp_path: Path) -> 
     assert [one["effect"] for one in found.effects] == ["coulomb_friction"]
     reasons = {one["effect"]: one["reason"] for one in found.to_dict()["not_showable"]}
     assert "load angle" in reasons["backlash"]
+
+
+def test_exact_the_slope_of_an_inertia_holds_no_noise_of_the_acceleration(tmp_path: Path) -> None:
+    """Slope and what was taken from it make up the difference; the slope is the smooth part of it."""
+    campaign = small_campaign.write(tmp_path, angle_noise=1e-4)
+    campaign.write_text(campaign.read_text().replace("J_m = 0.0003", "J_m = { value = 2.4e-4, sigma = 0.3 }"))
+    setup = set_up_usable(load_campaign(campaign), None)
+    bench, structure = setup.bench, nominal(setup)
+    mismatch, slopes, rough = linearise(bench, structure, structure.start)
+    j = structure.names.index("J_m")
+    moved = structure.start + STEP * np.eye(len(structure.names))[j]
+    whole = (mismatch - bench.mismatch(structure, moved[None])[0]) / STEP
+    np.testing.assert_allclose(slopes[:, j] + rough[:, j], whole, rtol=1e-9, atol=1e-12)
+    where = next(where for _, channel, where in bench.layout.pieces if channel == "motor_torque")
+    bends = [np.median(np.abs(np.diff(column[where, j], 2))) for column in (slopes, rough)]
+    assert bends[0] < 0.3 * bends[1]
 
 
 def test_exact_same_bytes_on_any_number_of_threads(tmp_path: Path) -> None:

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from hdfast.proof import generator
 from hdfast.proof.generator import nuisance, sensors, stepping, strata
-from hdfast.proof.generator.case import build, motion, simulate
+from hdfast.proof.generator.case import build, motion, simulate, sized_within_limits
 from hdfast.proof.generator.control import NO_NOTCH, Controller
 from hdfast.proof.generator.effects import EFFECTS, TWELVE, Drive
 from hdfast.proof.generator.linear import linearise, size
@@ -170,6 +170,15 @@ def bench():
     bare = Drive(rig.plant, sensors.SOUND)
     motions = [motion(simulate(rig, bare, run, rng), run, rig) for run in rig.runs]
     return rig, linearise(rig, bare, motions, rng)
+
+
+def test_exact_effects_are_sized_in_the_noise_of_the_rig_that_is_recorded(bench):
+    """A rig whose effects come out too small gets noisier sensors, three times at most."""
+    rig, lin = bench
+    recipe = Recipe(("single",), {"cogging": 0.01}, 12, Bench())
+    noisier, used, _ = sized_within_limits(rig, lin.drive, lin.motions, recipe, np.random.default_rng(5))
+    assert noisier.chain != rig.chain
+    assert used.rig is noisier
 
 
 def test_against_dense_least_squares_the_refit_with_priors(bench):

@@ -100,6 +100,15 @@ class Candidate:
         return replace(self, free=free)
 
     @property
+    def one_sided(self) -> bool:
+        """Whether its only signature cannot turn its sign."""
+        return (
+            self.waves is None
+            and not self.spans
+            and next(one.positive for one in self.free if one.name == self.amplitude)
+        )
+
+    @property
     def sizes(self) -> tuple[str, ...]:
         """Parameters of which at least one has to differ from zero."""
         if self.waves is not None:

@@ -133,15 +133,21 @@ def limited(values: Floats) -> tuple[Floats, Floats]:
     return np.where(inside, 0.5 * size**2, CAP * (size - 0.5 * CAP)), np.where(inside, 1.0, CAP / np.maximum(size, CAP))
 
 
+def spread_of(values: Floats) -> float:
+    """Root mean square of values (n,), none of which counts for more than `CAP` typical ones; 0 for none."""
+    if not values.size:
+        return 0.0
+    most = CAP * max(1.4826 * float(np.median(np.abs(values - np.median(values)))), 1e-300)
+    return float(np.sqrt(np.mean(np.clip(values, -most, most) ** 2)))
+
+
 def weigh(layout: Layout, stacked: Floats, floor: Floats) -> Weights:
     """Robust scale and colour of a mismatch (N,), not below the floor per channel."""
     scale, colours = np.ones(len(layout.channels)), np.ones(len(layout.channels))
     for index in range(len(layout.channels)):
         own = stacked[layout.channel == index]
         if own.size:
-            rough = 1.4826 * float(np.median(np.abs(own - np.median(own))))
-            limited = np.clip(own, -CAP * max(rough, 1e-300), CAP * max(rough, 1e-300))
-            scale[index] = max(float(np.sqrt(np.mean(limited**2))), floor[index], 1e-300)
+            scale[index] = max(spread_of(own), floor[index], 1e-300)
             colours[index] = colour(layout, stacked, layout.channels[index])
     return Weights(scale, colours)
 

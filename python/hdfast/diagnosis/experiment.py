@@ -119,7 +119,9 @@ def _odds(bench: Bench, contest: Contest, manoeuvres: Sequence[Manoeuvre]) -> Fl
     """Expected log Bayes factor of each motion, shape (n,); 0 where a model cannot follow it."""
     imagined = _imagined(bench, contest, manoeuvres)
     layout = imagined.layout
-    mismatch, slopes = zip(*(linearise(imagined, one.structure, one.coordinates) for one in contest.fits), strict=True)
+    mismatch, slopes, _ = zip(
+        *(linearise(imagined, one.structure, one.coordinates) for one in contest.fits), strict=True
+    )
     found = np.full((2, len(manoeuvres)), np.inf)
     weights = contest.fits[0].weights
     for row, fit in enumerate(contest.fits):

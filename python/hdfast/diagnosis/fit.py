@@ -8,7 +8,7 @@ import numpy as np
 
 from hdfast.checks import Floats
 from hdfast.diagnosis.evidence import Layout, Weights, limited, weigh
-from hdfast.diagnosis.plant import Plant, Structure
+from hdfast.diagnosis.plant import TORQUE_SCALE, Plant, Structure
 from hdfast.diagnosis.whiten import Whitener, whiten
 
 STEP = 2e-3
@@ -17,6 +17,8 @@ CHORDS = 2
 SHRINK = (1.0, 0.25)
 SETTLED = 0.05
 NEAR = 1.5
+TORQUE = "motor_torque"
+ACCELERATED = ("J_m", "J_l", TORQUE_SCALE)
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,6 +30,7 @@ class Fit:
         coordinates: estimate, shape (P,).
         mismatch: measured minus simulated at the estimate, in the channels' units, shape (N,).
         slopes: derivative of the simulated signals with respect to the coordinates, shape (N, P).
+        rough: noise of the acceleration in those derivatives, left out of `slopes`, shape (N, P).
         weights: scale and colour of the mismatch.
         white: filter to independent samples of unit variance.
         cost: half the weighted sum of squares plus the prior's.
@@ -37,6 +40,7 @@ class Fit:
     coordinates: Floats
     mismatch: Floats = field(repr=False)
     slopes: Floats = field(repr=False)
+    rough: Floats = field(repr=False)
     weights: Weights
     white: Whitener = field(repr=False)
     cost: float
@@ -98,30 +102,32 @@ class Metric:
     """What a fit makes small: the bulk of the mismatch in independent samples, and near the noise its fine structure.
 
     The bulk alone overlooks what stands out only between the frequencies of the noise; but far from the noise a
-    whitened fit would leave the slow mismatch as it is, since that predicts itself.
+    whitened fit would leave the slow mismatch as it is, since that predicts itself, and would lower the inertia to
+    quieten the acceleration.
 
     Attributes:
         weights: scale and colour.
         white: filter to independent samples of unit variance.
-        fine: share of the whitened mismatch, 0 to a half.
+        fine: share of the whitened mismatch of each channel, 0 to a half, shape (C,).
     """
 
     weights: Weights
     white: Whitener
-    fine: float
+    fine: Floats
 
     @classmethod
     def of(cls, bench: Bench, mismatch: Floats) -> Metric:
         """For the noise that a mismatch (N,) shows."""
         layout = bench.layout
         weights = weigh(layout, mismatch, bench.floor)
-        near = float(np.mean(np.minimum(1.0, NEAR * bench.floor / weights.scale) ** 2))
+        near = np.minimum(1.0, NEAR * bench.floor / weights.scale) ** 4
         return cls(weights, whiten(layout, mismatch, bench.floor), 0.5 * near)
 
     def of_columns(self, layout: Layout, stacked: Floats) -> Floats:
         """Both parts of (N,) or (N, P), one after the other: (2N,) or (2N, P)."""
-        bulk = np.sqrt(1.0 - self.fine) * self.weights.normalise(layout, stacked.T).T
-        return np.asarray(np.concatenate([bulk, np.sqrt(self.fine) * self.white(layout, stacked)]))
+        fine = self.fine[layout.channel]
+        bulk = self.weights.normalise(layout, np.sqrt(1.0 - fine) * stacked.T).T
+        return np.asarray(np.concatenate([bulk, (np.sqrt(fine) * self.white(layout, stacked).T).T]))
 
     def cost(self, layout: Layout, structure: Structure, x: Floats, mismatch: Floats) -> float:
         """Half the weighted sum of squares plus the prior's."""
@@ -143,9 +149,9 @@ def fit(bench: Bench, structure: Structure, start: Floats | None = None, known: 
     layout = bench.layout
     x = structure.start if start is None else np.array(start, dtype=np.float64)
     kept = 0 if known is None else known.slopes.shape[1]
-    mismatch, slopes = linearise(bench, structure, x, kept)
+    mismatch, slopes, rough = linearise(bench, structure, x, kept)
     if known is not None:
-        slopes[:, :kept] = known.slopes
+        slopes[:, :kept], rough[:, :kept] = known.slopes, known.rough
     for turn in range(ROUNDS):
         metric = Metric.of(bench, mismatch)
         A = metric.of_columns(layout, slopes)
@@ -154,7 +160,8 @@ def fit(bench: Bench, structure: Structure, start: Floats | None = None, known: 
             step = _step(structure, x, A, metric.of_columns(layout, mismatch))
             trials = x + np.multiply.outer(SHRINK, step)
             found = bench.mismatch(structure, trials)
-            costs = [metric.cost(layout, structure, *pair) for pair in zip(trials, found, strict=True)]
+            alike = found + (trials - x) @ rough.T
+            costs = [metric.cost(layout, structure, *pair) for pair in zip(trials, alike, strict=True)]
             here = metric.cost(layout, structure, x, mismatch)
             best = int(np.nanargmin(np.where(np.isfinite(costs), costs, np.inf)))
             if not costs[best] < here - SETTLED:
@@ -163,25 +170,44 @@ def fit(bench: Bench, structure: Structure, start: Floats | None = None, known: 
             x, mismatch = trials[best], found[best]
         if not moved or turn == ROUNDS - 1:
             break
-        _, fresh = linearise(bench, structure, x, kept)
-        slopes[:, kept:] = fresh[:, kept:]
-    return _finished(bench, structure, x, mismatch, slopes)
-
-
-def _finished(bench: Bench, structure: Structure, x: Floats, mismatch: Floats, slopes: Floats) -> Fit:
+        _, fresh, rougher = linearise(bench, structure, x, kept)
+        slopes[:, kept:], rough[:, kept:] = fresh[:, kept:], rougher[:, kept:]
     metric = Metric.of(bench, mismatch)
-    cost = metric.cost(bench.layout, structure, x, mismatch)
-    return Fit(structure, x, mismatch, slopes, metric.weights, metric.white, cost)
+    cost = metric.cost(layout, structure, x, mismatch)
+    return Fit(structure, x, mismatch, slopes, rough, metric.weights, metric.white, cost)
 
 
-def linearise(bench: Bench, structure: Structure, x: Floats, kept: int = 0) -> tuple[Floats, Floats]:
-    """Mismatch (N,) and slopes (N, P) of the simulated signals by one-sided differences; the first `kept` stay 0."""
+def linearise(bench: Bench, structure: Structure, x: Floats, kept: int = 0) -> tuple[Floats, Floats, Floats]:
+    """Mismatch and slopes of the simulated signals by one-sided differences; those of the first `kept` stay 0.
+
+    The torque's slope with respect to an inertia is an acceleration: of that, only the slow part is motion. The rest is
+    noise that the mismatch holds as well, and a fit that could use it would find every inertia too small.
+
+    Returns:
+        Mismatch (N,), slopes (N, P), and what was taken from them (N, P).
+    """
+    layout, plant = bench.layout, bench.plant
     steps = STEP * np.array([1.0 if free.positive else free.sigma for free in structure.free])
     moved = np.concatenate([x[None], x + np.diag(steps)[kept:]])
-    found = bench.mismatch(structure, moved)
-    slopes = np.zeros((bench.layout.size, len(x)))
-    slopes[:, kept:] = -((found[1:] - found[0]) / steps[kept:, None]).T
-    return found[0], np.nan_to_num(slopes)
+    found = plant.mismatch(structure, moved)
+    stacked = layout.stack(found)
+    slopes, rough = np.zeros((layout.size, len(x))), np.zeros((layout.size, len(x)))
+    slopes[:, kept:] = -((stacked[1:] - stacked[0]) / steps[kept:, None]).T
+    noisy = [j for j, name in enumerate(structure.names) if name in ACCELERATED and j >= kept]
+    if noisy:
+        rows = [0, *(1 + j - kept for j in noisy)]
+        slow = layout.stack(
+            [
+                {
+                    channel: plant.band.slow(values[rows]) if channel == TORQUE else values[rows]
+                    for channel, values in own.items()
+                }
+                for own in found
+            ]
+        )
+        rough[:, noisy] = slopes[:, noisy] + ((slow[1:] - slow[0]) / steps[noisy, None]).T
+        slopes[:, noisy] -= rough[:, noisy]
+    return stacked[0], np.nan_to_num(slopes), np.nan_to_num(rough)
 
 
 def _step(structure: Structure, x: Floats, A: Floats, r: Floats) -> Floats:

@@ -207,10 +207,11 @@ def _load(s: Sizes) -> list[Candidate]:
                 _one(
                     "load_compliance",
                     [_positive("K_c", s.stiffness * times, "N m/rad", sigma=1.0)],
-                    fixed={"payload_share": 0.8, "c_c": 0.0},
-                    shape=f"{times:g} times the gear's stiffness",
+                    fixed={"payload_share": share},
+                    shape=f"{times:g} times the gear's stiffness, {share:g} of the inertia",
                 )
-                for times in (0.5, 2.0)
+                for times in (0.5, 2.0, 8.0)
+                for share in (0.8, 0.95)
             ),
             *(
                 _one(
@@ -310,7 +311,10 @@ def _mesh(s: Sizes) -> list[Candidate]:
             )
             for time in (0.03, 0.3)
         ),
-        _one("backlash", [_positive("half_gap", max(0.2 * s.windup, 5e-6), "rad")]),
+        *(
+            _one("backlash", [_positive("half_gap", gap, "rad")], shape=f"gap of {2.0 * gap:.3g} rad")
+            for gap in (max(share * s.windup, 5e-6 * share) for share in (0.02, 0.06, 0.2))
+        ),
         _one("soft_windup", [_positive("delta_K", 0.3 * s.stiffness, "N m/rad", high=0.95 * s.stiffness)]),
         *(
             _one(

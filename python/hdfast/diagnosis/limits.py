@@ -55,7 +55,7 @@ def _limit(one: Signature, seen: Screen) -> Limit:
     free = next(free for free in candidate.free if free.name == candidate.amplitude)
     size = max(abs(free.value), 1e-300)
     remaining = float(np.sqrt(np.sum(one.left**2) / one.left.shape[1]))
-    threshold = (seen.quantile if np.isfinite(seen.quantile) else 3.5) + POWER
+    threshold = seen.needed[candidate.label] + POWER
     smallest = size * threshold / remaining if remaining > 0.0 else None
     reason = None
     if one.visibility < SWALLOWED:

@@ -21,6 +21,7 @@ MOST_SAMPLES = 40_000
 PASS_SHARE = 0.4
 NARROWEST = 0.05
 NOISE_SHARE = 0.01
+DROWNED = 4.0
 SLOW_SHARE = 0.5
 TOP_SHARES = (0.75, 0.95)
 SEGMENT = 256
@@ -116,7 +117,8 @@ class Source:
 def choose_band(sources: Sequence[Source], inertia: float) -> Band:
     """The widest band of motion in which the angle's noise disturbs the inertia torque by less than its share.
 
-    The noise is that of the resolution, or what the angle shows near the top of its spectrum, where nothing moves.
+    It ends where that disturbance would drown the torque's own noise: beyond, a smaller inertia would always seem
+    better. Noise is that of the resolution, or what a signal shows near the top of its spectrum, where nothing moves.
 
     Args:
         sources: recordings of the campaign.
@@ -125,23 +127,28 @@ def choose_band(sources: Sequence[Source], inertia: float) -> Band:
     rate = min(1.0 / np.median(np.diff(source.recording["t"])) for source in sources)
     total = sum(float(np.ptp(source.recording["t"])) for source in sources)
     working = rate / max(1, math.ceil(max(rate / HIGHEST_RATE, rate * total / MOST_SAMPLES)))
-    noise = max(_noise(source.recording) for source in sources)
     torque = float(np.median([np.nanstd(source.recording["motor_torque"]) for source in sources]))
-    allowed = (NOISE_SHARE * torque / max(inertia, 1e-12)) ** 2
-    corner = (5.0 * allowed / (max(noise, 1e-300) * (2.0 * math.pi) ** 4)) ** 0.2
+    noise = {
+        name: max(_noise(source.recording["t"], source.recording[name]) for source in sources)
+        for name in ("motor_angle", "motor_torque")
+    }
+    inertial = max(noise["motor_angle"], 1e-300) * (2.0 * math.pi) ** 4 * max(inertia, 1e-12) ** 2
+    disturbed = (5.0 * (NOISE_SHARE * torque) ** 2 / inertial) ** 0.2
+    drowned = (DROWNED**2 * noise["motor_torque"] / inertial) ** 0.25
     widest = PASS_SHARE * working
-    return Band(float(working), float(min(widest, max(corner, NARROWEST * working))), float(widest))
+    corner = max(min(disturbed, drowned), NARROWEST * working)
+    return Band(float(working), float(min(widest, corner)), float(widest))
 
 
-def _noise(recording: Mapping[str, Floats]) -> float:
-    """Power density of the noise of the motor angle [rad^2/Hz]."""
-    known = np.isfinite(recording["motor_angle"])
-    t, angle = recording["t"][known], recording["motor_angle"][known]
+def _noise(clock: Floats, values: Floats) -> float:
+    """Power density of the noise of samples (n,) [square of their unit per Hz]."""
+    known = np.isfinite(values)
+    t, own = clock[known], values[known]
     step = float(np.median(np.diff(t)))
-    quantised = _step(angle) ** 2 / 12.0 * 2.0 * step
+    quantised = _step(own) ** 2 / 12.0 * 2.0 * step
     if len(t) < SEGMENT:
         return quantised
-    even = np.interp(np.arange(t[0], t[-1], step), t, angle)
+    even = np.interp(np.arange(t[0], t[-1], step), t, own)
     frequency, power = signal.welch(np.diff(even, 2), 1.0 / step, nperseg=SEGMENT, average="median")
     top = (frequency > TOP_SHARES[0] * 0.5 / step) & (frequency < TOP_SHARES[1] * 0.5 / step)
     differences = (2.0 * np.sin(np.pi * frequency[top] * step)) ** 4

@@ -12,7 +12,7 @@ from hdfast.diagnosis.evidence import Index
 from hdfast.diagnosis.fit import Bench, Fit, fit
 from hdfast.diagnosis.score import Gain, gain, weights_of
 from hdfast.diagnosis.screen import Signature
-from hdfast.diagnosis.select import Round, Search, Trial, without
+from hdfast.diagnosis.select import Round, Search, Trial, special, without
 
 ALIKE = 0.95
 UNKNOWN_FLOOR = 0.02
@@ -54,7 +54,8 @@ class Standing:
 
     Attributes:
         trial: the effect as it was accepted.
-        name: the effect that is named: a special case where its generalisations cannot be told from each other.
+        name: the effect that is named: a special case where its generalisations cannot be told from each other, or
+            where it is all that is left of the law in the final model.
         probability: of the name, 0 to 1.
         rivals: effects that could stand in its place, most likely first.
         alone: gain of the whole model over the model without this effect.
@@ -86,7 +87,7 @@ def stand(bench: Bench, search: Search, folds: Index, rng: np.random.Generator) 
         name = trial.candidate.effect
         probability = _probability(rivals)
         kin = [rival for rival in rivals if set(rival.contains) & set(trial.candidate.contains)]
-        if probability < SURE and kin:
+        if (probability < SURE and kin) or special(trial.candidate, search.final):
             name = trial.candidate.contains[0]
             rivals = [rival for rival in rivals if rival not in kin]
             probability = _probability(rivals)

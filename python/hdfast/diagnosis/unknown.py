@@ -102,4 +102,5 @@ def _augmented(bench: Bench, fitted: Fit, columns: Floats) -> Fit:
     step = np.linalg.solve(A.T @ A + np.diag(precision), A.T @ r - precision * (start - structure.start))
     mismatch = fitted.mismatch - slopes @ step
     white = whiten(bench.layout, mismatch, bench.floor)
-    return Fit(structure, start + step, mismatch, slopes, fitted.weights, white, np.nan)
+    rough = np.concatenate([fitted.rough, np.zeros_like(columns)], axis=1)
+    return Fit(structure, start + step, mismatch, slopes, rough, fitted.weights, white, np.nan)

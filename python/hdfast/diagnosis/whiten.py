@@ -10,10 +10,11 @@ from scipy.linalg import solve_toeplitz
 from scipy.signal import lfilter
 
 from hdfast.checks import Floats
-from hdfast.diagnosis.evidence import Layout, colour
+from hdfast.diagnosis.evidence import Index, Layout, colour, spread_of
 
 ORDER = 16
 FEWEST_PER_TAP = 20
+QUIETEST = 0.1
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,10 +36,14 @@ class Whitener:
             past = len(taps) - 1
             sample = layout.sample[where]
             complete = np.zeros(len(sample), dtype=bool)
-            stride = int(np.diff(sample).min(initial=1 if len(sample) < 2 else sample[-1]))
-            complete[past:] = sample[past:] - sample[: len(sample) - past] == past * stride
+            complete[past:] = sample[past:] - sample[: len(sample) - past] == past * stride_of(sample)
             found[where] = own * (complete if stacked.ndim == 1 else complete[:, None])
         return found
+
+
+def stride_of(sample: Index) -> int:
+    """Smallest distance of sample numbers (n,)."""
+    return int(np.diff(sample).min(initial=1 if len(sample) < 2 else sample[-1]))
 
 
 def whiten(layout: Layout, stacked: Floats, floor: Floats) -> Whitener:
@@ -49,24 +54,31 @@ def whiten(layout: Layout, stacked: Floats, floor: Floats) -> Whitener:
         stacked: the mismatch.
         floor: noise of each channel, shape (C,); the innovations are not taken for quieter.
     """
-    taps = {}
+    predictors, quietest = {}, {}
     for index, channel in enumerate(layout.channels):
-        pieces = [stacked[where] - stacked[where].mean() for _, name, where in layout.pieces if name == channel]
-        taps[channel] = _taps(pieces, float(floor[index]))
-    filtered = Whitener(taps)(layout, stacked)
-    left = {channel: max(1.0, colour(layout, filtered, channel)) for channel in taps}
-    return Whitener({channel: own / np.sqrt(left[channel]) for channel, own in taps.items()})
+        own = [(layout.sample[where], stacked[where]) for _, name, where in layout.pieces if name == channel]
+        predictors[channel] = _predictor(own)
+        quietest[channel] = QUIETEST * floor[index] / np.linalg.norm(predictors[channel])
+    filtered = Whitener(predictors)(layout, stacked)
+    scaled = {}
+    for index, channel in enumerate(layout.channels):
+        innovation = spread_of(filtered[(layout.channel == index) & (filtered != 0.0)])
+        counted = max(1.0, colour(layout, filtered, channel))
+        scaled[channel] = predictors[channel] / (max(innovation, quietest[channel], 1e-300) * np.sqrt(counted))
+    return Whitener(scaled)
 
 
-def _taps(pieces: list[Floats], floor: float) -> Floats:
-    total = sum(len(own) for own in pieces)
+def _predictor(pieces: list[tuple[Index, Floats]]) -> Floats:
+    """Taps (p + 1,) of the prediction error of samples (n,) with their numbers; pairs across a gap do not count."""
+    total = sum(len(own) for _, own in pieces)
     order = min(ORDER, total // FEWEST_PER_TAP)
-    lags = np.array([sum(float(own[lag:] @ own[: len(own) - lag]) for own in pieces) for lag in range(order + 1)])
-    power = lags / max(total, 1)
-    if order == 0 or power[0] <= 0.0:
-        return np.array([1.0 / max(np.sqrt(max(power[0], 0.0)), floor, 1e-300)])
-    power[0] *= 1.0 + 1e-6
-    predictor = solve_toeplitz(power[:-1], power[1:])
-    innovation = np.sqrt(max(power[0] - predictor @ power[1:], 0.0))
-    quietest = floor / np.sqrt(1.0 + predictor @ predictor)
-    return np.asarray(np.concatenate([[1.0], -predictor]) / max(innovation, 0.1 * quietest, 1e-300))
+    lags = np.zeros(order + 1)
+    for sample, own in pieces:
+        centred, stride = own - own.mean(), stride_of(sample)
+        for lag in range(order + 1):
+            paired = sample[lag:] - sample[: len(sample) - lag] == lag * stride
+            lags[lag] += float(centred[lag:][paired] @ centred[: len(own) - lag][paired])
+    if order == 0 or lags[0] <= 0.0:
+        return np.ones(1)
+    lags[0] *= 1.0 + 1e-6
+    return np.concatenate([[1.0], -solve_toeplitz(lags[:-1], lags[1:])])

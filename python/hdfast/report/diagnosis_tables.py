@@ -41,7 +41,8 @@ FAILURES = {
     "A1": "gain within chance",
     "A2": "error hardly falls",
     "A3": "amplitude within 3 σ of 0",
-    "A4": "drags a parameter off",
+    "A5": "beyond what is resolved",
+    "A6": "its special case is all that is left",
 }
 
 

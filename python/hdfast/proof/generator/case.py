@@ -21,7 +21,7 @@ from hdfast.proof.generator.recipe import Recipe
 from hdfast.proof.generator.responses import Motion
 from hdfast.proof.generator.rig import Rig, draw_rig
 
-VERSION = "1"
+VERSION = "2"
 ATTEMPTS = 40
 ABSORBED_RATIO, ABSORBED_LOW, ABSORBED_HIGH = 1.15, 0.05, 0.30
 UNDECIDABLE, STRANGE = 0.98, 0.95
@@ -151,16 +151,14 @@ def sized_within_limits(
     Raises:
         UnfitError: the range is left even so.
     """
-    for _ in range(3):
+    for tries_left in (2, 1, 0):
         lin = linearise(rig, drive, motions, rng)
         named = [size(lin, effect_id, multiple, rng) for effect_id, multiple in recipe.effects.items()]
-        excess = max((s.amplitude / EFFECTS[s.id].limit for s in named), default=0.5)
-        small = min((s.amplitude / EFFECTS[s.id].limit for s in named), default=0.5)
-        if excess <= 1.0 and small >= 0.02:
+        shares = [s.amplitude / EFFECTS[s.id].limit for s in named] or [0.5]
+        excess, small = max(shares), min(shares)
+        if excess <= 1.0 and (small >= 0.02 or not tries_left):
             return rig, lin, named
         rig = rig.noisier(max(0.8 / excess, 0.15) if excess > 1.0 else min(0.04 / small, 3.0))
-    if excess <= 1.0:
-        return rig, lin, named
     raise UnfitError(f"{recipe}: {excess:.2g} times the physical limit")
 
 

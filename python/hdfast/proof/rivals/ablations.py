@@ -42,7 +42,8 @@ def _each_alone(observed: screen.Screen, found: list[screen.Signature]) -> scree
     """Each statistic by itself against the chi-squared law, as if no other candidate had been tried."""
     widths = {one.candidate.label: one.left.shape[1] for one in found}
     p = {label: float(chi2.sf(value**2, widths[label])) for label, value in observed.statistic.items()}
-    return screen.Screen(observed.statistic, p, float(np.sqrt(chi2.isf(0.01, 1))))
+    needed = {label: float(np.sqrt(chi2.isf(0.01, width))) for label, width in widths.items()}
+    return screen.Screen(observed.statistic, p, needed)
 
 
 def _fitted(fit: Fit, white: whiten.Whitener, layout: Layout, _: Index) -> tuple[Floats, Floats]:

@@ -94,6 +94,10 @@ def test_against_the_matched_filter_in_white_noise(machine):
     assert detectable(machine, line, shape) == pytest.approx(white, rel=0.1)
 
 
+def test_exact_a_line_beyond_the_band_is_not_detectable(machine):
+    assert detectable(machine, injection("cogging"), {"order": 24.0, "psi": 0.3}) == np.inf
+
+
 def test_exact_random_phases_keep_every_amplitude():
     values = np.random.default_rng(4).standard_normal(501) + 2.0
     turned = controls.random_phases(values, np.random.default_rng(5))

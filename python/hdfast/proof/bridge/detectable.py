@@ -14,19 +14,23 @@ from hdfast.proof.bridge.machine import Machine, Recorded
 
 DEVIATIONS = 4.5
 NEIGHBOURS = 25
-STILL = 0.02
+STILL, HALF = 0.02, 0.5
 
 
 def detectable(machine: Machine, injection: Injection, shape: Shape) -> float:
     """Amplitude at which the part that a refit does not absorb stands `DEVIATIONS` above the noise; inf if none does.
 
-    A line counts where the drive is slow enough for it to pass the band in which model and recordings are compared.
-    Absorbed are inertia, viscous and dry friction and an offset of the torque, an offset and a slope of other channels.
+    A line counts where the drive is slow enough for it to pass the band in which model and recordings are compared; one
+    that passes it less than half of the time is hidden by sampling, not by the model. Absorbed are inertia, viscous and
+    dry friction and an offset of the torque, an offset and a slope of other channels.
     """
     typical = injection.typical(machine)
+    passed = [_passes(one, machine, shape) for one in machine.fitted]
+    if np.mean(np.concatenate(passed)) < HALF:
+        return np.inf
     changes = [
-        injection.change(_quiet(one, injection.channel), typical, shape) * _passes(one, machine, shape)
-        for one in machine.fitted
+        injection.change(_quiet(one, injection.channel), typical, shape) * there
+        for one, there in zip(machine.fitted, passed, strict=True)
     ]
     columns = np.concatenate([_absorbing(one, injection.channel) for one in machine.fitted])
     together = np.nan_to_num(np.concatenate(changes))

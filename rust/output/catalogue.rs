@@ -1,7 +1,8 @@
 //! The metrics by name: the one table of what can be computed, in which unit, and what it needs.
 
 use super::signals::Signal;
-use crate::solve::{Demand, Integral, Mark, Watched};
+use crate::model::Base;
+use crate::solve::{ALL_STATES, Demand, Integral, Mark, Watched};
 
 /// A part of the motion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -281,7 +282,7 @@ impl Metric {
     }
 
     /// Adds what the metric needs to what is asked of the integration.
-    pub fn require(self, demand: &mut Demand) {
+    pub fn require(self, base: Base, demand: &mut Demand) {
         let watch = |demand: &mut Demand, signal: Watched| demand.watched[signal as usize] = true;
         match self {
             Self::TeMean(_) | Self::TeRms(_) => demand.integrands.te = true,
@@ -296,14 +297,19 @@ impl Metric {
             Self::PeakWindup | Self::InitialTePeak | Self::TimeOutsideRange => watch(demand, Watched::Windup),
             Self::TePeak(_) | Self::TePeakToPeak(_) => watch(demand, Watched::Te),
             Self::SpeedRipple => watch(demand, Watched::OmegaL),
-            Self::UpsilonMin | Self::Mode(..) => {}
+            Self::UpsilonMin => {}
+            Self::Mode(..) => demand.sampled = ALL_STATES,
             Self::SteadySpeed
             | Self::RiseTime(_)
             | Self::DeadTime
             | Self::RiseShape
             | Self::StopTime(_)
-            | Self::StopShape
-            | Self::Order(..) => demand.record = true,
+            | Self::StopShape => demand.record = true,
+            Self::Order(signal, _) => {
+                demand.record = true;
+                Signal::ThetaM.require(base, demand);
+                signal.require(base, demand);
+            }
         }
     }
 

@@ -2,7 +2,7 @@
 
 use crate::model::{Base, Rates};
 use crate::real::Scalar;
-use crate::solve::{Retrace, Seat};
+use crate::solve::{ALL_STATES, Demand, Retrace, Seat};
 
 /// One signal of a trajectory.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -68,6 +68,18 @@ impl Signal {
         let inverse_ratio = seat.assignment.row.constants.inverse_ratio;
         self.of_state(retrace.base(), state, inverse_ratio)
             .unwrap_or_else(|| self.of_rates(&retrace.rates(seat, t, state), state, inverse_ratio))
+    }
+
+    /// Tells the solver which states samples of the signal are made of.
+    pub fn require(self, base: Base, demand: &mut Demand) {
+        demand.sampled |= match (self, base) {
+            (Self::ThetaM, _) => 0b1,
+            (Self::OmegaM, _) => 0b10,
+            (Self::ThetaL, Base::TwoInertia) => 0b101,
+            (Self::Te, Base::TwoInertia) => 0b100,
+            (Self::OmegaL, Base::TwoInertia) => 0b1000,
+            _ => ALL_STATES,
+        };
     }
 
     /// A signal that is a state, or a sum of states.

@@ -109,14 +109,14 @@ pub fn sweep<'py>(
         floor: atol,
         max_steps,
         max_step,
+        sampled: 0,
         integrands: Integrands::default(),
         watched: WatchList::default(),
         record: false,
         find_stiff,
     };
-    for metric in &metrics {
-        metric.require(&mut demand);
-    }
+    metrics.iter().for_each(|metric| metric.require(layout.base, &mut demand));
+    signals.iter().for_each(|signal| signal.require(layout.base, &mut demand));
 
     let views: Vec<(usize, ArrayView1<'_, f64>)> =
         columns.iter().map(|(index, values)| (*index, values.as_array())).collect();

@@ -4,7 +4,8 @@ use super::Method;
 use super::controller::{Controller, stuck};
 use super::events::Events;
 use super::integrals::{INTEGRALS, Integrands};
-use super::record::{Dense, Record, lane_coefficients};
+use super::interpolant::StateAt;
+use super::record::Record;
 use super::replay::{Lane, Replay, Retrace};
 use super::seat::{Assignment, Memory, Seat};
 use super::status::Status;
@@ -26,6 +27,8 @@ pub struct Demand {
     pub max_steps: u32,
     /// Longest step [s].
     pub max_step: f64,
+    /// States that samples are made of, as a set of bits.
+    pub sampled: u64,
     /// Quadratures.
     pub integrands: Integrands,
     /// Signals whose extrema are located.
@@ -62,7 +65,8 @@ pub struct Advance<'a, P: Path, M: Model<N>, T: Method, const N: usize> {
     pub(super) spare: Vec<Memory<Lane<P>, N>>,
     pub(super) step: Plain<P>,
     pub(super) stop: Plain<P>,
-    pub(super) sample: Plain<P>,
+    /// When each lane's state is wanted next.
+    pub(super) sample: P::Lanes,
     pub(super) attempts: Plain<P>,
     pub(super) accepted: Plain<P>,
     /// How stiff each lane has looked of late.
@@ -99,7 +103,7 @@ impl<'a, P: Path, M: Model<N>, T: Method, const N: usize> Advance<'a, P, M, T, N
             spare: Vec::new(),
             step: Plain::<P>::splat(1e-3),
             stop: Plain::<P>::splat(f64::INFINITY),
-            sample: Plain::<P>::splat(f64::INFINITY),
+            sample: P::Lanes::splat(f64::INFINITY),
             attempts: zero,
             accepted: zero,
             stiffness: zero,
@@ -244,31 +248,40 @@ impl<'a, P: Path, M: Model<N>, T: Method, const N: usize> Advance<'a, P, M, T, N
     /// States at the grid's times inside the accepted steps.
     #[inline(always)]
     fn take_samples(&mut self, accepted: <P::Lanes as Real>::Mask, step: Plain<P>, trial: &Trial<P::Lanes, N>) {
-        let due = (accepted & self.sample.le(trial.t)).to_bits() & self.occupied;
+        let mut due = (accepted & self.sample.plain().le(trial.t)).to_bits() & self.occupied;
         if due == 0 {
             return;
         }
-        let inside = due & self.sample.lt(trial.t).to_bits();
-        let coefficients = (inside != 0).then(|| self.stepper.dense::<M, T>(step));
-        for lane in lanes_of(due) {
-            let Some(seat) = &mut self.seats[lane] else { continue };
-            let (t, end) = (self.stepper.t.get(lane), trial.t.get(lane));
-            if let Some(coefficients) = coefficients.as_ref().filter(|_| inside >> lane & 1 == 1) {
-                let dense = Dense { t, step: step.get(lane), coefficients: lane_coefficients(coefficients, lane) };
-                while seat.next_sample() < end
-                    && let Some(time) = seat.take_sample_time(end)
-                {
-                    seat.push_sample(dense.at((time - Lane::<P>::splat(t)) / Lane::<P>::splat(dense.step)));
-                }
+        let mut inside = due & self.sample.plain().lt(trial.t).to_bits();
+        if inside != 0 {
+            let coefficients = self.stepper.dense::<M, T>(step, self.demand.sampled);
+            while inside != 0 {
+                let share = (self.sample - P::Lanes::constant(self.stepper.t)) / P::Lanes::constant(step);
+                let state = P::Lanes::apart(StateAt { coefficients: &coefficients, share });
+                self.push_samples(inside, &state);
+                inside &= self.sample.plain().lt(trial.t).to_bits();
             }
-            while let Some(time) = seat.take_sample_time(end) {
-                seat.push_sample(std::array::from_fn(|index| {
-                    let state = trial.state[index].get(lane);
-                    let slope = trial.rates.slope[index].plain().get(lane);
-                    state.with_tangent(slope.mul_add(time.tangent(), state.tangent()))
-                }));
+            due &= self.sample.plain().le(trial.t).to_bits();
+        }
+        while due != 0 {
+            let mut state = trial.state;
+            for (number, slope) in state.iter_mut().zip(trial.rates.slope) {
+                let tangent = slope.plain().mul_add(self.sample.tangent(), number.tangent());
+                *number = number.with_tangent(tangent);
             }
-            self.sample.set(lane, seat.next_sample());
+            self.push_samples(due, &state);
+            due &= self.sample.plain().le(trial.t).to_bits();
+        }
+    }
+
+    /// Gives the lanes' states at their sample times to their rows.
+    #[inline(always)]
+    fn push_samples(&mut self, lanes: u64, state: &[P::Lanes; N]) {
+        for lane in lanes_of(lanes) {
+            if let Some(seat) = &mut self.seats[lane] {
+                let next = seat.push_sample(std::array::from_fn(|index| state[index].get(lane)));
+                self.sample.set(lane, next);
+            }
         }
     }
 
@@ -375,12 +388,13 @@ impl<'a, P: Path, M: Model<N>, T: Method, const N: usize> Advance<'a, P, M, T, N
         self.events.forget(lane);
         (0..2).for_each(|shaft| self.set_direction(lane, shaft, 0.0));
         seat.initial = state;
-        while seat.take_sample_time(0.0).is_some() {
-            seat.push_sample(state);
+        let mut sample = seat.next_sample();
+        while sample.plain() <= 0.0 {
+            sample = seat.push_sample(state);
         }
         self.step.set(lane, self.first_step(&seat));
         self.stop.set(lane, seat.next_stop());
-        self.sample.set(lane, seat.next_sample());
+        self.sample.set(lane, sample);
         self.occupied |= 1 << lane;
         self.stale |= 1 << lane;
         self.seats[lane] = Some(seat);
@@ -405,7 +419,7 @@ impl<'a, P: Path, M: Model<N>, T: Method, const N: usize> Advance<'a, P, M, T, N
         self.stale &= !(1 << lane);
         self.bent &= !(1 << lane);
         self.stop.set(lane, f64::INFINITY);
-        self.sample.set(lane, f64::INFINITY);
+        self.sample.set(lane, Lane::<P>::splat(f64::INFINITY));
         self.seats[lane].take()
     }
 

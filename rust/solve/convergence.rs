@@ -1,5 +1,6 @@
 //! Orders of convergence of every method on the two-inertia drive, dense output included.
 
+use super::interpolant::ALL_STATES;
 use super::stepper::Stepper;
 use super::watch::WATCHED;
 use super::{Bs3, Dop853, Dopri5, Integrands, Method, Rodas5p, Tsit5};
@@ -47,7 +48,7 @@ fn solve<T: Method>(steps: u32) -> (f64, f64, f64) {
     for index in 0..steps {
         let trial = stepper.attempt::<TwoInertia, T>(step);
         if index + 1 == steps {
-            let te = stepper.dense::<TwoInertia, T>(step)[2];
+            let te = stepper.dense::<TwoInertia, T>(step, ALL_STATES)[2];
             let inside = te.iter().rev().fold(0.0, |sum, &x| sum * SHARE + x);
             return (trial.state[2], inside, stepper.t + SHARE * step);
         }

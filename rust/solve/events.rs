@@ -9,6 +9,7 @@ use super::Method;
 use super::advance::{Advance, Plain};
 use super::controller::fit_to_stop;
 use super::integrals::Integral;
+use super::interpolant::ALL_STATES;
 use super::record::{Dense, lane_coefficients};
 use super::replay::Lane;
 use super::root::root;
@@ -110,7 +111,7 @@ impl<P: Path, M: Model<N>, T: Method, const N: usize> Advance<'_, P, M, T, N> {
         if lanes == 0 {
             return none;
         }
-        let coefficients = self.stepper.dense::<M, T>(step);
+        let coefficients = self.stepper.dense::<M, T>(step, ALL_STATES);
         for lane in lanes_of(lanes) {
             let dense = Dense {
                 t: self.stepper.t.get(lane),

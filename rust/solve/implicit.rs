@@ -2,6 +2,7 @@
 
 use super::Method;
 use super::integrals::{GAUSS, INTEGRALS};
+use super::interpolant::ALL_STATES;
 use super::record::DENSE_TERMS;
 use super::stepper::{Stepper, plain};
 use super::tableau::Rosenbrock;
@@ -73,7 +74,7 @@ impl<R: Real, M: Model<N>, T: Method, const N: usize> Task for Integrate<'_, R, 
     fn run(self) {
         let Self { stepper, step, .. } = self;
         stepper.step_integrals = [R::zero(); INTEGRALS];
-        let coefficients = stepper.dense::<M, T>(step);
+        let coefficients = stepper.dense::<M, T>(step, ALL_STATES);
         for (share, weight) in GAUSS {
             let mut state = [R::zero(); N];
             for index in 0..N {

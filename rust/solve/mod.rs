@@ -23,6 +23,7 @@ mod watch;
 
 pub use advance::{Advance, Demand, Rows};
 pub use integrals::{INTEGRALS, Integral, Integrands};
+pub use interpolant::ALL_STATES;
 pub use record::{Dense, Record};
 pub use replay::{Lane, Replay, Retrace};
 pub use rodas::Rodas5p;

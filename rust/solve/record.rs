@@ -38,22 +38,20 @@ pub struct Dense<S, const N: usize> {
 impl<S: Scalar, const N: usize> Dense<S, N> {
     /// The state after a share of the step.
     pub fn at(&self, share: S) -> [S; N] {
-        let (place, motion) = (share.plain(), share.tangent());
-        self.coefficients.map(|c| {
-            let value = c.iter().rev().fold(0.0, |sum, x| sum * place + x.plain());
-            if !S::DIFFERENTIATES {
-                return S::splat(value);
-            }
-            let (mut tangent, mut slope) = (0.0, 0.0);
-            for (power, x) in c.iter().enumerate().rev() {
-                tangent = tangent * place + x.tangent();
-                if power > 0 {
-                    slope = slope * place + power as f64 * x.plain();
-                }
-            }
-            S::splat(value).with_tangent(tangent + slope * motion)
-        })
+        state_at(&self.coefficients, share)
     }
+}
+
+/// The state after a share of the step.
+#[inline(always)]
+pub fn state_at<R: Real, const N: usize>(coefficients: &[[R; DENSE_TERMS]; N], share: R) -> [R; N] {
+    let mut state = [R::zero(); N];
+    for index in 0..N {
+        for &coefficient in coefficients[index].iter().rev() {
+            state[index] = state[index] * share + coefficient;
+        }
+    }
+    state
 }
 
 /// The coefficients of one lane.

@@ -1,5 +1,6 @@
 //! A finished row, one step or one instant at a time: for extrema, crossings and derived signals.
 
+use super::interpolant::ALL_STATES;
 use super::record::{Dense, Record};
 use super::seat::{Seat, Start};
 use super::stepper::Stepper;
@@ -183,7 +184,7 @@ impl<S: Scalar, M: Model<N>, T: Method, const N: usize> Task for DenseStep<'_, S
     fn run(self) -> Self::Output {
         self.stepper.refresh::<M>(true);
         self.stepper.attempt::<M, T>(self.step);
-        self.stepper.dense::<M, T>(self.step)
+        self.stepper.dense::<M, T>(self.step, ALL_STATES)
     }
 }
 

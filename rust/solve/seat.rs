@@ -93,7 +93,6 @@ pub struct Seat<S, const N: usize> {
     /// Rejected attempts.
     pub rejected: u32,
     segment: usize,
-    sampling: usize,
 }
 
 impl<S, const N: usize> Default for Memory<S, N> {
@@ -138,7 +137,6 @@ impl<S: Scalar, const N: usize> Seat<S, N> {
             accepted: 0,
             rejected: 0,
             segment: 0,
-            sampling: 0,
         }
     }
 
@@ -173,22 +171,16 @@ impl<S: Scalar, const N: usize> Seat<S, N> {
     }
 
     /// When the state is wanted next; infinity when no more.
-    pub fn next_sample(&self) -> f64 {
+    pub fn next_sample(&self) -> S {
         let [own, probe] = self.sample_times();
-        own.plain().min(probe.plain())
+        probe.min(own)
     }
 
-    /// The next time at which the state is wanted, if not after `end`.
-    pub fn take_sample_time(&mut self, end: f64) -> Option<S> {
-        let times = self.sample_times();
-        self.sampling = usize::from(times[1].plain() < times[0].plain());
-        let time = times[self.sampling];
-        (time.plain() <= end).then_some(time)
-    }
-
-    /// Answers [`Seat::take_sample_time`].
-    pub fn push_sample(&mut self, state: [S; N]) {
-        self.samples[self.sampling].push(state);
+    /// The state at [`Seat::next_sample`]; when it is wanted after that.
+    pub fn push_sample(&mut self, state: [S; N]) -> S {
+        let [own, probe] = self.sample_times();
+        self.samples[usize::from(probe.plain() < own.plain())].push(state);
+        self.next_sample()
     }
 
     /// Position of a mark among the marks.

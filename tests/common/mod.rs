@@ -100,12 +100,14 @@ impl Problem {
             floor: 1.0,
             max_steps: self.max_steps,
             max_step: f64::INFINITY,
+            sampled: 0,
             integrands: Integrands::default(),
             watched: WatchList::default(),
             record: false,
             find_stiff: self.find_stiff,
         };
-        self.metrics.iter().for_each(|metric| metric.require(&mut demand));
+        self.metrics.iter().for_each(|metric| metric.require(self.base, &mut demand));
+        self.signals.iter().for_each(|signal| signal.require(self.base, &mut demand));
         let grid: Arc<[f64]> = (0..=60).map(|k| 0.05 * f64::from(k)).collect();
         let job = Job {
             rows: self.rows.len(),

@@ -20,15 +20,13 @@ pub type SpringLaw = Spring;
 pub fn torque<R: Real>(law: SpringLaw, c: &Constants<R>, windup: R) -> R {
     match law {
         Spring::Polynomial => {
-            let inside = windup.clamp_abs(c.phi_max);
-            let value =
-                c.k5.mul_add(inside, c.k4).mul_add(inside, c.k3).mul_add(inside, c.k2).mul_add(inside, c.k1) * inside;
-            let beyond = windup - inside;
-            let within = beyond.abs().le(R::zero());
+            let within = windup.abs().le(c.phi_max);
             if within.all() {
-                return value;
+                return polynomial(c, windup);
             }
-            R::select(within, value, beyond.mul_add(polynomial_tangent(c, inside), value))
+            let inside = windup.clamp_abs(c.phi_max);
+            let value = polynomial(c, inside);
+            R::select(within, value, (windup - inside).mul_add(polynomial_tangent(c, inside), value))
         }
         Spring::Piecewise => {
             let first = windup.clamp_abs(c.phi_1);
@@ -36,6 +34,12 @@ pub fn torque<R: Real>(law: SpringLaw, c: &Constants<R>, windup: R) -> R {
             c.k_3.mul_add(windup, c.k_12.mul_add(first, c.k_23 * second))
         }
     }
+}
+
+/// Torque of the polynomial law inside its range.
+#[inline(always)]
+fn polynomial<R: Real>(c: &Constants<R>, x: R) -> R {
+    c.k5.mul_add(x, c.k4).mul_add(x, c.k3).mul_add(x, c.k2).mul_add(x, c.k1) * x
 }
 
 /// Energy stored at a windup, zero when relaxed.

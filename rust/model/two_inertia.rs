@@ -4,7 +4,7 @@
 //! relative to the motor's, so that windup (1e-6 rad) never is a difference of two large angles.
 
 use super::{Base, Drivetrain, Model, Rates, Shaft, spring};
-use crate::real::{Real, Scalar};
+use crate::real::{Mask, Real, Scalar};
 
 /// The default model.
 pub struct TwoInertia;
@@ -74,6 +74,9 @@ pub(super) fn controlled<R: Real>(drive: &Drivetrain<R>, torque: R, reference: R
     let c = drive.constants;
     let error = reference - omega_m;
     let asked = c.k_p.mul_add(error, c.k_i * z);
+    if asked.abs().le(c.tau_max).all() {
+        return (R::select(speed, asked, torque), R::select(speed, error, R::zero()));
+    }
     let given = asked.clamp_abs(c.tau_max);
     let z_rate = (given - asked).mul_add(c.inverse_k_p, error);
     (R::select(speed, given, torque), R::select(speed, z_rate, R::zero()))

@@ -93,6 +93,14 @@ impl<V: Real<Lane = f64>> Real for Pair<V> {
         Self([x.mul_add(factor_x, addend_x), y.mul_add(factor_y, addend_y)])
     }
     #[inline(always)]
+    fn min(self, other: Self) -> Self {
+        Self([self.0[0].min(other.0[0]), self.0[1].min(other.0[1])])
+    }
+    #[inline(always)]
+    fn max(self, other: Self) -> Self {
+        Self([self.0[0].max(other.0[0]), self.0[1].max(other.0[1])])
+    }
+    #[inline(always)]
     fn lt(self, other: Self) -> Self::Mask {
         PairMask([self.0[0].lt(other.0[0]), self.0[1].lt(other.0[1])])
     }

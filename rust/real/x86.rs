@@ -186,6 +186,14 @@ impl Real for F64x4 {
         self.and_bits(!(1 << 63))
     }
     #[inline(always)]
+    fn min(self, other: Self) -> Self {
+        Self(unsafe { _mm256_min_pd(self.0, other.0) })
+    }
+    #[inline(always)]
+    fn max(self, other: Self) -> Self {
+        Self(unsafe { _mm256_max_pd(self.0, other.0) })
+    }
+    #[inline(always)]
     fn lt(self, other: Self) -> Mask4 {
         Mask4(unsafe { _mm256_cmp_pd::<_CMP_LT_OQ>(self.0, other.0) })
     }
@@ -248,6 +256,14 @@ impl Real for F64x8 {
     #[inline(always)]
     fn abs(self) -> Self {
         self.and_bits(!(1 << 63))
+    }
+    #[inline(always)]
+    fn min(self, other: Self) -> Self {
+        Self(unsafe { _mm512_min_pd(self.0, other.0) })
+    }
+    #[inline(always)]
+    fn max(self, other: Self) -> Self {
+        Self(unsafe { _mm512_max_pd(self.0, other.0) })
     }
     #[inline(always)]
     fn lt(self, other: Self) -> Mask8 {

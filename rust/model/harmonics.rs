@@ -117,8 +117,11 @@ impl<R: Real> Harmonics<R> {
     #[inline(always)]
     pub fn value_and_slope(&self, angle: R) -> (R, R) {
         let (sine, cosine) = angle.sin_cos();
-        let mut sums = [R::zero(); 4];
-        for coefficients in self.value_and_slope.iter().rev() {
+        let (mut sums, lower) = match self.value_and_slope.split_last() {
+            Some((highest, lower)) => (*highest, lower),
+            None => ([R::zero(); 4], &[][..]),
+        };
+        for coefficients in lower.iter().rev() {
             for (sum, &coefficient) in sums.iter_mut().zip(coefficients) {
                 *sum = sum.mul_add(cosine, coefficient);
             }

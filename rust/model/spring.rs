@@ -39,7 +39,8 @@ pub fn torque<R: Real>(law: SpringLaw, c: &Constants<R>, windup: R) -> R {
 /// Torque of the polynomial law inside its range.
 #[inline(always)]
 fn polynomial<R: Real>(c: &Constants<R>, x: R) -> R {
-    c.k5.mul_add(x, c.k4).mul_add(x, c.k3).mul_add(x, c.k2).mul_add(x, c.k1) * x
+    let square = x * x;
+    c.k5.mul_add(square, c.k4.mul_add(x, c.k3)).mul_add(square, c.k2.mul_add(x, c.k1)) * x
 }
 
 /// Energy stored at a windup, zero when relaxed.

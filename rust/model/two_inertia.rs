@@ -36,15 +36,16 @@ impl Model<5> for TwoInertia {
 
         let inputs = drive.input.at(t);
         let (drive_torque, z_rate) = controlled(drive, inputs.torque, inputs.reference, omega_m, z);
-        let resisting = c.d_mm.mul_add(omega_m, upsilon.mul_add(gear_torque, -(c.d_ml * omega_l)));
+        let friction = c.d_mm.mul_add(omega_m, -(c.d_ml * omega_l));
         let mut motor_torque = drive_torque;
-        let mut alpha_m = (motor_torque - resisting) * c.inverse_j_m;
+        let mut alpha_m = (-upsilon).mul_add(gear_torque, motor_torque - friction) * c.inverse_j_m;
         if let Some(motion) = drive.input.motion() {
             alpha_m = R::select(motion, inputs.acceleration, alpha_m);
+            let resisting = upsilon.mul_add(gear_torque, friction);
             motor_torque = R::select(motion, c.j_m.mul_add(alpha_m, resisting), motor_torque);
         }
-        let driving = c.d_ml.mul_add(omega_m, gear_torque) - c.d_ll.mul_add(omega_l, inputs.load);
-        let alpha_l = driving * c.inverse_j_l;
+        let resisting = c.d_ll.mul_add(omega_l, c.d_ml.mul_add(-omega_m, inputs.load));
+        let alpha_l = (gear_torque - resisting) * c.inverse_j_l;
         Rates {
             slope: [omega_m, alpha_m, c.inverse_ratio.mul_add(omega_m, -omega_l), alpha_l, z_rate],
             error,

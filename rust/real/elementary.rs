@@ -30,12 +30,17 @@ const COSINE: [f64; 6] = [
     -1.13596475577881948265e-11,
 ];
 
-/// Polynomial with ascending coefficients.
+/// Polynomial with ascending coefficients, two at a time: half the latency of one after the other.
 #[inline(always)]
 pub(super) fn polynomial<R: Real, const N: usize>(coefficients: &[f64; N], x: R) -> R {
+    let square = x * x;
     let mut sum = R::splat(coefficients[N - 1]);
-    for index in (0..N - 1).rev() {
-        sum = sum.mul_add(x, R::splat(coefficients[index]));
+    if N % 2 == 0 {
+        sum = sum.mul_add(x, R::splat(coefficients[N - 2]));
+    }
+    for index in (0..(N - 1) / 2).rev() {
+        let pair = R::splat(coefficients[2 * index + 1]).mul_add(x, R::splat(coefficients[2 * index]));
+        sum = sum.mul_add(square, pair);
     }
     sum
 }
@@ -47,8 +52,9 @@ pub fn sin_cos<R: Real>(angle: R) -> (R, R) {
     let r = quadrant.mul_add(R::splat(-HALF_PI[0]), angle);
     let r = quadrant.mul_add(R::splat(-HALF_PI[1]), r);
     let square = r * r;
-    let sine = (polynomial(&SINE, square) * square).mul_add(r, r);
-    let cosine = (polynomial(&COSINE, square) * square).mul_add(square, square.mul_add(R::splat(-0.5), R::splat(1.0)));
+    let sine = polynomial(&SINE, square).mul_add(r * square, r);
+    let parabola = square.mul_add(R::splat(-0.5), R::splat(1.0));
+    let cosine = polynomial(&COSINE, square).mul_add(square * square, parabola);
     let odd = shifted.bit(0);
     let (sine, cosine) = (R::select(odd, cosine, sine), R::select(odd, sine, cosine));
     let next = shifted + R::splat(1.0);

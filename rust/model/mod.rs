@@ -128,6 +128,15 @@ pub trait Model<const N: usize> {
     /// Positions of the speeds at which dry friction may hold a shaft.
     const STICKING: &'static [usize] = &[];
 
+    /// States whose rates take no more than speeds, as a set of bits.
+    const POSITIONS: u64 = 0;
+
+    /// The rates of these states alone.
+    #[inline(always)]
+    fn position_rates<R: Real>(_constants: &Constants<R>, _state: &[R; N]) -> [R; N] {
+        [R::splat(f64::NAN); N]
+    }
+
     /// Whether dry friction may hold a shaft.
     #[inline(always)]
     fn sticks() -> bool {

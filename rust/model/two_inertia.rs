@@ -3,7 +3,7 @@
 //! States: theta_m, omega_m, te = theta_m/i - theta_l, omega_l, z. The load angle is integrated
 //! relative to the motor's, so that windup (1e-6 rad) never is a difference of two large angles.
 
-use super::{Base, Drivetrain, Model, Rates, Shaft, spring};
+use super::{Base, Constants, Drivetrain, Model, Rates, Shaft, spring};
 use crate::real::{Mask, Real, Scalar};
 
 /// The default model.
@@ -14,6 +14,13 @@ impl Model<5> for TwoInertia {
     const SCALES: [f64; 5] = [0.1, 0.1, 1e-5, 1e-3, 1e-2];
 
     const INTEGRATOR: usize = 4;
+    const POSITIONS: u64 = 0b101;
+
+    #[inline(always)]
+    fn position_rates<R: Real>(c: &Constants<R>, state: &[R; 5]) -> [R; 5] {
+        let [_, omega_m, _, omega_l, _] = *state;
+        [omega_m, R::zero(), c.inverse_ratio.mul_add(omega_m, -omega_l), R::zero(), R::zero()]
+    }
 
     fn compose<S: Scalar>(full: [S; 5]) -> [S; 5] {
         full
@@ -46,8 +53,9 @@ impl Model<5> for TwoInertia {
         }
         let resisting = c.d_ll.mul_add(omega_l, c.d_ml.mul_add(-omega_m, inputs.load));
         let alpha_l = (gear_torque - resisting) * c.inverse_j_l;
+        let [theta_m_rate, _, te_rate, ..] = Self::position_rates(c, state);
         Rates {
-            slope: [omega_m, alpha_m, c.inverse_ratio.mul_add(omega_m, -omega_l), alpha_l, z_rate],
+            slope: [theta_m_rate, alpha_m, te_rate, alpha_l, z_rate],
             error,
             windup,
             windup_rate,

@@ -49,7 +49,12 @@ impl<R: Real, M: Model<N>, T: Method, const N: usize> Task for Interpolate<'_, R
         for stage in T::STAGES..T::STAGES + T::DENSE_STAGES {
             let state = stepper.stage_state::<T>(stage, step);
             let t = stepper.stage_time::<T>(stage, step);
-            stepper.slopes[stage] = stepper.rates::<M>(R::constant(t), &state).slope;
+            let is_last = stage == T::STAGES + T::DENSE_STAGES - 1;
+            stepper.slopes[stage] = if is_last && wanted & !M::POSITIONS == 0 {
+                M::position_rates(&stepper.constants, &state)
+            } else {
+                stepper.rates::<M>(R::constant(t), &state).slope
+            };
         }
         let mut coefficients = [[R::splat(f64::NAN); DENSE_TERMS]; N];
         for index in (0..N).filter(|index| wanted >> index & 1 == 1) {

@@ -4,7 +4,6 @@ use super::Method;
 use super::controller::{Controller, stuck};
 use super::events::Events;
 use super::integrals::{INTEGRALS, Integrands};
-use super::interpolant::StateAt;
 use super::record::Record;
 use super::replay::{Lane, Replay, Retrace};
 use super::seat::{Assignment, Memory, Seat};
@@ -254,10 +253,10 @@ impl<'a, P: Path, M: Model<N>, T: Method, const N: usize> Advance<'a, P, M, T, N
         }
         let mut inside = due & self.sample.plain().lt(trial.t).to_bits();
         if inside != 0 {
-            let coefficients = self.stepper.dense::<M, T>(step, self.demand.sampled);
+            self.stepper.interpolate::<M, T>(step, self.demand.sampled);
             while inside != 0 {
                 let share = (self.sample - P::Lanes::constant(self.stepper.t)) / P::Lanes::constant(step);
-                let state = P::Lanes::apart(StateAt { coefficients: &coefficients, share });
+                let state = self.stepper.inside(share, self.demand.sampled);
                 self.push_samples(inside, &state);
                 inside &= self.sample.plain().lt(trial.t).to_bits();
             }

@@ -48,8 +48,8 @@ fn solve<T: Method>(steps: u32) -> (f64, f64, f64) {
     for index in 0..steps {
         let trial = stepper.attempt::<TwoInertia, T>(step);
         if index + 1 == steps {
-            let te = stepper.dense::<TwoInertia, T>(step, ALL_STATES)[2];
-            let inside = te.iter().rev().fold(0.0, |sum, &x| sum * SHARE + x);
+            stepper.interpolate::<TwoInertia, T>(step, ALL_STATES);
+            let inside = stepper.inside(SHARE, ALL_STATES)[2];
             return (trial.state[2], inside, stepper.t + SHARE * step);
         }
         stepper.commit(true, step, &trial);

@@ -111,12 +111,12 @@ impl<P: Path, M: Model<N>, T: Method, const N: usize> Advance<'_, P, M, T, N> {
         if lanes == 0 {
             return none;
         }
-        let coefficients = self.stepper.dense::<M, T>(step, ALL_STATES);
+        self.stepper.interpolate::<M, T>(step, ALL_STATES);
         for lane in lanes_of(lanes) {
             let dense = Dense {
                 t: self.stepper.t.get(lane),
                 step: step.get(lane),
-                coefficients: lane_coefficients(&coefficients, lane),
+                coefficients: lane_coefficients(&self.stepper.polynomials, lane),
             };
             let shafts = (0..M::STICKING.len()).filter(|shaft| crossed[*shaft] >> lane & 1 == 1);
             let mut candidates: Vec<(f64, Event)> =

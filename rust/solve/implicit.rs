@@ -74,12 +74,12 @@ impl<R: Real, M: Model<N>, T: Method, const N: usize> Task for Integrate<'_, R, 
     fn run(self) {
         let Self { stepper, step, .. } = self;
         stepper.step_integrals = [R::zero(); INTEGRALS];
-        let coefficients = stepper.dense::<M, T>(step, ALL_STATES);
+        stepper.interpolate::<M, T>(step, ALL_STATES);
         for (share, weight) in GAUSS {
             let mut state = [R::zero(); N];
             for index in 0..N {
                 for power in (0..DENSE_TERMS).rev() {
-                    let term = coefficients[index][power];
+                    let term = stepper.polynomials[index][power];
                     state[index] = state[index].mul_add_plain(R::Plain::splat(share), term);
                 }
             }

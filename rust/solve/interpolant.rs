@@ -1,7 +1,7 @@
 //! The dense output of an attempted step.
 
 use super::Method;
-use super::record::{DENSE_TERMS, state_at};
+use super::record::{DENSE_TERMS, value_at};
 use super::stepper::{Stepper, unrolled};
 use crate::model::Model;
 use crate::real::{Real, Task};
@@ -11,25 +11,35 @@ use std::marker::PhantomData;
 pub const ALL_STATES: u64 = u64::MAX;
 
 impl<R: Real, const N: usize> Stepper<R, N> {
-    /// The attempted step as polynomials in the elapsed share; NaN for states that are not wanted.
+    /// Makes polynomials of the attempted step, for the states that are wanted.
     #[inline(always)]
-    pub fn dense<M: Model<N>, T: Method>(&mut self, step: R::Plain, wanted: u64) -> [[R; DENSE_TERMS]; N] {
-        R::apart(Interpolate::<R, M, T, N> { stepper: self, step, wanted, types: PhantomData })
+    pub fn interpolate<M: Model<N>, T: Method>(&mut self, step: R::Plain, wanted: u64) {
+        R::apart(Interpolate::<R, M, T, N> { stepper: self, step, wanted, types: PhantomData });
+    }
+
+    /// The wanted states after a share of the step last interpolated; the others are NaN.
+    #[inline(always)]
+    pub fn inside(&self, share: R, wanted: u64) -> [R; N] {
+        R::apart(Inside { polynomials: &self.polynomials, share, wanted })
     }
 }
 
-/// States inside a step, as a task of its own.
-pub struct StateAt<'a, R, const N: usize> {
-    pub coefficients: &'a [[R; DENSE_TERMS]; N],
-    pub share: R,
+struct Inside<'a, R, const N: usize> {
+    polynomials: &'a [[R; DENSE_TERMS]; N],
+    share: R,
+    wanted: u64,
 }
 
-impl<R: Real, const N: usize> Task for StateAt<'_, R, N> {
+impl<R: Real, const N: usize> Task for Inside<'_, R, N> {
     type Output = [R; N];
 
     #[inline(always)]
     fn run(self) -> [R; N] {
-        state_at(self.coefficients, self.share)
+        let mut state = [R::splat(f64::NAN); N];
+        for index in (0..N).filter(|index| self.wanted >> index & 1 == 1) {
+            state[index] = value_at(&self.polynomials[index], self.share);
+        }
+        state
     }
 }
 
@@ -41,10 +51,10 @@ struct Interpolate<'a, R: Real, M, T, const N: usize> {
 }
 
 impl<R: Real, M: Model<N>, T: Method, const N: usize> Task for Interpolate<'_, R, M, T, N> {
-    type Output = [[R; DENSE_TERMS]; N];
+    type Output = ();
 
     #[inline(always)]
-    fn run(self) -> Self::Output {
+    fn run(self) {
         let Self { stepper, step, wanted, .. } = self;
         for stage in T::STAGES..T::STAGES + T::DENSE_STAGES {
             let state = stepper.stage_state::<T>(stage, step);
@@ -56,7 +66,6 @@ impl<R: Real, M: Model<N>, T: Method, const N: usize> Task for Interpolate<'_, R
                 stepper.rates::<M>(R::constant(t), &state).slope
             };
         }
-        let mut coefficients = [[R::splat(f64::NAN); DENSE_TERMS]; N];
         for index in (0..N).filter(|index| wanted >> index & 1 == 1) {
             let mut sums = [R::zero(); DENSE_TERMS];
             unrolled!(J => {
@@ -69,11 +78,11 @@ impl<R: Real, M: Model<N>, T: Method, const N: usize> Task for Interpolate<'_, R
                     }
                 }
             });
+            let polynomial = &mut stepper.polynomials[index];
+            polynomial[0] = stepper.state[index];
             for power in 1..DENSE_TERMS {
-                coefficients[index][power] = sums[power] * R::constant(step);
+                polynomial[power] = sums[power] * R::constant(step);
             }
-            coefficients[index][0] = stepper.state[index];
         }
-        coefficients
     }
 }

@@ -38,20 +38,18 @@ pub struct Dense<S, const N: usize> {
 impl<S: Scalar, const N: usize> Dense<S, N> {
     /// The state after a share of the step.
     pub fn at(&self, share: S) -> [S; N] {
-        state_at(&self.coefficients, share)
+        self.coefficients.map(|polynomial| value_at(&polynomial, share))
     }
 }
 
-/// The state after a share of the step.
+/// The value of a polynomial after a share of the step.
 #[inline(always)]
-pub fn state_at<R: Real, const N: usize>(coefficients: &[[R; DENSE_TERMS]; N], share: R) -> [R; N] {
-    let mut state = [R::zero(); N];
-    for index in 0..N {
-        for &coefficient in coefficients[index].iter().rev() {
-            state[index] = state[index] * share + coefficient;
-        }
+pub fn value_at<R: Real>(polynomial: &[R; DENSE_TERMS], share: R) -> R {
+    let mut value = polynomial[DENSE_TERMS - 1];
+    for &coefficient in polynomial[..DENSE_TERMS - 1].iter().rev() {
+        value = value * share + coefficient;
     }
-    state
+    value
 }
 
 /// The coefficients of one lane.

@@ -184,7 +184,8 @@ impl<S: Scalar, M: Model<N>, T: Method, const N: usize> Task for DenseStep<'_, S
     fn run(self) -> Self::Output {
         self.stepper.refresh::<M>(true);
         self.stepper.attempt::<M, T>(self.step);
-        self.stepper.dense::<M, T>(self.step, ALL_STATES)
+        self.stepper.interpolate::<M, T>(self.step, ALL_STATES);
+        self.stepper.polynomials
     }
 }
 

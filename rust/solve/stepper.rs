@@ -5,6 +5,7 @@
 use super::Method;
 use super::integrals::{INTEGRALS, Integrands};
 use super::linear::Linear;
+use super::record::DENSE_TERMS;
 use super::watch::{Watch, WatchList};
 use crate::model::terms::Terms;
 use crate::model::{Constants, Drivetrain, Energies, Harmonics, Input, Layout, Model, Rates, Row, SpringLaw};
@@ -36,6 +37,8 @@ pub struct Stepper<R: Real, const N: usize> {
     pub integrals: [R; INTEGRALS],
     pub watch: Watch<R>,
     pub(super) slopes: [[R; N]; SLOPES],
+    /// The step last interpolated, as polynomials in the elapsed share.
+    pub(super) polynomials: [[R; DENSE_TERMS]; N],
     starting: [R; INTEGRALS],
     pub(super) step_integrals: [R; INTEGRALS],
     pub(super) linear: Option<Box<Linear<R::Plain, N>>>,
@@ -111,6 +114,7 @@ impl<R: Real, const N: usize> Stepper<R, N> {
             integrals: [R::zero(); INTEGRALS],
             watch: Watch::new(watched),
             slopes: [[R::zero(); N]; SLOPES],
+            polynomials: [[R::zero(); DENSE_TERMS]; N],
             starting: [R::zero(); INTEGRALS],
             step_integrals: [R::zero(); INTEGRALS],
             linear,

@@ -114,6 +114,9 @@ def _from_columns(named: dict[str, Any], every: ParameterTable) -> Rows:
         name = every.canonical(written)
         if name in columns or name in shared:
             raise ParameterError(f"rows: parameter {name!r} is given twice")
+        if type(given) is float:
+            shared[name] = given
+            continue
         array = checks.as_floats(f"rows[{name!r}]", given)
         if array.ndim == 0:
             shared[name] = float(array)

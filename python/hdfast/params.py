@@ -135,9 +135,13 @@ def layout(model: Model) -> ParameterTable:
     return ParameterTable(tuple(Parameter(**row) for row in rows), aliases)
 
 
-def _model(model: Model | None) -> Model:
+_DEFAULT_MODEL = Model()
+
+
+def chosen_model(model: Model | None) -> Model:
+    """The model given, or the default."""
     if model is None:
-        return Model()
+        return _DEFAULT_MODEL
     if not isinstance(model, Model):
         raise InputError(f"model = {shorten(model)} is not a hdfast.Model")
     return model
@@ -149,7 +153,7 @@ def params(model: Model | None = None) -> ParameterTable:
     Args:
         model: the model; the default is `Model()`.
     """
-    table = layout(_model(model))
+    table = layout(chosen_model(model))
     return table[: sum(row.group == "drive" for row in table)]
 
 

@@ -15,7 +15,7 @@ from hdfast.catalogue import Quantity
 from hdfast.checks import Floats
 from hdfast.errors import InputError, shorten
 from hdfast.model import Model
-from hdfast.params import ParameterTable, layout
+from hdfast.params import ParameterTable, chosen_model, layout
 from hdfast.rows import Rows, read_rows
 from hdfast.scenario import Scenario
 from hdfast.sensitivities import Direction, choose_directions
@@ -91,9 +91,7 @@ def prepare(
         InputError: naming argument, value and allowed range.
         ParameterError: an unknown parameter name, with the nearest known one.
     """
-    model = Model() if model is None else model
-    if not isinstance(model, Model):
-        raise InputError(f"model = {shorten(model)} is not a hdfast.Model")
+    model = chosen_model(model)
     table = layout(model)
     drive = table[: sum(row.group == "drive" for row in table)]
     given, readings = _split(rows, drive, table, sensors)

@@ -14,6 +14,7 @@ mod record;
 mod replay;
 mod rodas;
 mod root;
+mod sampling;
 mod seat;
 mod status;
 mod stepper;

@@ -115,8 +115,12 @@ pub fn sweep<'py>(
         record: false,
         find_stiff,
     };
-    metrics.iter().for_each(|metric| metric.require(layout.base, &mut demand));
-    signals.iter().for_each(|signal| signal.require(layout.base, &mut demand));
+    for metric in &metrics {
+        metric.require(layout.base, &mut demand);
+    }
+    for signal in &signals {
+        signal.require(layout.base, &mut demand);
+    }
 
     let views: Vec<(usize, ArrayView1<'_, f64>)> =
         columns.iter().map(|(index, values)| (*index, values.as_array())).collect();

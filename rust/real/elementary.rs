@@ -35,7 +35,7 @@ const COSINE: [f64; 6] = [
 pub(super) fn polynomial<R: Real, const N: usize>(coefficients: &[f64; N], x: R) -> R {
     let square = x * x;
     let mut sum = R::splat(coefficients[N - 1]);
-    if N % 2 == 0 {
+    if N.is_multiple_of(2) {
         sum = sum.mul_add(x, R::splat(coefficients[N - 2]));
     }
     for index in (0..(N - 1) / 2).rev() {

@@ -10,19 +10,21 @@ PY := $(BIN)/python
 RUST_SOURCES := $(shell find rust -name '*.rs' 2>/dev/null) Cargo.toml $(wildcard Cargo.lock build.rs rust-toolchain.toml)
 TOOLS := $(VENV)/.tools
 DEPENDENCIES := $(VENV)/.dependencies
+SUBSET := out/proof-40
 EXTENSION := $(VENV)/.extension
 
 export VIRTUAL_ENV := $(CURDIR)/$(VENV)
 export PYO3_PYTHON := $(CURDIR)/$(PY)
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 
-.PHONY: help setup demo test bench bench-peers profile clean lint
+.PHONY: help setup demo test proof-subset bench bench-peers profile clean lint
 
 help:
 	@echo "make setup   environment in $(VENV) and release build of the extension"
 	@echo "make demo    set up, then 10,000 Monte Carlo rows of a real drive into out/demo,"
 	@echo "             and the diagnosis of a drive with concealed friction into out/diagnosis"
 	@echo "make test    set up, then every test, lint and type check"
+	@echo "make proof-subset   set up, then forty blind cases, held against what they must not fall below"
 	@echo "make bench   set up, then the speed measurements"
 	@echo "make bench-peers   set up, then work-precision against other solvers, each in its own environment"
 	@echo "make profile set up, then where the engine spends its time: target/profile/flame.svg"
@@ -64,6 +66,11 @@ lint: setup
 test: lint
 	CARGO_PROFILE_RELEASE_LTO=off cargo test --release --no-default-features
 	$(PY) -m pytest
+
+proof-subset: setup
+	rm -rf $(SUBSET)
+	$(BIN)/hdfast proof --cases 40 --seed 7 --out $(SUBSET) --quiet || [ $$? -eq 1 ]
+	$(PY) tools/check_proof.py $(SUBSET)/proof.json
 
 bench: setup
 	$(PY) tools/requirements.py bench | xargs $(PY) -m pip install --quiet

@@ -19,6 +19,7 @@ UNKNOWN_FLOOR = 0.02
 SURE = 0.75
 MOST_RIVALS = 3
 CLOSE_ERRORS = 2.0
+SHORT = ("A1", "A3")
 
 
 @dataclass(frozen=True, eq=False)
@@ -108,7 +109,10 @@ def _owned(trial: Trial) -> list[str]:
 
 
 def _challengers(trial: Trial, seen: Round, names: set[str]) -> list[Trial]:
-    """The best other effects of the round that are neither special cases, nor generalisations, nor accepted as well."""
+    """The best other effects of the round that are neither special cases, nor generalisations, nor accepted as well.
+
+    One whose gain or amplitude is uncertain may still be what it was; one that lowers no error is no rival.
+    """
     own = trial.candidate
     others = [
         one
@@ -116,7 +120,7 @@ def _challengers(trial: Trial, seen: Round, names: set[str]) -> list[Trial]:
         if one.candidate.effect not in names
         and one.candidate.effect not in own.contains
         and own.effect not in one.candidate.contains
-        and not one.failed
+        and all(rule.startswith(SHORT) for rule in one.failed)
     ]
     return sorted(others, key=lambda one: -one.gain.total)[:MOST_RIVALS]
 

@@ -26,10 +26,12 @@ class Gain:
     Attributes:
         by_block: gain of each block, shape (B,).
         nrmse: left-out error of the better and the lesser fit, as shares of the channels' spread.
+        fall: share by which the left-out error of one channel falls, of all recordings together, where it falls most.
     """
 
     by_block: Floats = field(repr=False)
     nrmse: tuple[float, float]
+    fall: float = 0.0
 
     @property
     def total(self) -> float:
@@ -44,11 +46,16 @@ class Gain:
 
     def over(self, owner: Index) -> Gain:
         """The same with the blocks (B,) of an owner counted as one: what drifts slowly is alike in all of them."""
-        return Gain(np.bincount(owner, self.by_block).astype(np.float64), self.nrmse)
+        return Gain(np.bincount(owner, self.by_block).astype(np.float64), self.nrmse, self.fall)
+
+    @property
+    def limited(self) -> float:
+        """Sum over blocks, none of which counts more than it needs to convince."""
+        return float(np.clip(self.by_block, -CONVINCING, CONVINCING).sum())
 
     @property
     def ratio(self) -> float:
-        """Total in standard errors, no block counting more than it needs to convince."""
+        """Limited sum in standard errors."""
         limited = np.clip(self.by_block, -CONVINCING, CONVINCING)
         error = np.sqrt(len(limited)) * np.std(limited, ddof=1) if len(limited) > 1 else np.inf
         return float(limited.sum() / max(error, 1e-9 + 0.05 * CONVINCING))
@@ -93,7 +100,21 @@ def gain(bench: Bench, better: Fit, lesser: Fit, folds: Index) -> Gain:
     """Gain of one fit over another on left-out folds, both seen through the filter that whitens the better one."""
     layout = bench.layout
     (after, quiet), (before, loud) = (left_out(one, better.white, layout, folds) for one in (better, lesser))
-    return Gain(layout.sums(limited(loud)[0] - limited(quiet)[0]), (nrmse(layout, after), nrmse(layout, before)))
+    errors = nrmse(layout, after), nrmse(layout, before)
+    return Gain(layout.sums(limited(loud)[0] - limited(quiet)[0]), errors, fall(layout, after, before))
+
+
+def fall(layout: Layout, after: Floats, before: Floats) -> float:
+    """Largest relative fall of a channel's error from one mismatch (N,) to another.
+
+    Recordings count by their size: one at constant speed shows little but noise, as does a channel that an effect
+    leaves alone.
+    """
+    sizes = [
+        np.sqrt(np.bincount(layout.channel, mismatch**2, minlength=len(layout.channels)))
+        for mismatch in (after, before)
+    ]
+    return float(np.max(1.0 - sizes[0] / np.maximum(sizes[1], 1e-300), initial=-np.inf))
 
 
 def nrmse(layout: Layout, mismatch: Floats, channel: str | None = None) -> float:

@@ -26,7 +26,7 @@ GAIN_ERRORS = 2.0
 FALL = 0.05
 NEAR_FLOOR, SINGLED_OUT = 1.3, 4.0
 AMPLITUDE_SIGMAS = 3.0
-PULL, PRICE = 3.0, 0.05
+PULL, PRICE = 3.0, 0.2
 GENERAL_ERRORS, GENERAL_FALL = 3.0, 0.10
 DISPLACED = 2.0
 RISE, TELLING = 0.01, 10.0
@@ -56,9 +56,10 @@ class Trial:
 
 @dataclass(frozen=True, eq=False)
 class Round:
-    """One step of the search: what the screen saw, what was tried, what was accepted."""
+    """One step of the search: what was there, what the screen saw, what was tried, what was accepted."""
 
     before: Fit = field(repr=False)
+    present: list[Trial]
     signatures: list[Signature] = field(repr=False)
     screen: Screen
     trials: list[Trial] = field(repr=False)
@@ -72,6 +73,14 @@ class Search:
     rounds: list[Round]
     final: Fit = field(repr=False)
     accepted: list[Trial]
+
+    def until(self, number: int) -> Search:
+        """The search as it stood before it accepted its effect of this number, which fails what was held out."""
+        taken = [one for one in self.rounds if one.accepted is not None]
+        refused = taken[number]
+        trials = [replace(one, failed=("A7 held out",)) if one is refused.accepted else one for one in refused.trials]
+        rounds = [*self.rounds[: self.rounds.index(refused)], replace(refused, trials=trials, accepted=None)]
+        return Search(rounds, refused.before, refused.present)
 
 
 @dataclass(frozen=True)
@@ -128,7 +137,7 @@ def search(
                 trials.append(_try(bench, current, one, rules, seen))
                 stages.done(f"refitted with {one.candidate.effect}")
         best = _best(bench, trials, accepted, seen, rules)
-        rounds.append(Round(current, found, seen, trials, best))
+        rounds.append(Round(current, accepted, found, seen, trials, best))
         if best is None:
             return Search(rounds, current, accepted)
         replaced = [one for one in accepted if one.candidate.effect in best.candidate.contains]
@@ -225,8 +234,8 @@ def _failed(
     if not steady.ratio > GAIN_ERRORS:
         failed.append("A1 gain")
     after, before = gained.nrmse
-    waived = rules.waived(seen, candidate, before) and after <= (1.0 + RISE) * before and gained.total >= TELLING
-    if not (after <= (1.0 - FALL) * before or waived):
+    waived = rules.waived(seen, candidate, before) and gained.total >= TELLING
+    if after > (1.0 + RISE) * before or not (gained.fall >= FALL or waived):
         failed.append("A2 error")
     covariance = joint.covariance(bench.layout)
     names = joint.structure.names
@@ -271,7 +280,7 @@ def _best(bench: Bench, trials: Sequence[Trial], accepted: Sequence[Trial], seen
     A general law has to beat its special case clearly, and other generalisations of that case as well; else the
     special case goes first.
     """
-    passed = sorted((one for one in trials if not one.failed), key=lambda one: -one.gain.total)
+    passed = sorted((one for one in trials if not one.failed), key=lambda one: -one.gain.limited)
     known = {one.candidate.effect for one in (*passed, *accepted)}
     for best in passed:
         shared = [effect for effect in best.candidate.contains if effect in known]
@@ -289,6 +298,5 @@ def _best(bench: Bench, trials: Sequence[Trial], accepted: Sequence[Trial], seen
 
 def _clearly(bench: Bench, general: Trial, special: Trial, seen: Screen, rules: Rules) -> bool:
     lead = gain(bench, general.fit, special.fit, rules.folds)
-    after, before = lead.nrmse
-    enough = after <= (1.0 - GENERAL_FALL) * before or rules.waived(seen, general.candidate, before)
+    enough = lead.fall >= GENERAL_FALL or rules.waived(seen, general.candidate, lead.nrmse[1])
     return enough and lead.ratio > GENERAL_ERRORS

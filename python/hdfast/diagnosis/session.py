@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from itertools import pairwise
 
 import numpy as np
 from threadpoolctl import threadpool_limits
@@ -157,8 +158,21 @@ def _run(setup: Setup, seed: int, stages: Stages) -> Session:
     rng = np.random.default_rng([seed, 1])
     ratio = calibrated.value("ratio")
     found = search(bench, calibrated, lambda current: candidates(bench, current, ratio), rules, rng, stages)
-    proof = None if held is None else prove(held, calibrated, found.final, noise_floor(held))
+    proof = None
+    if held is not None:
+        found = proven(held, found)
+        proof = prove(held, calibrated, found.final, noise_floor(held))
     return Session(setup.campaign, bench, held, calibrated, found, proof, floor, rules.noisy, rules.folds, setup.weaker)
+
+
+def proven(held: Bench, found: Search) -> Search:
+    """The search up to the first effect, after one that held, that does not show on what was held out."""
+    floor = noise_floor(held)
+    models = [*(one.before for one in found.rounds if one.accepted is not None), found.final]
+    for number, (before, after) in enumerate(pairwise(models)):
+        if not prove(held, before, after, floor).holds:
+            return found.until(number) if number > 0 else found
+    return found
 
 
 def noise_floor(bench: Bench) -> float:

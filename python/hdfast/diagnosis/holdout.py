@@ -13,7 +13,7 @@ from hdfast.diagnosis.score import Gain, nrmse
 from hdfast.diagnosis.whiten import Whitener
 
 PROOF_ERRORS = 2.0
-POWERED = 8.0
+TELLS, POWERED = 0.5, 8.0
 CLEARLY, WORSE = 0.9, 1.02
 PART = 0.25
 
@@ -39,7 +39,7 @@ class Proof:
 
     @property
     def holds(self) -> bool:
-        """Whether the extended model is better by more than chance, or these recordings could not have shown it.
+        """Whether the extended model is better: by more than chance, or by what so few recordings can tell.
 
         If nothing were left out, the gain would be minus the expected one, with a variance of twice that.
         """
@@ -48,7 +48,7 @@ class Proof:
         if self.gain.ratio > PROOF_ERRORS or self.extended < CLEARLY * self.baseline:
             return True
         if self.expected < POWERED:
-            return bool(self.gain.total > -np.sqrt(2.0 * self.expected))
+            return self.expected >= TELLS and self.gain.total > 0.0
         return self.gain.total > PART * self.expected
 
 

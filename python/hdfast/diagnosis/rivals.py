@@ -111,7 +111,7 @@ def _owned(trial: Trial) -> list[str]:
 def _challengers(trial: Trial, seen: Round, names: set[str]) -> list[Trial]:
     """The best other effects of the round that are neither special cases, nor generalisations, nor accepted as well.
 
-    One whose gain or amplitude is uncertain may still be what it was; one that lowers no error is no rival.
+    One whose gain or amplitude is uncertain may still be what it was, if it looks alike.
     """
     own = trial.candidate
     others = [
@@ -120,9 +120,15 @@ def _challengers(trial: Trial, seen: Round, names: set[str]) -> list[Trial]:
         if one.candidate.effect not in names
         and one.candidate.effect not in own.contains
         and own.effect not in one.candidate.contains
-        and all(rule.startswith(SHORT) for rule in one.failed)
+        and (not one.failed or _uncertain(one, trial, seen))
     ]
     return sorted(others, key=lambda one: -one.gain.total)[:MOST_RIVALS]
+
+
+def _uncertain(other: Trial, trial: Trial, seen: Round) -> bool:
+    if not all(rule.startswith(SHORT) for rule in other.failed):
+        return False
+    return alike(_signature(seen, trial), _signature(seen, other)) > ALIKE
 
 
 def _compare(

@@ -17,6 +17,7 @@ FOLDS = 6
 FEWEST_GROUPS = 3
 CONVINCING = 10.0
 FARTHEST = 3.0
+SHARE = 0.2
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,7 +106,7 @@ def gain(bench: Bench, better: Fit, lesser: Fit, folds: Index) -> Gain:
 
 
 def fall(layout: Layout, after: Floats, before: Floats) -> float:
-    """Largest relative fall of a channel's error from one mismatch (N,) to another.
+    """Largest relative fall of a channel's error from one mismatch (N,) to another, where much of the error is.
 
     Recordings count by their size: one at constant speed shows little but noise, as does a channel that an effect
     leaves alone.
@@ -114,7 +115,9 @@ def fall(layout: Layout, after: Floats, before: Floats) -> float:
         np.sqrt(np.bincount(layout.channel, mismatch**2, minlength=len(layout.channels)))
         for mismatch in (after, before)
     ]
-    return float(np.max(1.0 - sizes[0] / np.maximum(sizes[1], 1e-300), initial=-np.inf))
+    least = SHARE * nrmse(layout, before)
+    wrong = [nrmse(layout, before, channel) > least for channel in layout.channels]
+    return float(np.max((1.0 - sizes[0] / np.maximum(sizes[1], 1e-300))[wrong], initial=-np.inf))
 
 
 def nrmse(layout: Layout, mismatch: Floats, channel: str | None = None) -> float:

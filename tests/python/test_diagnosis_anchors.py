@@ -18,7 +18,7 @@ MET = {
     "ur10e_j2": (DRY, GRAVITY),
     "ur10e_j4": (DRY, GRAVITY, RIPPLE),
 }
-QUIET_TWINS = ("ur10e_j1", "ur10e_j2", "ur10e_j4", "kinova", "bam", "hej90", "tx40")
+QUIET_TWINS = ("emps", "ur10e_j1", "ur10e_j2", "ur10e_j4", "kinova", "bam", "brfd", "hej90", "tx40", "heads", "article")
 
 Verdicts = Callable[[str], dict[str, Any]]
 

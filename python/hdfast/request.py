@@ -129,7 +129,7 @@ def prepare(
         initial_state=_initial_state(initial_state, given.count, model),
         sensitivities=directions,
         method=method,
-        find_stiff=automatic and bool(model.terms) and not directions,
+        find_stiff=automatic and bool(model.terms),
         rtol=checks.number("rtol", rtol, *RTOL),
         atol=checks.number("atol", atol, *ATOL),
         max_steps=checks.whole("max_steps", max_steps, 1, 2**31 - 1),

@@ -9,7 +9,7 @@ from hdfast.model import STATES, Model
 from hdfast.params import ParameterTable
 
 INITIAL = "initial_"
-METHODS = ("dop853",)
+METHODS = ("dop853", "rodas5p")
 
 Direction = tuple[bool, int]
 

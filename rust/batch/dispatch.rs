@@ -7,7 +7,7 @@ use crate::model::{Base, Extended, ExtendedRigid, OneInertia, TwoInertia};
 use crate::real::{Dual, Pair, Path, Real, Task};
 #[cfg(target_arch = "x86_64")]
 use crate::real::{F64x4, F64x8};
-use crate::solve::{Bs3, Dop853, Dopri5, Rodas5p, Tsit5};
+use crate::solve::{Bs3, Dop853, Dopri5, Method, Rodas5p, Tsit5};
 use std::marker::PhantomData;
 
 /// A CPU path by name.
@@ -214,7 +214,8 @@ pub fn worker_of(job: &Job, method: MethodName) -> fn(&Shared) {
     match (job.directions.is_empty(), method) {
         (true, MethodName::Rodas5p) => stiff(job),
         (true, _) => values(job, method),
-        (false, _) => derivatives(job),
+        (false, MethodName::Rodas5p) => derivatives::<Rodas5p>(job),
+        (false, _) => derivatives::<Dop853>(job),
     }
 }
 
@@ -245,13 +246,13 @@ fn stiff(job: &Job) -> fn(&Shared) {
     }
 }
 
-fn derivatives(job: &Job) -> fn(&Shared) {
+fn derivatives<T: Method>(job: &Job) -> fn(&Shared) {
     type One = Differentiating<PortableScalar>;
     match job.path {
         #[cfg(all(target_arch = "x86_64", not(test)))]
-        SimdPath::Avx512 => by_model_only!(job, Differentiating<Avx512Narrow>, One, Dop853),
+        SimdPath::Avx512 => by_model_only!(job, Differentiating<Avx512Narrow>, One, T),
         #[cfg(all(target_arch = "x86_64", not(test)))]
-        SimdPath::Avx2 => by_model_only!(job, Differentiating<Avx2Narrow>, One, Dop853),
-        _ => by_model_only!(job, One, One, Dop853),
+        SimdPath::Avx2 => by_model_only!(job, Differentiating<Avx2Narrow>, One, T),
+        _ => by_model_only!(job, One, One, T),
     }
 }

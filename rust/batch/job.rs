@@ -96,7 +96,7 @@ pub struct Job<'a> {
     pub signals: Vec<Signal>,
     /// Metrics.
     pub metrics: Vec<Metric>,
-    /// Derivatives that are wanted of all numbers; with the methods tsit5 and dop853.
+    /// Derivatives that are wanted of all numbers; with the methods dop853 and rodas5p.
     pub directions: Vec<Direction>,
     /// Method; rows that are set aside as stiff are run by rodas5p.
     pub method: MethodName,

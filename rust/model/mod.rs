@@ -1,6 +1,7 @@
 //! What is simulated: parameters, inputs, equations of motion.
 
 mod constants;
+mod corners;
 mod extended;
 mod harmonics;
 mod input;
@@ -12,6 +13,7 @@ pub mod terms;
 mod two_inertia;
 
 pub use constants::{Constants, Row};
+pub use corners::{Bends, CORNERS, Corners, Pieces};
 pub use extended::{Extended, ExtendedRigid};
 pub use harmonics::{Harmonics, MAX_POLYNOMIAL_ORDER};
 pub use input::Input;
@@ -59,6 +61,8 @@ pub struct Drivetrain<'a, R: Real> {
     pub terms: &'a terms::Terms<R>,
     /// Directions in which motor and load slide: +1, -1, or 0 where dry friction holds them.
     pub directions: &'a [R; 2],
+    /// Pieces of the laws with corners that are held; where absent, every law is on the piece on which it lies.
+    pub pieces: Option<&'a Pieces<R::Plain>>,
 }
 
 /// Energy [J] in a state.
@@ -81,7 +85,7 @@ pub struct Shaft<R> {
 
 /// The right-hand side and the quantities it passes through.
 #[derive(Clone, Copy)]
-pub struct Rates<R, const N: usize> {
+pub struct Rates<R: Real, const N: usize> {
     /// Time derivative of the state.
     pub slope: [R; N],
     /// Kinematic error [rad].
@@ -110,6 +114,8 @@ pub struct Rates<R, const N: usize> {
     pub term_power: R,
     /// What is left before hidden states jump; below 0 they have to.
     pub reserve: R,
+    /// How much is left of the pieces that are held, in natural sizes.
+    pub margin: R::Plain,
     /// Motor and load shaft.
     pub shafts: [Shaft<R>; 2],
 }
@@ -154,6 +160,9 @@ pub trait Model<const N: usize> {
 
     /// The right-hand side at time `t`.
     fn rates<R: Real>(drive: &Drivetrain<R>, t: R, state: &[R; N]) -> Rates<R, N>;
+
+    /// What the corners find at time `t`.
+    fn corners<R: Real>(drive: &Drivetrain<R>, t: R, state: &[R; N]) -> Pieces<R::Plain>;
 
     /// Lets hidden states jump whose reserve is used up.
     fn jump<S: Scalar>(_drive: &Drivetrain<S>, _t: S, _state: &mut [S; N]) {}

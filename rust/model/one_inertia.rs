@@ -4,8 +4,9 @@
 //! States: theta_m, omega_m, z, and the integral of the kinematic error: no other state has to follow that error, and
 //! what is computed from it needs steps that do.
 
+use super::corners::{Bends, Corners, Unheld};
 use super::two_inertia::controlled;
-use super::{Base, Drivetrain, Model, Rates, Shaft};
+use super::{Base, Drivetrain, Model, Pieces, Rates, Shaft};
 use crate::real::{Real, Scalar};
 
 /// One inertia with kinematic error.
@@ -28,6 +29,23 @@ impl Model<4> for OneInertia {
 
     #[inline(always)]
     fn rates<R: Real>(drive: &Drivetrain<R>, t: R, state: &[R; 4]) -> Rates<R, 4> {
+        match drive.pieces {
+            Some(_) => Self::evaluate(drive, t, state, &mut Corners::new(drive.pieces)),
+            None => Self::evaluate(drive, t, state, &mut Unheld),
+        }
+    }
+
+    #[inline(always)]
+    fn corners<R: Real>(drive: &Drivetrain<R>, t: R, state: &[R; 4]) -> Pieces<R::Plain> {
+        let mut corners = Corners::new(drive.pieces);
+        Self::evaluate(drive, t, state, &mut corners);
+        corners.found()
+    }
+}
+
+impl OneInertia {
+    #[inline(always)]
+    fn evaluate<R: Real>(drive: &Drivetrain<R>, t: R, state: &[R; 4], corners: &mut impl Bends<R>) -> Rates<R, 4> {
         let [theta_m, omega_m, z, _] = *state;
         let c = drive.constants;
         let (error, error_slope) = drive.harmonics.value_and_slope(theta_m);
@@ -36,7 +54,7 @@ impl Model<4> for OneInertia {
         let omega_l = upsilon * omega_m;
 
         let inputs = drive.input.at(t);
-        let (drive_torque, z_rate) = controlled(drive, inputs.torque, inputs.reference, omega_m, z);
+        let (drive_torque, z_rate) = controlled(drive, corners, inputs.torque, inputs.reference, omega_m, z);
         let slip = (-c.s).mul_add(upsilon, R::splat(1.0));
         let reflected = upsilon * c.j_l;
         let damping = upsilon.mul_add(upsilon * c.b_l, slip.mul_add(slip * c.b_ml, c.b_m));
@@ -67,6 +85,7 @@ impl Model<4> for OneInertia {
             load_torque: inputs.load,
             term_power: R::zero(),
             reserve: R::splat(f64::INFINITY),
+            margin: corners.margin_of_base(),
             shafts: [Shaft::free(), Shaft::free()],
         }
     }

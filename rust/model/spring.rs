@@ -1,6 +1,7 @@
 //! The gear spring: torque and stored energy over windup.
 
 use super::Constants;
+use super::corners::{Bends, KNEES};
 use crate::real::{Mask, Real, Scalar};
 
 /// Which spring law a model has.
@@ -15,6 +16,9 @@ pub enum Spring {
 /// The spring law as the kernel branches on it.
 pub type SpringLaw = Spring;
 
+/// Natural size of a windup [rad].
+const SIZE: f64 = 1e-5;
+
 /// Torque at a windup.
 #[inline(always)]
 pub fn torque<R: Real>(law: SpringLaw, c: &Constants<R>, windup: R) -> R {
@@ -28,10 +32,19 @@ pub fn torque<R: Real>(law: SpringLaw, c: &Constants<R>, windup: R) -> R {
             let value = polynomial(c, inside);
             R::select(within, value, (windup - inside).mul_add(polynomial_tangent(c, inside), value))
         }
+        Spring::Piecewise => piecewise(c, windup, windup.clamp_abs(c.phi_1), windup.clamp_abs(c.phi_2)),
+    }
+}
+
+/// Torque at a windup on the piece of the law that is held.
+#[inline(always)]
+pub fn held_torque<R: Real>(law: SpringLaw, c: &Constants<R>, windup: R, corners: &mut impl Bends<R>) -> R {
+    match law {
+        Spring::Polynomial => torque(law, c, windup),
         Spring::Piecewise => {
-            let first = windup.clamp_abs(c.phi_1);
-            let second = windup.clamp_abs(c.phi_2);
-            c.k_3.mul_add(windup, c.k_12.mul_add(first, c.k_23 * second))
+            let first = corners.clamp(KNEES[0], windup, c.phi_1, SIZE);
+            let second = corners.clamp(KNEES[1], windup, c.phi_2, SIZE);
+            piecewise(c, windup, first, second)
         }
     }
 }
@@ -41,6 +54,11 @@ pub fn torque<R: Real>(law: SpringLaw, c: &Constants<R>, windup: R) -> R {
 fn polynomial<R: Real>(c: &Constants<R>, x: R) -> R {
     let square = x * x;
     c.k5.mul_add(square, c.k4.mul_add(x, c.k3)).mul_add(square, c.k2.mul_add(x, c.k1)) * x
+}
+
+#[inline(always)]
+fn piecewise<R: Real>(c: &Constants<R>, windup: R, first: R, second: R) -> R {
+    c.k_3.mul_add(windup, c.k_12.mul_add(first, c.k_23 * second))
 }
 
 /// Energy stored at a windup, zero when relaxed.

@@ -3,7 +3,8 @@
 //! States: theta_m, omega_m, te = theta_m/i - theta_l, omega_l, z. The load angle is integrated
 //! relative to the motor's, so that windup (1e-6 rad) never is a difference of two large angles.
 
-use super::{Base, Constants, Drivetrain, Model, Rates, Shaft, spring};
+use super::corners::{Bends, Corners, TORQUE_LIMIT, Unheld};
+use super::{Base, Constants, Drivetrain, Model, Pieces, Rates, Shaft, spring};
 use crate::real::{Mask, Real, Scalar};
 
 /// The default model.
@@ -33,16 +34,33 @@ impl Model<5> for TwoInertia {
 
     #[inline(always)]
     fn rates<R: Real>(drive: &Drivetrain<R>, t: R, state: &[R; 5]) -> Rates<R, 5> {
+        match drive.pieces {
+            Some(_) => Self::evaluate(drive, t, state, &mut Corners::new(drive.pieces)),
+            None => Self::evaluate(drive, t, state, &mut Unheld),
+        }
+    }
+
+    #[inline(always)]
+    fn corners<R: Real>(drive: &Drivetrain<R>, t: R, state: &[R; 5]) -> Pieces<R::Plain> {
+        let mut corners = Corners::new(drive.pieces);
+        Self::evaluate(drive, t, state, &mut corners);
+        corners.found()
+    }
+}
+
+impl TwoInertia {
+    #[inline(always)]
+    fn evaluate<R: Real>(drive: &Drivetrain<R>, t: R, state: &[R; 5], corners: &mut impl Bends<R>) -> Rates<R, 5> {
         let [theta_m, omega_m, te, omega_l, z] = *state;
         let c = drive.constants;
         let (error, error_slope) = drive.harmonics.value_and_slope(theta_m);
         let windup = te - error;
         let upsilon = c.inverse_ratio - error_slope;
         let windup_rate = upsilon.mul_add(omega_m, -omega_l);
-        let gear_torque = c.b_sp.mul_add(windup_rate, spring::torque(drive.spring, c, windup));
+        let gear_torque = c.b_sp.mul_add(windup_rate, spring::held_torque(drive.spring, c, windup, corners));
 
         let inputs = drive.input.at(t);
-        let (drive_torque, z_rate) = controlled(drive, inputs.torque, inputs.reference, omega_m, z);
+        let (drive_torque, z_rate) = controlled(drive, corners, inputs.torque, inputs.reference, omega_m, z);
         let friction = c.d_mm.mul_add(omega_m, -(c.d_ml * omega_l));
         let mut motor_torque = drive_torque;
         let mut alpha_m = (-upsilon).mul_add(gear_torque, motor_torque - friction) * c.inverse_j_m;
@@ -69,24 +87,36 @@ impl Model<5> for TwoInertia {
             load_torque: inputs.load,
             term_power: R::zero(),
             reserve: R::splat(f64::INFINITY),
+            margin: corners.margin_of_base(),
             shafts: [Shaft::free(), Shaft::free()],
         }
     }
 }
 
+/// Natural size of a motor torque [N m].
+const SIZE: f64 = 1e-2;
+
 /// Motor torque and integrator rate, with the speed controller where it is in force.
 #[inline(always)]
-pub(super) fn controlled<R: Real>(drive: &Drivetrain<R>, torque: R, reference: R, omega_m: R, z: R) -> (R, R) {
+pub(super) fn controlled<R: Real>(
+    drive: &Drivetrain<R>,
+    corners: &mut impl Bends<R>,
+    torque: R,
+    reference: R,
+    omega_m: R,
+    z: R,
+) -> (R, R) {
     let Some(speed) = drive.input.speed() else {
         return (torque, R::zero());
     };
     let c = drive.constants;
     let error = reference - omega_m;
     let asked = c.k_p.mul_add(error, c.k_i * z);
-    if asked.abs().le(c.tau_max).all() {
+    if !corners.are_held() && asked.abs().le(c.tau_max).all() {
         return (R::select(speed, asked, torque), R::select(speed, error, R::zero()));
     }
-    let given = asked.clamp_abs(c.tau_max);
+    let given = corners.clamp(TORQUE_LIMIT, asked, c.tau_max, SIZE);
+    corners.ignore(TORQUE_LIMIT, !speed);
     let z_rate = (given - asked).mul_add(c.inverse_k_p, error);
     (R::select(speed, given, torque), R::select(speed, z_rate, R::zero()))
 }

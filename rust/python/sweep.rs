@@ -217,8 +217,8 @@ fn start_state(states: &ArrayView2<'_, f64>, row: usize, full: usize, ratio: f64
 
 /// Positions in the layout, or (with true) in the state at time 0.
 fn directions_of(given: &[(bool, usize)], layout: &Layout, method: MethodName) -> PyResult<Vec<Direction>> {
-    if !given.is_empty() && method != MethodName::Dop853 {
-        return Err(range("method", "allowed with sensitivities: dop853".into()));
+    if !given.is_empty() && !matches!(method, MethodName::Dop853 | MethodName::Rodas5p) {
+        return Err(range("method", "allowed with sensitivities: dop853, rodas5p".into()));
     }
     let checked = |&(initial, index): &(bool, usize)| match initial {
         true if index < 5 => Ok(Direction::Initial(index)),

@@ -4,7 +4,7 @@ use super::Method;
 use super::controller::{Controller, stuck};
 use super::events::Events;
 use super::integrals::{INTEGRALS, Integrands};
-use super::record::Record;
+use super::record::{Branch, Record};
 use super::replay::{Lane, Replay, Retrace};
 use super::seat::{Assignment, Memory, Seat};
 use super::status::Status;
@@ -12,7 +12,7 @@ use super::stepper::{Stepper, Trial};
 use super::stiffness::SHORT;
 use super::watch::{Candidate, WatchList, Watched};
 use crate::model::{Harmonics, Layout, Model, Rates};
-use crate::real::{Mask, Path, Real, lanes_of};
+use crate::real::{Mask, Path, Real, Scalar, Task, lanes_of};
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// What is asked of every row.
@@ -39,7 +39,7 @@ pub struct Demand {
 }
 
 /// Where rows come from and where they go.
-pub trait Rows<S, const N: usize> {
+pub trait Rows<S: Scalar, const N: usize> {
     /// The next row to simulate.
     fn next(&mut self) -> Option<Assignment<S>>;
     /// Takes a row that is stiff and has not ended.
@@ -126,25 +126,38 @@ impl<'a, P: Path, M: Model<N>, T: Method, const N: usize> Advance<'a, P, M, T, N
                 self.vacate_all(rows);
                 return;
             }
-            self.refresh();
-            let (step, landing) = self.next_step();
-            let mut trial = self.stepper.attempt::<M, T>(step);
-            trial.t = Plain::<P>::select(landing, self.stop, trial.t);
-            let error = self.stepper.squared_error::<M, T>(step, &trial, self.demand.rtol, self.demand.floor);
-            let verdict = self.controller.judge::<T>(error);
-            let stiff = self.find_stiff(verdict.accepted, step, &trial);
-            let accepted = verdict.accepted & !self.find_events(verdict.accepted, landing, step, &trial);
-            self.take_samples(accepted, step, &trial);
-            self.watch(accepted, step, &trial);
-            self.stepper.commit(accepted, step, &trial);
-            self.choose_step(step, verdict.factor, accepted & landing);
-            self.settle_events(accepted, &trial);
-            self.count(accepted, step, &trial);
-            let arrived = (accepted & landing).to_bits() & self.occupied;
-            self.set_aside(stiff & !arrived, rows);
-            self.fail(arrived, !accepted, step, &trial, rows);
-            self.arrive(arrived, &trial, rows);
+            if M::sticks() {
+                self.advance::<true>(rows);
+            } else if self.stepper.cornered {
+                P::Lanes::apart(AdvanceHeld { lanes: self, rows });
+            } else {
+                self.advance::<false>(rows);
+            }
         }
+    }
+
+    /// One attempt in every lane. Where nothing sticks and no law has corners, nothing is held and no event is looked
+    /// for: the base models do not pay for what they do not have.
+    #[inline(always)]
+    fn advance<const HELD: bool>(&mut self, rows: &mut impl Rows<Lane<P>, N>) {
+        self.refresh();
+        let (step, landing) = self.next_step::<HELD>();
+        let mut trial = self.stepper.attempt::<M, T, HELD>(step);
+        trial.t = Plain::<P>::select(landing, self.stop, trial.t);
+        let error = self.stepper.squared_error::<M, T>(step, &trial, self.demand.rtol, self.demand.floor);
+        let verdict = self.controller.judge::<T>(error);
+        let stiff = self.find_stiff(verdict.accepted, step, &trial);
+        let accepted = verdict.accepted & !self.find_events::<HELD>(verdict.accepted, landing, step, &trial);
+        self.take_samples(accepted, step, &trial);
+        self.watch(accepted, step, &trial);
+        self.stepper.commit(accepted, step, &trial);
+        self.choose_step(step, verdict.factor, accepted & landing);
+        self.settle_events::<HELD>(accepted, &trial);
+        self.count(accepted, step, &trial);
+        let arrived = (accepted & landing).to_bits() & self.occupied;
+        self.set_aside(stiff & !arrived, rows);
+        self.fail(arrived, !accepted, step, &trial, rows);
+        self.arrive(arrived, &trial, rows);
     }
 
     /// First slopes of lanes that begin a row or whose input has jumped.
@@ -157,6 +170,7 @@ impl<'a, P: Path, M: Model<N>, T: Method, const N: usize> Advance<'a, P, M, T, N
         if self.stale == 0 {
             return;
         }
+        self.stepper.settle::<M>(<P::Lanes as Real>::Mask::from_bits(self.stale));
         let mut rates = self.stepper.refresh::<M>(<P::Lanes as Real>::Mask::from_bits(self.stale));
         if M::sticks() && self.release(&rates) {
             rates = self.stepper.refresh::<M>(<P::Lanes as Real>::Mask::from_bits(self.stale));
@@ -212,7 +226,7 @@ impl<'a, P: Path, M: Model<N>, T: Method, const N: usize> Advance<'a, P, M, T, N
                 alpha_m: rates.slope[1].plain().get(lane),
                 omega_l: rates.omega_l.plain().get(lane),
                 alpha_l: rates.alpha_l.plain().get(lane),
-                directions: self.lane_directions(lane),
+                branch: self.branch(lane),
             };
             if let Some(seat) = &mut self.seats[lane] {
                 seat.records.push(record);
@@ -224,7 +238,7 @@ impl<'a, P: Path, M: Model<N>, T: Method, const N: usize> Advance<'a, P, M, T, N
     #[inline(always)]
     fn watch(&mut self, accepted: <P::Lanes as Real>::Mask, step: Plain<P>, trial: &Trial<P::Lanes, N>) {
         let Self { stepper, seats, occupied, .. } = self;
-        let Stepper { watch, constants, t, state, directions, .. } = stepper;
+        let Stepper { watch, constants, t, state, directions, pieces, .. } = stepper;
         watch.step(accepted, step, &trial.rates, constants, |lanes, signal, sign, at_most| {
             for lane in lanes_of(lanes & *occupied) {
                 let start = Record {
@@ -233,7 +247,7 @@ impl<'a, P: Path, M: Model<N>, T: Method, const N: usize> Advance<'a, P, M, T, N
                     state: std::array::from_fn(|index| state[index].get(lane)),
                     alpha_m: f64::NAN,
                     omega_l: f64::NAN,
-                    directions: [directions[0].plain().get(lane), directions[1].plain().get(lane)],
+                    branch: Branch::of(lane, directions, pieces),
                     alpha_l: f64::NAN,
                 };
                 let signal = [Watched::Windup, Watched::Te, Watched::OmegaL][signal];
@@ -395,8 +409,8 @@ impl<'a, P: Path, M: Model<N>, T: Method, const N: usize> Advance<'a, P, M, T, N
     }
 
     #[inline(always)]
-    pub(super) fn lane_directions(&self, lane: usize) -> [f64; 2] {
-        [self.stepper.directions[0].plain().get(lane), self.stepper.directions[1].plain().get(lane)]
+    pub(super) fn branch(&self, lane: usize) -> Branch {
+        Branch::of(lane, &self.stepper.directions, &self.stepper.pieces)
     }
 
     #[inline(always)]
@@ -408,5 +422,20 @@ impl<'a, P: Path, M: Model<N>, T: Method, const N: usize> Advance<'a, P, M, T, N
         for (lanes, &value) in self.stepper.state.iter_mut().zip(state) {
             lanes.set(lane, value);
         }
+    }
+}
+
+/// An attempt in every lane of a base model some of whose laws have corners.
+struct AdvanceHeld<'b, 'a, P: Path, M: Model<N>, T: Method, Q, const N: usize> {
+    lanes: &'b mut Advance<'a, P, M, T, N>,
+    rows: &'b mut Q,
+}
+
+impl<P: Path, M: Model<N>, T: Method, Q: Rows<Lane<P>, N>, const N: usize> Task for AdvanceHeld<'_, '_, P, M, T, Q, N> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        self.lanes.advance::<true>(self.rows);
     }
 }

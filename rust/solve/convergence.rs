@@ -46,7 +46,7 @@ fn solve<T: Method>(steps: u32) -> (f64, f64, f64) {
     let step = END / f64::from(steps);
     stepper.refresh::<TwoInertia>(true);
     for index in 0..steps {
-        let trial = stepper.attempt::<TwoInertia, T>(step);
+        let trial = stepper.attempt::<TwoInertia, T, false>(step);
         if index + 1 == steps {
             stepper.interpolate::<TwoInertia, T>(step, ALL_STATES);
             let inside = stepper.inside(SHARE, ALL_STATES)[2];
@@ -64,7 +64,7 @@ fn exact(t: f64) -> f64 {
     stepper.refresh::<TwoInertia>(true);
     for _ in 0..steps {
         let step = t / f64::from(steps);
-        let trial = stepper.attempt::<TwoInertia, Dop853>(step);
+        let trial = stepper.attempt::<TwoInertia, Dop853, false>(step);
         stepper.commit(true, step, &trial);
     }
     stepper.state[2]

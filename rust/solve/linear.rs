@@ -43,6 +43,7 @@ impl<V: Real<Plain = V, Lane = f64>, const N: usize> Linear<V, N> {
             spring: drive.spring,
             terms: &self.terms,
             directions: &drive.directions.map(steady),
+            pieces: drive.pieces,
         };
         for (column, derivative) in self.derivatives.iter_mut().enumerate() {
             let along = |index: usize| V::splat(if index == column { 1.0 } else { 0.0 });

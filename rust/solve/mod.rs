@@ -1,9 +1,11 @@
 //! Integration in time: one adaptive step for all lanes, and the loop around it.
 
 mod advance;
+mod carry;
 mod controller;
 #[cfg(test)]
 mod convergence;
+mod corners;
 mod estimate;
 mod events;
 mod implicit;

@@ -1,6 +1,26 @@
 //! What is remembered of a row's steps while it runs.
 
+use crate::model::{CORNERS, Pieces};
 use crate::real::{Real, Scalar};
+
+/// Which of the equations are in force in a lane.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub struct Branch {
+    /// Directions in which motor and load slide; 0 where they are held.
+    pub directions: [i8; 2],
+    /// Pieces of the laws with corners.
+    pub pieces: [i8; CORNERS],
+}
+
+impl Branch {
+    /// That of a lane.
+    pub fn of<R: Real>(lane: usize, directions: &[R; 2], pieces: &Pieces<R::Plain>) -> Self {
+        Self {
+            directions: directions.map(|direction| direction.plain().get(lane) as i8),
+            pieces: pieces.map(|piece| piece.get(lane) as i8),
+        }
+    }
+}
 
 /// The end of one accepted step.
 #[derive(Clone, Copy, Debug)]
@@ -15,8 +35,8 @@ pub struct Record<S, const N: usize> {
     pub alpha_m: f64,
     /// Load speed [rad/s].
     pub omega_l: f64,
-    /// Directions in which motor and load slide from here on; 0 where they are held.
-    pub directions: [f64; 2],
+    /// What is in force from here on.
+    pub branch: Branch,
     /// Load acceleration [rad/s^2].
     pub alpha_l: f64,
 }

@@ -1,17 +1,17 @@
 //! A finished row, one step or one instant at a time: for extrema, crossings and derived signals.
 
 use super::interpolant::ALL_STATES;
-use super::record::{Dense, Record};
+use super::record::{Branch, Dense, Record};
 use super::seat::{Seat, Start};
 use super::stepper::Stepper;
 use super::watch::WATCHED;
 use super::{Integrands, Method};
-use crate::model::{Base, Drive, Energies, Harmonics, Layout, Model, Rates, Row, spring};
+use crate::model::{Base, Drive, Drivetrain, Energies, Harmonics, Layout, Model, Pieces, Rates, Row, spring};
 use crate::real::{Path, Real, Scalar, Task};
 use std::marker::PhantomData;
 
 /// A finished row that can be looked at again, one step or one instant at a time.
-pub trait Retrace<S, const N: usize> {
+pub trait Retrace<S: Scalar, const N: usize> {
     /// A step from a record as polynomials.
     fn dense(&mut self, seat: &Seat<S, N>, start: &Record<S, N>, step: f64) -> Dense<S, N>;
     /// Everything the equations pass through at an instant; a shaft slides the way it moves.
@@ -47,19 +47,41 @@ impl<P: Path, M: Model<N>, T: Method, const N: usize> Replay<P, M, T, N> {
         seat.load(0, &mut self.stepper, shared);
     }
 
-    fn set_directions(&mut self, directions: [f64; 2]) {
-        self.stepper.directions = directions.map(Lane::<P>::splat);
+    fn set_branch(&mut self, branch: Branch) {
+        self.stepper.directions = branch.directions.map(|direction| Lane::<P>::splat(f64::from(direction)));
+        self.stepper.pieces = branch.pieces.map(f64::from);
     }
 
-    /// Everything the equations pass through at an instant, with shafts that slide in given directions.
+    /// Puts the row on the pieces on which it lies.
+    fn settle(&mut self, t: f64, state: &[Lane<P>; N]) {
+        self.stepper.t = t;
+        self.stepper.state = *state;
+        self.stepper.settle::<M>(true);
+    }
+
+    /// What the corners find at an instant: how much is left of the pieces, or the pieces where none is held.
+    pub fn corners(
+        &mut self,
+        seat: &Seat<Lane<P>, N>,
+        t: f64,
+        state: &[Lane<P>; N],
+        branch: Branch,
+        held: bool,
+    ) -> Pieces<f64> {
+        self.set_branch(branch);
+        self.stepper.input.set_lane(0, seat.segment_before(t), &seat.assignment.row);
+        Lane::<P>::apart(FindCorners::<Lane<P>, M, N> { stepper: &self.stepper, t, state, held, model: PhantomData })
+    }
+
+    /// Everything the equations pass through at an instant on a branch of theirs.
     pub fn rates_in(
         &mut self,
         seat: &Seat<Lane<P>, N>,
         t: Lane<P>,
         state: &[Lane<P>; N],
-        directions: [f64; 2],
+        branch: Branch,
     ) -> Rates<Lane<P>, N> {
-        self.set_directions(directions);
+        self.set_branch(branch);
         self.stepper.input.set_lane(0, seat.segment_before(t.plain()), &seat.assignment.row);
         Lane::<P>::apart(Instant::<Lane<P>, M, N> { stepper: &self.stepper, t, state, model: PhantomData })
     }
@@ -70,13 +92,13 @@ impl<P: Path, M: Model<N>, T: Method, const N: usize> Replay<P, M, T, N> {
         seat: &Seat<Lane<P>, N>,
         t: f64,
         (state, slope): (&[Lane<P>; N], &[f64; N]),
-        directions: [f64; 2],
+        branch: Branch,
         function: impl Fn(&Rates<Lane<P>, N>) -> Lane<P>,
     ) -> (f64, f64) {
         let mut tangent = |pace: f64| {
             let moving = |number: Lane<P>, rate: f64| number.with_tangent(rate.mul_add(pace, number.tangent()));
             let state = std::array::from_fn(|index| moving(state[index], slope[index]));
-            function(&self.rates_in(seat, moving(Lane::<P>::splat(t), 1.0), &state, directions)).tangent()
+            function(&self.rates_in(seat, moving(Lane::<P>::splat(t), 1.0), &state, branch)).tangent()
         };
         let change = tangent(0.0);
         (change, tangent(1.0) - change)
@@ -129,7 +151,7 @@ impl<P: Path, M: Model<N>, T: Method, const N: usize> Retrace<Lane<P>, N> for Re
     fn dense(&mut self, seat: &Seat<Lane<P>, N>, start: &Record<Lane<P>, N>, step: f64) -> Dense<Lane<P>, N> {
         self.stepper.t = start.t;
         self.stepper.state = start.state;
-        self.set_directions(start.directions);
+        self.set_branch(start.branch);
         self.stepper.input.set_lane(0, seat.segment_before(start.t + step), &seat.assignment.row);
         let coefficients =
             Lane::<P>::apart(DenseStep::<Lane<P>, M, T, N> { stepper: &mut self.stepper, step, methods: PhantomData });
@@ -137,12 +159,17 @@ impl<P: Path, M: Model<N>, T: Method, const N: usize> Retrace<Lane<P>, N> for Re
     }
 
     fn rates(&mut self, seat: &Seat<Lane<P>, N>, t: f64, state: &[Lane<P>; N]) -> Rates<Lane<P>, N> {
-        let way = |shaft: usize| M::STICKING.get(shaft).map_or(0.0, |&speed| sign(state[speed].plain()));
-        self.rates_in(seat, Lane::<P>::splat(t), state, [way(0), way(1)])
+        let way = |shaft: usize| M::STICKING.get(shaft).map_or(0, |&speed| sign(state[speed].plain()));
+        self.stepper.directions = [way(0), way(1)].map(|way| Lane::<P>::splat(f64::from(way)));
+        self.stepper.input.set_lane(0, seat.segment_before(t), &seat.assignment.row);
+        self.settle(t, state);
+        let t = Lane::<P>::splat(t);
+        Lane::<P>::apart(Instant::<Lane<P>, M, N> { stepper: &self.stepper, t, state, model: PhantomData })
     }
 
     fn energies(&mut self, seat: &Seat<Lane<P>, N>, t: f64, state: &[Lane<P>; N]) -> Energies<Lane<P>> {
         self.stepper.input.set_lane(0, seat.segment_before(t), &seat.assignment.row);
+        self.settle(t, state);
         Lane::<P>::apart(Energy::<Lane<P>, M, N> { stepper: &self.stepper, t, state, model: PhantomData })
     }
 
@@ -156,8 +183,8 @@ impl<P: Path, M: Model<N>, T: Method, const N: usize> Retrace<Lane<P>, N> for Re
 }
 
 /// +1, -1, or 0 at zero.
-fn sign(value: f64) -> f64 {
-    if value == 0.0 { 0.0 } else { value.signum() }
+fn sign(value: f64) -> i8 {
+    if value == 0.0 { 0 } else { value.signum() as i8 }
 }
 
 struct KinematicError<'a, S>(&'a Harmonics<S>, S);
@@ -183,7 +210,7 @@ impl<S: Scalar, M: Model<N>, T: Method, const N: usize> Task for DenseStep<'_, S
     #[inline(always)]
     fn run(self) -> Self::Output {
         self.stepper.refresh::<M>(true);
-        self.stepper.attempt::<M, T>(self.step);
+        self.stepper.attempt::<M, T, true>(self.step);
         self.stepper.interpolate::<M, T>(self.step, ALL_STATES);
         self.stepper.polynomials
     }
@@ -202,6 +229,25 @@ impl<S: Scalar, M: Model<N>, const N: usize> Task for Instant<'_, S, M, N> {
     #[inline(always)]
     fn run(self) -> Self::Output {
         self.stepper.rates::<M>(self.t, self.state)
+    }
+}
+
+struct FindCorners<'a, S: Scalar, M, const N: usize> {
+    stepper: &'a Stepper<S, N>,
+    t: f64,
+    state: &'a [S; N],
+    held: bool,
+    model: PhantomData<M>,
+}
+
+impl<S: Scalar, M: Model<N>, const N: usize> Task for FindCorners<'_, S, M, N> {
+    type Output = Pieces<f64>;
+
+    #[inline(always)]
+    fn run(self) -> Self::Output {
+        let Self { stepper, t, state, held, .. } = self;
+        let drive = stepper.drive();
+        M::corners(&Drivetrain { pieces: drive.pieces.filter(|_| held), ..drive }, S::splat(t), state)
     }
 }
 

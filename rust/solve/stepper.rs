@@ -8,7 +8,9 @@ use super::linear::Linear;
 use super::record::DENSE_TERMS;
 use super::watch::{Watch, WatchList};
 use crate::model::terms::Terms;
-use crate::model::{Constants, Drivetrain, Energies, Harmonics, Input, Layout, Model, Rates, Row, SpringLaw};
+use crate::model::{
+    CORNERS, Constants, Drivetrain, Energies, Harmonics, Input, Layout, Model, Pieces, Rates, Row, Spring, SpringLaw,
+};
 use crate::real::{Mask, Real, Task};
 use std::marker::PhantomData;
 
@@ -28,6 +30,12 @@ pub struct Stepper<R: Real, const N: usize> {
     pub terms: Terms<R>,
     /// Directions in which motor and load slide, 0 where they are held.
     pub directions: [R; 2],
+    /// Pieces of the laws with corners on which the lanes are.
+    pub pieces: Pieces<R::Plain>,
+    /// Whether any law has corners on which steps land.
+    pub cornered: bool,
+    /// How much was left of the pieces at the start of the step.
+    pub(super) margin: R::Plain,
     /// Sizes below which relative accuracy is not asked for.
     pub(super) scales: [f64; N],
     /// How many of the states are in use.
@@ -49,6 +57,8 @@ pub struct Trial<R: Real, const N: usize> {
     pub t: R::Plain,
     pub state: [R; N],
     pub rates: Rates<R, N>,
+    /// The least and the most that any stage found left of the pieces.
+    pub margins: [R::Plain; 2],
 }
 
 /// Expands `$body` for stage indices 0 to 15 as constants, so that zero weights vanish at compile time.
@@ -97,6 +107,7 @@ impl<R: Real, const N: usize> Stepper<R, N> {
         let unused = M::HIDDEN.saturating_sub(layout.terms.state_count);
         let harmonics = Harmonics::splat(harmonics);
         let terms = Terms::new(&layout.terms);
+        let cornered = layout.spring == Spring::Piecewise || terms.have_corners();
         let linear = T::ROSENBROCK.map(|_| Box::new(Linear::new(&harmonics, &terms, N - unused)));
         Self {
             t: R::Plain::zero(),
@@ -108,6 +119,9 @@ impl<R: Real, const N: usize> Stepper<R, N> {
             spring: layout.spring,
             terms,
             directions: [R::zero(); 2],
+            pieces: [R::Plain::zero(); CORNERS],
+            cornered,
+            margin: R::Plain::zero(),
             scales,
             active: (N - unused) as f64,
             integrands,
@@ -123,6 +137,12 @@ impl<R: Real, const N: usize> Stepper<R, N> {
 
     #[inline(always)]
     pub fn drive(&self) -> Drivetrain<'_, R> {
+        self.drive_on::<true>()
+    }
+
+    /// The drive on the pieces of its laws that are held, or with laws that take no notice of pieces.
+    #[inline(always)]
+    fn drive_on<const HELD: bool>(&self) -> Drivetrain<'_, R> {
         Drivetrain {
             constants: &self.constants,
             harmonics: &self.harmonics,
@@ -130,6 +150,14 @@ impl<R: Real, const N: usize> Stepper<R, N> {
             spring: self.spring,
             terms: &self.terms,
             directions: &self.directions,
+            pieces: (HELD && self.cornered).then_some(&self.pieces),
+        }
+    }
+
+    /// Puts the lanes on the pieces on which they lie.
+    pub fn settle<M: Model<N>>(&mut self, lanes: R::Mask) {
+        if self.cornered {
+            R::apart(Settle::<R, M, N> { stepper: self, lanes, model: PhantomData });
         }
     }
 
@@ -166,6 +194,9 @@ impl<R: Real, const N: usize> Stepper<R, N> {
             self.slopes[0][index] = R::select(lanes, rates.slope[index], self.slopes[0][index]);
         }
         self.windup = R::select(lanes, rates.windup, self.windup);
+        if self.cornered {
+            self.margin = R::Plain::select(lanes, rates.margin, self.margin);
+        }
         self.watch.begin(lanes, rates, &self.constants);
         if self.integrands.any() {
             let mut values = [R::zero(); INTEGRALS];
@@ -176,9 +207,9 @@ impl<R: Real, const N: usize> Stepper<R, N> {
         }
     }
 
-    /// Runs the stages of one step.
+    /// Runs the stages of one step, on the pieces of the laws that are held where there are any.
     #[inline(always)]
-    pub fn attempt<M: Model<N>, T: Method>(&mut self, step: R::Plain) -> Trial<R, N> {
+    pub fn attempt<M: Model<N>, T: Method, const HELD: bool>(&mut self, step: R::Plain) -> Trial<R, N> {
         let weights = T::COUPLING[T::STAGES - 1];
         if let Some(method) = &T::ROSENBROCK {
             self.linearise::<M>(method, step);
@@ -188,20 +219,24 @@ impl<R: Real, const N: usize> Stepper<R, N> {
                 self.step_integrals[index] = self.starting[index] * R::splat(weights[0]);
             }
         }
+        let mut margins = [f64::INFINITY, f64::NEG_INFINITY].map(R::Plain::splat);
         let mut stage = 1;
         loop {
             let state = self.stage_state::<T>(stage, step);
             let t = self.stage_time::<T>(stage, step);
-            let rates = self.rates::<M>(R::constant(t), &state);
+            let rates = M::rates(&self.drive_on::<HELD>(), R::constant(t), &state);
             self.slopes[stage] = rates.slope;
+            if HELD && self.cornered {
+                margins = [margins[0].min(rates.margin), margins[1].max(rates.margin)];
+            }
             if stage == T::STAGES - 1 {
                 if T::ROSENBROCK.is_some() && self.integrands.any() {
                     self.integrate::<M, T>(step);
                 }
-                return Trial { t, state, rates };
+                return Trial { t, state, rates, margins };
             }
             if let Some(method) = &T::ROSENBROCK {
-                self.solve_stage(method, stage, step);
+                self.solve_stage::<M>(method, stage, step);
             } else if self.integrands.any() && weights[stage] != 0.0 {
                 let weight = R::splat(weights[stage]);
                 self.integrands.add(weight, &rates, &self.constants, &mut self.step_integrals);
@@ -283,6 +318,25 @@ impl<R: Real, M: Model<N>, const N: usize> Task for Refresh<'_, R, M, N> {
         let rates = stepper.rates::<M>(R::constant(stepper.t), &stepper.state);
         stepper.begin(lanes, &rates);
         rates
+    }
+}
+
+struct Settle<'a, R: Real, M, const N: usize> {
+    stepper: &'a mut Stepper<R, N>,
+    lanes: R::Mask,
+    model: PhantomData<M>,
+}
+
+impl<R: Real, M: Model<N>, const N: usize> Task for Settle<'_, R, M, N> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        let Self { stepper, lanes, .. } = self;
+        let found = M::corners(&stepper.drive_on::<false>(), R::constant(stepper.t), &stepper.state);
+        for (piece, own) in stepper.pieces.iter_mut().zip(found) {
+            *piece = R::Plain::select(lanes, own, *piece);
+        }
     }
 }
 

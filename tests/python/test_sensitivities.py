@@ -95,7 +95,7 @@ def test_against_differences_of_the_metrics(base):
     row = random_row(7)
     if base == "one_inertia":
         options["metrics"] = [name for name in options["metrics"] if "windup" not in name and "te_peak" not in name]
-    assert_close(row, wrt, 1e-5, steps=(1e-4, 1e-5), **options)
+    assert_close(row, wrt, 1e-6, steps=(1e-3, 1e-4, 1e-5), **options)
 
 
 def test_against_differences_of_the_initial_state():
@@ -110,11 +110,7 @@ def test_against_differences_of_a_piecewise_spring_with_fractional_orders():
     wrt = ["K1", "K2", "K3", "T1", "te_cos_5/2", "te_sin_120/121", "ratio"]
     row |= {"te_sin_120/121": 3e-5, "ratio": 121.0}
     options = SAMPLES | {"model": model, "scenario": START_STOP, "metrics": []}
-    assert_close(row, wrt, 1e-5, **options)
-
-
-# terms with slopes that jump where no step lands, and with lines of so high an order that differences are coarse
-TOLERANCES = {"torque_saturation": 2e-3, "hysteresis": 2e-3, "tooth_passage": 1e-4}
+    assert_close(row, wrt, 1e-6, steps=(1e-3, 1e-4, 1e-5), **options)
 
 
 FRICTION = ["coulomb_friction", "stribeck_friction", "load_side_friction", "load_dependent_friction"]
@@ -141,9 +137,29 @@ def test_against_differences_with_terms(terms):
         "metrics": [],
         "rtol": 1e-12,
     }
-    tolerance = max(TOLERANCES.get(term, 1e-6 if len(on) < 4 else 1e-5) for term in on)
-    steps = (1e-5, 1e-6) if "tooth_passage" in on else (1e-4, 1e-5)
-    assert_close(random_row(5, **values), wrt, tolerance, steps=steps, **options)
+    assert_close(random_row(5, **values), wrt, 1e-6, steps=(1e-4, 1e-5, 1e-6), **options)
+
+
+@pytest.mark.parametrize(
+    ("terms", "values"),
+    [(["presliding_friction"], {"sigma_0": 100.0}), (["actuator_lag"], {"tau_e": 1e-5})],
+    ids=["bristles", "current loop"],
+)
+def test_against_differences_of_stiff_rows(terms, values):
+    """Rows that `auto` hands to rodas5p; their values are those of a run without derivatives."""
+    values = VALUES[terms[0]] | values
+    options = {
+        "model": hdfast.Model(terms=terms),
+        "scenario": torque_steps(RUN, load=4.0),
+        "t_eval": np.linspace(0.0, 0.8, 33),
+        "metrics": [],
+        "rtol": 1e-10,
+    }
+    row, wrt = random_row(5, **values), [*values, "J_m", "tau_load"]
+    found, plain = hdfast.sweep(row, sensitivities=wrt, **options), hdfast.sweep(row, **options)
+    assert list(found.method) == list(plain.method) == ["rodas5p"]
+    np.testing.assert_array_equal(found["te"], plain["te"])
+    assert_close(row, wrt, 1e-5, steps=(1e-3, 1e-4), **options)
 
 
 def test_against_differences_on_the_rigid_gear():

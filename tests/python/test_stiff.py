@@ -92,8 +92,6 @@ def test_exact_stiff_rows_are_found_and_the_others_left_alone(monkeypatch):
 def test_exact_methods_are_reported():
     assert set(hdfast.sweep({"J_l": [0.4, 0.5]}, metrics=[]).method) == {"dop853"}
     assert set(hdfast.sweep({"J_l": [0.4, 0.5]}, method="bs3", metrics=[], rtol=1e-3).method) == {"bs3"}
-    with pytest.raises(hdfast.InputError, match="rodas5p"):
-        hdfast.sweep({}, method="rodas5p", sensitivities=["J_l"])
 
 
 def test_regress_cost_of_bristles():

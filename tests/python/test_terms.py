@@ -112,4 +112,4 @@ def test_against_a_tight_run_corners_of_the_spring(model, row):
     for rtol in (1e-5, 1e-7, 1e-9):
         found = hdfast.sweep(rows, rtol=rtol, **options)["te"]
         errors = np.max(np.abs(found - exact), axis=1) / np.ptp(exact, axis=1)
-        assert np.median(errors) < 150 * rtol, (rtol, errors)
+        assert np.median(errors) < 20 * rtol, (rtol, errors)

@@ -1,8 +1,8 @@
 //! The two-inertia drive with terms.
 
 use super::{Motor, Sides, acceleration};
-use crate::model::terms::{Gear, HIDDEN, Motion, Reaction, Terms};
-use crate::model::{Base, Drivetrain, Energies, Model, Rates, Shaft, kinetic, spring};
+use crate::model::terms::{Gear, HIDDEN, Internals, Motion, Reaction, Terms};
+use crate::model::{Base, Drivetrain, Energies, Model, Pieces, Rates, Shaft, kinetic, spring};
 use crate::real::{Real, Scalar};
 
 const OWN: usize = 5;
@@ -47,33 +47,38 @@ impl Model<ALL> for Extended {
         evaluate(drive, t, state).rates
     }
 
+    #[inline(always)]
+    fn corners<R: Real>(drive: &Drivetrain<R>, t: R, state: &[R; ALL]) -> Pieces<R::Plain> {
+        evaluate(drive, t, state).inner.corners.found()
+    }
+
     fn jump<S: Scalar>(drive: &Drivetrain<S>, t: S, state: &mut [S; ALL]) {
-        let Instant { rates, gear, mut hidden, .. } = evaluate(drive, t, state);
-        drive.terms.jump(&gear, rates.gear_torque, &mut hidden);
-        state[OWN..].copy_from_slice(&hidden);
+        let Instant { rates, gear, mut inner, .. } = evaluate(drive, t, state);
+        drive.terms.jump(&gear, rates.gear_torque, &mut inner.states);
+        state[OWN..].copy_from_slice(&inner.states);
     }
 
     #[inline(always)]
     fn energies<R: Real>(drive: &Drivetrain<R>, t: R, state: &[R; ALL]) -> Energies<R> {
-        let Instant { rates, gear, inertias, hidden } = evaluate(drive, t, state);
+        let Instant { rates, gear, inertias, inner } = evaluate(drive, t, state);
         let elastic = gear.stiffness_factor * spring::energy(drive.spring, drive.constants, gear.spring_windup);
         Energies {
             mechanical: elastic + kinetic(inertias, [state[1], rates.omega_l]),
-            terms: drive.terms.stored(&gear, &hidden),
+            terms: drive.terms.stored(&gear, &inner.states),
         }
     }
 }
 
 /// The rates with what else is known at that instant.
-struct Instant<R> {
+struct Instant<'a, R: Real> {
     rates: Rates<R, ALL>,
     gear: Gear<R>,
     inertias: [R; 2],
-    hidden: [R; HIDDEN],
+    inner: Internals<'a, R>,
 }
 
 #[inline(always)]
-fn evaluate<R: Real>(drive: &Drivetrain<R>, t: R, state: &[R; ALL]) -> Instant<R> {
+fn evaluate<'a, R: Real>(drive: &'a Drivetrain<'a, R>, t: R, state: &[R; ALL]) -> Instant<'a, R> {
     let [theta_m, omega_m, te, omega_l, z, ..] = *state;
     let c = drive.constants;
     let zero = R::zero();
@@ -87,15 +92,16 @@ fn evaluate<R: Real>(drive: &Drivetrain<R>, t: R, state: &[R; ALL]) -> Instant<R
     let upsilon = c.inverse_ratio - mesh.error_slope;
     let windup_rate = upsilon.mul_add(omega_m, mesh.added_windup_rate - omega_l);
     let mut gear = Gear::new(windup, windup_rate);
-    drive.terms.gear(&sides.motion, &mut gear, &sides.hidden, &mut sides.hidden_rates);
+    drive.terms.gear(&sides.motion, &mut gear, &mut sides.inner);
     let stored = spring::energy(drive.spring, c, gear.spring_windup);
-    let elastic = gear.stiffness_factor * spring::torque(drive.spring, c, gear.spring_windup);
+    let elastic =
+        gear.stiffness_factor * spring::held_torque(drive.spring, c, gear.spring_windup, &mut sides.inner.corners);
     let gear_torque = c.b_sp.mul_add(windup_rate, elastic + gear.added_torque);
 
     let on_motor = sides.motor_friction(sides.motor_direction(), gear_torque);
     let load = sides.load();
     let on_load = sides.load_friction(drive.directions[1]);
-    drive.terms.reaction(&sides.motion, &mut Reaction { gear_torque }, &sides.hidden, &mut sides.hidden_rates);
+    drive.terms.reaction(&sides.motion, &mut Reaction { gear_torque }, &mut sides.inner);
 
     let resisting = c.d_mm.mul_add(omega_m, upsilon.mul_add(gear_torque, -(c.d_ml * omega_l)));
     let resisting = stored.mul_add(gear.motor_reaction, resisting + on_motor.either_way());
@@ -110,7 +116,7 @@ fn evaluate<R: Real>(drive: &Drivetrain<R>, t: R, state: &[R; ALL]) -> Instant<R
     let on_housing = gear_torque * mesh.added_windup_rate;
     let mut slope = [zero; ALL];
     slope[..OWN].copy_from_slice(&[omega_m, alpha_m, c.inverse_ratio.mul_add(omega_m, -omega_l), alpha_l, z_rate]);
-    slope[OWN..].copy_from_slice(&sides.hidden_rates);
+    slope[OWN..].copy_from_slice(&sides.inner.rates);
     let rates = Rates {
         slope,
         error: mesh.error,
@@ -125,8 +131,9 @@ fn evaluate<R: Real>(drive: &Drivetrain<R>, t: R, state: &[R; ALL]) -> Instant<R
         drive_torque: actuator.torque,
         load_torque: load.torque,
         term_power: gear.added_torque.mul_add(windup_rate, friction - on_housing),
-        reserve: drive.terms.reserve(&gear, gear_torque, &sides.hidden),
+        margin: sides.margin(),
+        reserve: drive.terms.reserve(&gear, gear_torque, &sides.inner.states),
         shafts: [shaft, output],
     };
-    Instant { rates, gear, inertias: [actuator.inertia, load.inertia], hidden: sides.hidden }
+    Instant { rates, gear, inertias: [actuator.inertia, load.inertia], inner: sides.inner }
 }

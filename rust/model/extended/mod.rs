@@ -9,7 +9,7 @@ pub use elastic::Extended;
 pub use rigid::ExtendedRigid;
 
 use super::input::Inputs;
-use super::terms::{Actuator, Dry, HIDDEN, Load, Mesh, Motion};
+use super::terms::{Actuator, Dry, Internals, Load, Mesh, Motion};
 use super::two_inertia::controlled;
 use super::{Drivetrain, Shaft};
 use crate::real::{Mask, Real};
@@ -19,27 +19,31 @@ struct Sides<'a, R: Real> {
     drive: &'a Drivetrain<'a, R>,
     inputs: Inputs<R>,
     motion: Motion<R>,
-    hidden: [R; HIDDEN],
-    hidden_rates: [R; HIDDEN],
+    inner: Internals<'a, R>,
 }
 
 impl<'a, R: Real> Sides<'a, R> {
     #[inline(always)]
     fn new(drive: &'a Drivetrain<'a, R>, motion: Motion<R>, hidden: &[R]) -> Self {
-        let mut own = [R::zero(); HIDDEN];
-        own.copy_from_slice(hidden);
         let inputs = drive.input.at(motion.t);
-        Self { drive, inputs, motion, hidden: own, hidden_rates: [R::zero(); HIDDEN] }
+        Self { drive, inputs, motion, inner: Internals::new(hidden, drive.pieces) }
     }
 
     /// The torque that the drive delivers and the inertia it turns, and the rate of the speed controller.
     #[inline(always)]
     fn actuator(&mut self, z: R) -> (Actuator<R>, R) {
         let Inputs { torque, reference, .. } = self.inputs;
-        let (commanded, z_rate) = controlled(self.drive, torque, reference, self.motion.omega_m, z);
+        let (commanded, z_rate) =
+            controlled(self.drive, &mut self.inner.corners, torque, reference, self.motion.omega_m, z);
         let mut actuator = Actuator { torque: commanded, inertia: self.drive.constants.j_m };
-        self.drive.terms.actuator(&self.motion, &mut actuator, &self.hidden, &mut self.hidden_rates);
+        self.drive.terms.actuator(&self.motion, &mut actuator, &mut self.inner);
         (actuator, z_rate)
+    }
+
+    /// How much is left of the pieces that are held.
+    #[inline(always)]
+    fn margin(&self) -> R::Plain {
+        if self.drive.pieces.is_some() { self.inner.corners.margin() } else { R::Plain::splat(f64::INFINITY) }
     }
 
     #[inline(always)]
@@ -55,28 +59,28 @@ impl<'a, R: Real> Sides<'a, R> {
             added_windup_rate: zero,
             load_torque: self.inputs.load,
         };
-        self.drive.terms.mesh(&self.motion, &mut mesh, &self.hidden, &mut self.hidden_rates);
+        self.drive.terms.mesh(&self.motion, &mut mesh, &mut self.inner);
         mesh
     }
 
     #[inline(always)]
     fn load(&mut self) -> Load<R> {
         let mut load = Load { torque: self.inputs.load, inertia: self.drive.constants.j_l };
-        self.drive.terms.load(&self.motion, &mut load, &self.hidden, &mut self.hidden_rates);
+        self.drive.terms.load(&self.motion, &mut load, &mut self.inner);
         load
     }
 
     #[inline(always)]
     fn motor_friction(&mut self, direction: R, gear_torque: R) -> Dry<R> {
         let mut dry = dry(direction, self.drive.constants.d_mm, gear_torque);
-        self.drive.terms.motor_friction(&self.motion, &mut dry, &self.hidden, &mut self.hidden_rates);
+        self.drive.terms.motor_friction(&self.motion, &mut dry, &mut self.inner);
         dry
     }
 
     #[inline(always)]
     fn load_friction(&mut self, direction: R) -> Dry<R> {
         let mut dry = dry(direction, self.drive.constants.d_ll, R::zero());
-        self.drive.terms.load_friction(&self.motion, &mut dry, &self.hidden, &mut self.hidden_rates);
+        self.drive.terms.load_friction(&self.motion, &mut dry, &mut self.inner);
         dry
     }
 

@@ -6,8 +6,8 @@
 //! is linear, and the sign is known beforehand.
 
 use super::{Motor, Sides, sign};
-use crate::model::terms::{Dry, Gear, HIDDEN, Motion, Terms};
-use crate::model::{Base, Drivetrain, Energies, Model, Rates, Shaft, kinetic};
+use crate::model::terms::{Dry, Gear, HIDDEN, Internals, Motion, Terms};
+use crate::model::{Base, Drivetrain, Energies, Model, Pieces, Rates, Shaft, kinetic};
 use crate::real::{Mask, Real, Scalar};
 
 const OWN: usize = 4;
@@ -53,24 +53,29 @@ impl Model<ALL> for ExtendedRigid {
     }
 
     #[inline(always)]
+    fn corners<R: Real>(drive: &Drivetrain<R>, t: R, state: &[R; ALL]) -> Pieces<R::Plain> {
+        evaluate(drive, t, state).inner.corners.found()
+    }
+
+    #[inline(always)]
     fn energies<R: Real>(drive: &Drivetrain<R>, t: R, state: &[R; ALL]) -> Energies<R> {
-        let Instant { rates, inertias, hidden } = evaluate(drive, t, state);
+        let Instant { rates, inertias, inner } = evaluate(drive, t, state);
         Energies {
             mechanical: kinetic(inertias, [state[1], rates.omega_l]),
-            terms: drive.terms.stored(&Gear::new(R::zero(), R::zero()), &hidden),
+            terms: drive.terms.stored(&Gear::new(R::zero(), R::zero()), &inner.states),
         }
     }
 }
 
 /// The rates with what else is known at that instant.
-struct Instant<R> {
+struct Instant<'a, R: Real> {
     rates: Rates<R, ALL>,
     inertias: [R; 2],
-    hidden: [R; HIDDEN],
+    inner: Internals<'a, R>,
 }
 
 #[inline(always)]
-fn evaluate<R: Real>(drive: &Drivetrain<R>, t: R, state: &[R; ALL]) -> Instant<R> {
+fn evaluate<'a, R: Real>(drive: &'a Drivetrain<'a, R>, t: R, state: &[R; ALL]) -> Instant<'a, R> {
     let [theta_m, omega_m, z, ..] = *state;
     let c = drive.constants;
     let zero = R::zero();
@@ -115,7 +120,7 @@ fn evaluate<R: Real>(drive: &Drivetrain<R>, t: R, state: &[R; ALL]) -> Instant<R
 
     let mut slope = [zero; ALL];
     slope[..OWN].copy_from_slice(&[omega_m, alpha_m, z_rate, mesh.error]);
-    slope[OWN..].copy_from_slice(&sides.hidden_rates);
+    slope[OWN..].copy_from_slice(&sides.inner.rates);
     let rates = Rates {
         slope,
         error: mesh.error,
@@ -131,9 +136,10 @@ fn evaluate<R: Real>(drive: &Drivetrain<R>, t: R, state: &[R; ALL]) -> Instant<R
         load_torque: load.torque,
         term_power: on_motor.torque() * omega_m + on_load.torque() * omega_l,
         reserve: R::splat(f64::INFINITY),
+        margin: sides.margin(),
         shafts: [shaft, Shaft::free()],
     };
-    Instant { rates, inertias: [actuator.inertia, load.inertia], hidden: sides.hidden }
+    Instant { rates, inertias: [actuator.inertia, load.inertia], inner: sides.inner }
 }
 
 /// What the gear has to carry, without the acceleration that is yet to be found.

@@ -1,5 +1,6 @@
 //! Friction that differs between the directions.
 
+use super::sizes::MOTOR_SPEED;
 use super::{Dry, Hidden, Motion, Place, Term, TermInfo, TermParameter};
 use crate::model::Base;
 use crate::real::Real;
@@ -28,15 +29,17 @@ impl Term for AsymmetricFriction {
         ],
         states: &[],
     };
+    const CORNERS: usize = 1;
 
     #[inline(always)]
-    fn motor_friction<R: Real>(p: &[R], motion: &Motion<R>, dry: &mut Dry<R>, _hidden: Hidden<R>) {
+    fn motor_friction<R: Real>(p: &[R], motion: &Motion<R>, dry: &mut Dry<R>, mut hidden: Hidden<R>) {
         let resting = dry.direction.abs().le(R::zero());
         let level = R::select(resting, dry.breakaway, dry.level);
         let apart = p[0] * dry.bias;
         dry.bias = p[0].mul_add(level, dry.bias);
         dry.level = dry.level + apart;
         dry.breakaway = dry.breakaway + apart;
-        dry.resisting = (p[1] * dry.viscous).mul_add(motion.omega_m.abs(), dry.resisting);
+        dry.resisting =
+            (p[1] * dry.viscous).mul_add(motion.omega_m * hidden.sign(0, motion.omega_m, MOTOR_SPEED), dry.resisting);
     }
 }

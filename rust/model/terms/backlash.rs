@@ -1,5 +1,6 @@
 //! A clearance that the spring has to cross.
 
+use super::sizes::WINDUP;
 use super::{Gear, Hidden, Motion, Place, Term, TermInfo, TermParameter};
 use crate::model::Base;
 use crate::real::Real;
@@ -22,9 +23,10 @@ impl Term for Backlash {
             .within(0.0, f64::INFINITY)],
         states: &[],
     };
+    const CORNERS: usize = 1;
 
     #[inline(always)]
-    fn gear<R: Real>(p: &[R], _motion: &Motion<R>, gear: &mut Gear<R>, _hidden: Hidden<R>) {
-        gear.spring_windup = gear.spring_windup - gear.spring_windup.clamp_abs(p[0]);
+    fn gear<R: Real>(p: &[R], _motion: &Motion<R>, gear: &mut Gear<R>, mut hidden: Hidden<R>) {
+        gear.spring_windup = gear.spring_windup - hidden.clamp(0, gear.spring_windup, p[0], WINDUP);
     }
 }

@@ -1,6 +1,8 @@
 //! The list of terms, and the set of them that is on in a sweep.
 
-use super::{Actuator, Dry, Gear, HIDDEN, Hidden, Load, Mesh, Motion, Reaction, Term, TermInfo};
+use super::{Actuator, Dry, Gear, HIDDEN, Internals, Load, Mesh, Motion, Reaction, Term, TermInfo};
+use crate::model::CORNERS;
+use crate::model::corners::OF_TERMS;
 use crate::real::{Real, Scalar, Task};
 
 /// Where in the drive a term sits.
@@ -36,6 +38,9 @@ macro_rules! catalog {
     ($($term:ident in $module:ident),* $(,)?) => {
         /// All terms, in the order in which they act.
         pub const TERMS: &[TermInfo] = &[$(<super::$module::$term as Term>::INFO),*];
+
+        /// How many corners each of them has.
+        const CORNER_COUNTS: [usize; COUNT] = [$(<super::$module::$term as Term>::CORNERS),*];
 
         impl<R: Real> Terms<R> {
             catalog!(@hook actuator(actuator: Actuator<R>) [$($term $module)*]);
@@ -114,25 +119,23 @@ macro_rules! catalog {
     (@hook $hook:ident($place:ident: $type:ty) [$($term:ident $module:ident)*]) => {
         /// Lets every term that is on have its say.
         #[inline(always)]
-        pub fn $hook(&self, motion: &Motion<R>, $place: &mut $type, states: &[R; HIDDEN], rates: &mut [R; HIDDEN]) {
-            struct Say<'a, R: Real> {
+        pub fn $hook(&self, motion: &Motion<R>, $place: &mut $type, inner: &mut Internals<R>) {
+            struct Say<'a, 'b, R: Real> {
                 terms: &'a Terms<R>,
                 motion: &'a Motion<R>,
                 $place: &'a mut $type,
-                states: &'a [R; HIDDEN],
-                rates: &'a mut [R; HIDDEN],
+                inner: &'a mut Internals<'b, R>,
             }
-            impl<R: Real> Task for Say<'_, R> {
+            impl<R: Real> Task for Say<'_, '_, R> {
                 type Output = ();
 
                 #[inline(always)]
                 fn run(self) {
-                    let Self { terms, motion, $place, states, rates } = self;
+                    let Self { terms, motion, $place, inner } = self;
                     let mut index = 0;
                     $(
                         if terms.is_on(index) {
-                            let first = terms.first_state[index].min(HIDDEN);
-                            let hidden = Hidden { states: &states[first..], rates: &mut rates[first..] };
+                            let hidden = inner.of(terms.first_state[index], FIRST_CORNERS[index]);
                             super::$module::$term::$hook(terms.values_of(index), motion, $place, hidden);
                         }
                         index += 1;
@@ -140,7 +143,7 @@ macro_rules! catalog {
                     let _ = index;
                 }
             }
-            R::apart(Say { terms: self, motion, $place, states, rates });
+            R::apart(Say { terms: self, motion, $place, inner });
         }
     };
 }
@@ -187,6 +190,18 @@ catalog! {
 
 const COUNT: usize = TERMS.len();
 
+/// Where each term's corners begin: there is room for those of all terms.
+const FIRST_CORNERS: [usize; COUNT] = {
+    let mut firsts = [OF_TERMS; COUNT];
+    let mut index = 1;
+    while index < COUNT {
+        firsts[index] = firsts[index - 1] + CORNER_COUNTS[index - 1];
+        index += 1;
+    }
+    assert!(firsts[COUNT - 1] + CORNER_COUNTS[COUNT - 1] <= CORNERS);
+    firsts
+};
+
 /// The terms that are on, with their parameters in lanes.
 #[derive(Clone, Debug)]
 pub struct Terms<R> {
@@ -230,6 +245,11 @@ impl<R: Real> Terms<R> {
         for (lanes, &value) in self.values.iter_mut().zip(values) {
             lanes.set(lane, value);
         }
+    }
+
+    /// Whether any of them has corners.
+    pub fn have_corners(&self) -> bool {
+        CORNER_COUNTS.iter().enumerate().any(|(index, &count)| count > 0 && self.is_on(index))
     }
 
     #[inline(always)]

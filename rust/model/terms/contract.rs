@@ -1,7 +1,7 @@
 //! What a term may say and do.
 
-use super::Place;
-use crate::model::Base;
+use super::{HIDDEN, Place};
+use crate::model::{Base, Bends, Corners, Pieces};
 use crate::real::{Real, Scalar};
 
 /// A parameter of a term.
@@ -110,11 +110,65 @@ pub struct Motion<R> {
 }
 
 /// A term's hidden states and their rates.
-pub struct Hidden<'a, R> {
+pub struct Hidden<'a, 'b, R: Real> {
     /// States.
     pub states: &'a [R],
     /// Rates, to be set by the term.
     pub rates: &'a mut [R],
+    corners: &'a mut Corners<'b, R>,
+    first_corner: usize,
+}
+
+impl<R: Real> Hidden<'_, '_, R> {
+    /// See [`Corners::clamp`]; `corner` counts the term's own.
+    #[inline(always)]
+    pub fn clamp(&mut self, corner: usize, x: R, bound: R, size: f64) -> R {
+        self.corners.clamp(self.first_corner + corner, x, bound, size)
+    }
+
+    /// See [`Corners::sign`].
+    #[inline(always)]
+    pub fn sign(&mut self, corner: usize, x: R, size: f64) -> R {
+        self.corners.sign(self.first_corner + corner, x, size)
+    }
+
+    /// See [`Corners::min`].
+    #[inline(always)]
+    pub fn min(&mut self, corner: usize, left: R, right: R, size: f64) -> R {
+        self.corners.min(self.first_corner + corner, left, right, size)
+    }
+}
+
+/// Hidden states of all terms with their rates, and the corners of all laws.
+pub struct Internals<'a, R: Real> {
+    /// States.
+    pub states: [R; HIDDEN],
+    /// Rates.
+    pub rates: [R; HIDDEN],
+    /// Corners.
+    pub corners: Corners<'a, R>,
+}
+
+impl<'a, R: Real> Internals<'a, R> {
+    /// States without rates.
+    #[inline(always)]
+    pub fn new(states: &[R], pieces: Option<&'a Pieces<R::Plain>>) -> Self {
+        let mut own = [R::zero(); HIDDEN];
+        own.copy_from_slice(states);
+        Self { states: own, rates: [R::zero(); HIDDEN], corners: Corners::new(pieces) }
+    }
+
+    /// What a term sees of them.
+    #[inline(always)]
+    pub(super) fn of(&mut self, first_state: usize, first_corner: usize) -> Hidden<'_, 'a, R> {
+        let first = first_state.min(HIDDEN);
+        Hidden {
+            states: &self.states[first..],
+            rates: &mut self.rates[first..],
+            corners: &mut self.corners,
+            first_corner,
+        }
+    }
 }
 
 /// The motor's side: what the drive makes of the commanded torque.
@@ -233,6 +287,8 @@ pub trait Term {
     const INFO: TermInfo;
     /// Whether its states jump.
     const JUMPS: bool = false;
+    /// How many corners its law has.
+    const CORNERS: usize = 0;
 
     /// Sets the hidden states of a drive that begins in this motion; zero where it does nothing.
     #[inline(always)]

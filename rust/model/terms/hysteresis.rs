@@ -1,5 +1,6 @@
 //! Windup that returns on another path, whatever the rate.
 
+use super::sizes::{LOAD_SPEED, SHARE};
 use super::{Gear, Hidden, Motion, Place, Term, TermInfo, TermParameter, TermState};
 use crate::model::Base;
 use crate::real::Real;
@@ -34,6 +35,7 @@ impl Term for Hysteresis {
         ],
         states: &[TermState { name: "zeta", unit: "1", scale: 1e-2 }],
     };
+    const CORNERS: usize = 2;
 
     #[inline(always)]
     fn stored<R: Real>(p: &[R], _gear: &Gear<R>, states: &[R]) -> R {
@@ -41,12 +43,13 @@ impl Term for Hysteresis {
     }
 
     #[inline(always)]
-    fn gear<R: Real>(p: &[R], _motion: &Motion<R>, gear: &mut Gear<R>, hidden: Hidden<R>) {
+    fn gear<R: Real>(p: &[R], _motion: &Motion<R>, gear: &mut Gear<R>, mut hidden: Hidden<R>) {
         let [torque, windup, dissipating, sharpness] = [p[0], p[1], p[2], p[3]];
         let (zeta, rate) = (hidden.states[0], gear.windup_rate);
-        let filled = zeta.abs().powf(sharpness);
-        let against = R::select(zeta.lt(R::zero()), -rate.abs(), rate.abs());
-        let slip = dissipating.mul_add(against - rate, rate);
+        let (side, way) = (hidden.sign(0, zeta, SHARE), hidden.sign(1, rate, LOAD_SPEED));
+        let power = zeta.abs().powf(sharpness);
+        let filled = R::select((side * zeta).lt(R::zero()), -power, power);
+        let slip = dissipating.mul_add(side * way * rate - rate, rate);
         hidden.rates[0] = (rate - slip * filled) / windup;
         gear.added_torque = torque.mul_add(zeta, gear.added_torque);
     }

@@ -1,5 +1,6 @@
 //! Mesh friction in proportion to the torque carried.
 
+use super::sizes::MOTOR_TORQUE;
 use super::{Dry, Hidden, Motion, Place, Term, TermInfo, TermParameter};
 use crate::model::Base;
 use crate::real::Real;
@@ -28,11 +29,12 @@ impl Term for LoadDependentFriction {
         ],
         states: &[],
     };
+    const CORNERS: usize = 1;
 
     #[inline(always)]
-    fn motor_friction<R: Real>(p: &[R], motion: &Motion<R>, dry: &mut Dry<R>, _hidden: Hidden<R>) {
+    fn motor_friction<R: Real>(p: &[R], motion: &Motion<R>, dry: &mut Dry<R>, mut hidden: Hidden<R>) {
         let half = R::splat(0.5) * dry.gear_torque * motion.inverse_ratio;
-        let level = (p[0] + p[1]) * half.abs();
+        let level = (p[0] + p[1]) * half * hidden.sign(0, half, MOTOR_TORQUE);
         dry.level = dry.level + level;
         dry.breakaway = dry.breakaway + level;
         dry.bias = (p[0] - p[1]).mul_add(half, dry.bias);

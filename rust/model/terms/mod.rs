@@ -31,6 +31,7 @@ mod position_dependent_friction;
 mod presliding_friction;
 mod ratcheting;
 mod rotor_unbalance_reaction;
+mod sizes;
 mod soft_windup;
 mod stribeck_friction;
 mod te_beat;
@@ -49,7 +50,7 @@ mod wear_run_in;
 
 pub use catalogue::{Choice, Place, TERMS, Terms};
 pub use contract::{
-    Actuator, Dry, Gear, Hidden, Load, Mesh, Motion, Reaction, Term, TermInfo, TermParameter, TermState,
+    Actuator, Dry, Gear, Hidden, Internals, Load, Mesh, Motion, Reaction, Term, TermInfo, TermParameter, TermState,
 };
 
 /// States that terms may add between them.

@@ -1,5 +1,6 @@
 //! Bristle friction: springs before it slides.
 
+use super::sizes::MOTOR_SPEED;
 use super::{Dry, Gear, Hidden, Motion, Place, Term, TermInfo, TermParameter, TermState};
 use crate::model::Base;
 use crate::real::Real;
@@ -39,6 +40,7 @@ impl Term for PreslidingFriction {
         ],
         states: &[TermState { name: "z", unit: "rad", scale: 1e-3 }],
     };
+    const CORNERS: usize = 1;
 
     #[inline(always)]
     fn stored<R: Real>(p: &[R], _gear: &Gear<R>, states: &[R]) -> R {
@@ -46,10 +48,10 @@ impl Term for PreslidingFriction {
     }
 
     #[inline(always)]
-    fn motor_friction<R: Real>(p: &[R], motion: &Motion<R>, dry: &mut Dry<R>, hidden: Hidden<R>) {
+    fn motor_friction<R: Real>(p: &[R], motion: &Motion<R>, dry: &mut Dry<R>, mut hidden: Hidden<R>) {
         let [stiffness, damping, sliding, ratio, stribeck_speed] = [p[0], p[1], p[2], p[3], p[4]];
         let one = R::splat(1.0);
-        let (bristle, speed) = (hidden.states[0], motion.omega_m.abs());
+        let (bristle, speed) = (hidden.states[0], motion.omega_m * hidden.sign(0, motion.omega_m, MOTOR_SPEED));
         let reduced = speed / stribeck_speed;
         let limit = sliding * (ratio - one).mul_add((-(reduced * reduced)).exp(), one);
         let rate = motion.omega_m - stiffness * speed * bristle / limit;

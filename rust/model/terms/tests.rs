@@ -1,10 +1,11 @@
 //! What every term has to keep, whatever its parameters.
 
-use super::{Actuator, Choice, Dry, Gear, HIDDEN, Load, Mesh, Motion, Reaction, TERMS, TermInfo, Terms};
+use super::{Actuator, Choice, Dry, Gear, HIDDEN, Internals, Load, Mesh, Motion, Reaction, TERMS, TermInfo, Terms};
+use crate::model::Pieces;
 use crate::real::{Pair, Real};
 
 /// Everything the terms can change at one instant.
-struct Answer<R> {
+struct Answer<R: Real> {
     actuator: Actuator<R>,
     mesh: Mesh<R>,
     gear: Gear<R>,
@@ -14,6 +15,8 @@ struct Answer<R> {
     reaction: Reaction<R>,
     /// Rates of the hidden states after each of the seven hooks.
     rates: [[R; HIDDEN]; 7],
+    /// What the corners found.
+    corners: Pieces<R::Plain>,
 }
 
 impl<R: Real> Answer<R> {
@@ -44,6 +47,11 @@ const MOMENT: Moment =
     Moment { theta_m: 3.7, omega_m: 12.0, windup: 2e-4, windup_rate: -3e-3, gear_torque: 6.0, hidden: 0.3 };
 
 fn answer<R: Real>(terms: &Terms<R>, moment: &Moment) -> Answer<R> {
+    answer_on(terms, moment, None)
+}
+
+/// The answer on the pieces that are held.
+fn answer_on<R: Real>(terms: &Terms<R>, moment: &Moment, pieces: Option<&Pieces<R::Plain>>) -> Answer<R> {
     let s = R::splat;
     let motion = Motion {
         t: s(0.31),
@@ -53,7 +61,7 @@ fn answer<R: Real>(terms: &Terms<R>, moment: &Moment) -> Answer<R> {
         omega_l: s(moment.omega_m / 121.0),
         inverse_ratio: s(1.0 / 121.0),
     };
-    let states = [s(moment.hidden); HIDDEN];
+    let mut inner = Internals::new(&[s(moment.hidden); HIDDEN], pieces);
     let direction = if moment.omega_m == 0.0 { 0.0 } else { moment.omega_m.signum() };
     let dry = Dry {
         level: s(0.0),
@@ -64,32 +72,35 @@ fn answer<R: Real>(terms: &Terms<R>, moment: &Moment) -> Answer<R> {
         viscous: s(1.2e-3),
         gear_torque: s(moment.gear_torque),
     };
-    let mut found = Answer {
-        actuator: Actuator { torque: s(0.4), inertia: s(3e-4) },
-        mesh: Mesh {
-            error: s(1e-5),
-            error_slope: s(2e-5),
-            error_curvature: s(0.0),
-            slope_by_speed: s(0.0),
-            added_windup: s(0.0),
-            added_windup_rate: s(0.0),
-            load_torque: s(20.0),
-        },
-        gear: Gear::new(s(moment.windup), s(moment.windup_rate)),
-        motor: dry,
-        load: Load { torque: s(20.0), inertia: s(0.5) },
-        output: dry,
-        reaction: Reaction { gear_torque: s(moment.gear_torque) },
-        rates: [[s(f64::NAN); HIDDEN]; 7],
+    let mut actuator = Actuator { torque: s(0.4), inertia: s(3e-4) };
+    let mut mesh = Mesh {
+        error: s(1e-5),
+        error_slope: s(2e-5),
+        error_curvature: s(0.0),
+        slope_by_speed: s(0.0),
+        added_windup: s(0.0),
+        added_windup_rate: s(0.0),
+        load_torque: s(20.0),
     };
-    terms.actuator(&motion, &mut found.actuator, &states, &mut found.rates[0]);
-    terms.mesh(&motion, &mut found.mesh, &states, &mut found.rates[1]);
-    terms.gear(&motion, &mut found.gear, &states, &mut found.rates[2]);
-    terms.motor_friction(&motion, &mut found.motor, &states, &mut found.rates[3]);
-    terms.load(&motion, &mut found.load, &states, &mut found.rates[4]);
-    terms.load_friction(&motion, &mut found.output, &states, &mut found.rates[5]);
-    terms.reaction(&motion, &mut found.reaction, &states, &mut found.rates[6]);
-    found
+    let mut gear = Gear::new(s(moment.windup), s(moment.windup_rate));
+    let mut load = Load { torque: s(20.0), inertia: s(0.5) };
+    let (mut motor, mut output) = (dry, dry);
+    let mut reaction = Reaction { gear_torque: s(moment.gear_torque) };
+    let mut hook = |say: &mut dyn FnMut(&mut Internals<R>)| {
+        inner.rates = [s(f64::NAN); HIDDEN];
+        say(&mut inner);
+        inner.rates
+    };
+    let rates = [
+        hook(&mut |inner| terms.actuator(&motion, &mut actuator, inner)),
+        hook(&mut |inner| terms.mesh(&motion, &mut mesh, inner)),
+        hook(&mut |inner| terms.gear(&motion, &mut gear, inner)),
+        hook(&mut |inner| terms.motor_friction(&motion, &mut motor, inner)),
+        hook(&mut |inner| terms.load(&motion, &mut load, inner)),
+        hook(&mut |inner| terms.load_friction(&motion, &mut output, inner)),
+        hook(&mut |inner| terms.reaction(&motion, &mut reaction, inner)),
+    ];
+    Answer { actuator, mesh, gear, motor, load, output, reaction, rates, corners: inner.corners.found() }
 }
 
 fn terms_with(ids: &[&str], values: &[f64]) -> Terms<f64> {
@@ -179,6 +190,22 @@ fn exact_lanes_and_scalar_agree() {
         let (alone, together) = (answer(&alone, &MOMENT), answer(&together, &MOMENT));
         for (one, lanes) in alone.numbers().into_iter().zip(together.numbers()) {
             assert_eq!(one.to_bits(), lanes.get(3).to_bits(), "{}", term.id);
+        }
+    }
+}
+
+/// On the piece on which it lies a law is what it is without pieces, and none of the piece is used up.
+#[test]
+fn exact_pieces_are_the_law() {
+    for term in TERMS {
+        let terms = terms_with(&[term.id], &defaults(term));
+        for moment in grid() {
+            let free = answer(&terms, &moment);
+            let held = answer_on(&terms, &moment, Some(&free.corners));
+            for (one, other) in free.numbers().into_iter().zip(held.numbers()) {
+                assert_eq!(one.to_bits(), other.to_bits(), "{}", term.id);
+            }
+            assert!(held.corners.iter().all(|margin| *margin >= 0.0), "{}: {:?}", term.id, held.corners);
         }
     }
 }

@@ -1,5 +1,6 @@
 //! A torque constant that is not what it should be.
 
+use super::sizes::SHARE;
 use super::{Actuator, Hidden, Motion, Place, Term, TermInfo, TermParameter};
 use crate::model::Base;
 use crate::real::Real;
@@ -31,12 +32,13 @@ impl Term for TorqueGain {
         ],
         states: &[],
     };
+    const CORNERS: usize = 1;
 
     #[inline(always)]
-    fn actuator<R: Real>(p: &[R], _motion: &Motion<R>, actuator: &mut Actuator<R>, _hidden: Hidden<R>) {
+    fn actuator<R: Real>(p: &[R], _motion: &Motion<R>, actuator: &mut Actuator<R>, mut hidden: Hidden<R>) {
         let one = R::splat(1.0);
         let share = actuator.torque / p[2];
-        let lost = p[1] * (share * share).min(one);
+        let lost = p[1] * hidden.min(0, share * share, one, SHARE);
         actuator.torque = actuator.torque * (one + p[0]) * (one - lost);
     }
 }

@@ -1,5 +1,6 @@
 //! What current limit and supply voltage leave of a command.
 
+use super::sizes::{MOTOR_SPEED, MOTOR_TORQUE};
 use super::{Actuator, Hidden, Motion, Place, Term, TermInfo, TermParameter};
 use crate::model::Base;
 use crate::real::Real;
@@ -30,10 +31,13 @@ impl Term for TorqueSaturation {
         ],
         states: &[],
     };
+    const CORNERS: usize = 4;
 
     #[inline(always)]
-    fn actuator<R: Real>(p: &[R], motion: &Motion<R>, actuator: &mut Actuator<R>, _hidden: Hidden<R>) {
-        let reserve = p[1] * (R::splat(1.0) - motion.omega_m.abs() / p[2]);
-        actuator.torque = actuator.torque.clamp_abs(p[0].min(reserve).max(R::zero()));
+    fn actuator<R: Real>(p: &[R], motion: &Motion<R>, actuator: &mut Actuator<R>, mut hidden: Hidden<R>) {
+        let speed = hidden.sign(0, motion.omega_m, MOTOR_SPEED) * motion.omega_m;
+        let least = hidden.min(1, p[0], p[1] * (R::splat(1.0) - speed / p[2]), MOTOR_TORQUE);
+        let limit = -hidden.min(2, -least, R::zero(), MOTOR_TORQUE);
+        actuator.torque = hidden.clamp(3, actuator.torque, limit, MOTOR_TORQUE);
     }
 }

@@ -42,7 +42,7 @@ def attempts_and_error(p, model, exact, rtol, method="dop853"):
 
 @pytest.mark.parametrize("name", CASES)
 def test_against_scipy_piece_by_piece(name):
-    """Errors stay near rtol, and the work-precision line is as steep as without corners, for every method with terms."""
+    """Errors stay near rtol, and the work-precision line is as steep as without corners."""
     p, changes, law = CASES[name]
     model = hdfast.Model(**changes)
     orders = [] if name == "gap" else list(range(1, 16))

@@ -32,6 +32,7 @@ class Candidate:
         contains: effects that are special cases of this one.
         needs: at least one of these effects has to be there already.
         shape: what distinguishes it from other candidates of the same effect, for reports.
+        order: per motor revolution at which it acts, if at one.
     """
 
     effect: str
@@ -47,6 +48,7 @@ class Candidate:
     contains: tuple[str, ...] = ()
     needs: tuple[str, ...] = ()
     shape: str = ""
+    order: float | None = None
 
     @property
     def label(self) -> str:

@@ -76,6 +76,7 @@ def _one(
     spans: tuple[str, ...] = (),
     contains: tuple[str, ...] = (),
     needs: tuple[str, ...] = (),
+    order: float | None = None,
 ) -> Candidate:
     term = terms()[effect]
 
@@ -97,6 +98,7 @@ def _one(
         contains=contains,
         needs=needs,
         shape=shape,
+        order=(fixed or {}).get("order", order),
     )
 
 
@@ -240,6 +242,7 @@ def _actuator(s: Sizes) -> list[Candidate]:
                 },
                 waves=(name, phase),
                 shape=f"order {order * pairs}",
+                order=float(order * pairs),
             )
             for pairs in (4, 5)
             for name, phase, order, size in (
@@ -274,6 +277,7 @@ def _lines(s: Sizes) -> list[Candidate]:
                 amplitude=f"te_cos_{label}",
                 waves=(f"te_cos_{label}", f"te_sin_{label}"),
                 shape=f"order {order:.4g}",
+                order=order,
             )
         )
     return found + [
@@ -324,8 +328,12 @@ def _mesh(s: Sizes) -> list[Candidate]:
                 fixed={other: 0.0 for other in ("eps_2", "eps_o") if other != size},
                 waves=(size, phase),
                 shape=shape,
+                order=order,
             )
-            for size, phase, shape in (("eps_2", "psi_2", "order 2"), ("eps_o", "psi_o", "once per load turn"))
+            for size, phase, shape, order in (
+                ("eps_2", "psi_2", "order 2", 2.0),
+                ("eps_o", "psi_o", "once per load turn", 1.0 / s.ratio),
+            )
         ),
     ]
     if s.loaded:

@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.ndimage import uniform_filter1d
 
 from hdfast.checks import Floats
 from hdfast.diagnosis.fit import Bench, Fit
@@ -17,9 +16,7 @@ PHASES = ("standstill", "start", "run", "stop", "reversal")
 LOUD = 3.0
 FAINT = 0.03
 SILENT = 1e-3
-WINDOW_S = 0.1
-JOIN_S = 0.25
-MOST_WINDOWS = 40
+CELL_S, JOIN_S = 0.05, 0.25
 NAMED_SHARE = 0.8
 AROUND_REVERSAL_S = 0.1
 SLOW_SHARE, STEADY_SHARE = 0.01, 0.05
@@ -70,28 +67,26 @@ def locate(bench: Bench, before: Fit, after: Fit) -> Where:
     """Where the mismatch of `before` is that `after` explains; all of it where `after` explains nothing."""
     layout = bench.layout
     scale = np.maximum(bench.floor, SILENT * before.weights.scale)[layout.channel]
-    loud = before.mismatch / scale
-    changed = (before.mismatch - after.mismatch) / scale
-    missing = changed if after is not before and np.any(changed) else loud
-    windows: list[tuple[float, float, str]] = []
+    explained = before.mismatch - after.mismatch
+    if after is not before and np.any(explained):
+        missing, telling = explained / scale, after.white(layout, explained)
+    else:
+        missing = before.mismatch / scale
+        telling = np.where(np.abs(missing) > LOUD, missing, 0.0)
     energy = np.zeros(len(PHASES))
     share: dict[str, float] = {}
     for unit_index, channel, where in layout.pieces:
-        unit = bench.plant.units[unit_index]
-        sample = layout.sample[where]
         own = missing[where]
-        level = np.sqrt(uniform_filter1d(own**2, max(1, round(WINDOW_S * bench.plant.band.rate))))
-        typical = max(LOUD, float(np.quantile(level, 0.5)))
-        windows += _runs(unit.t[sample], level > typical, unit)
-        excess = float(np.sum(own**2))
-        energy += np.bincount(phases(unit)[sample], own**2, minlength=len(PHASES))
-        share[channel] = share.get(channel, 0.0) + excess
+        energy += np.bincount(
+            phases(bench.plant.units[unit_index])[layout.sample[where]], own**2, minlength=len(PHASES)
+        )
+        share[channel] = share.get(channel, 0.0) + float(np.sum(own**2))
     total, whole = float(energy.sum()), sum(share.values())
     shares = {phase: float(value / total) if total else 0.0 for phase, value in zip(PHASES, energy, strict=True)}
     top = max(shares, key=lambda phase: shares[phase])
     orders, tones = _sorted_out(bench, before)
     return Where(
-        windows=tuple(sorted(windows, key=lambda w: (w[2], w[0]))[:MOST_WINDOWS]),
+        windows=_windows(bench, telling),
         phase=top if shares[top] >= NAMED_SHARE else "all",
         shares=shares,
         orders=tuple(round(line.position, 4) for line in orders),
@@ -118,18 +113,30 @@ def _sorted_out(bench: Bench, before: Fit) -> tuple[list[Line], list[Line]]:
     return strong, [line for line in tones if line.prominence >= FAINT * tones[0].prominence]
 
 
-def _runs(t: Floats, loud: Floats, unit: Unit) -> list[tuple[float, float, str]]:
-    """Stretches of loud samples, joined where they nearly touch."""
-    if not np.any(loud):
-        return []
-    times = t[loud]
-    breaks = np.flatnonzero(np.diff(times) > JOIN_S)
-    begins = np.concatenate([times[:1], times[breaks + 1]])
-    ends = np.concatenate([times[breaks], times[-1:]])
-    return [
-        (round(unit.offset + begin, 4), round(unit.offset + end, 4), unit.name)
-        for begin, end in zip(begins.tolist(), ends.tolist(), strict=True)
-    ]
+def _windows(bench: Bench, telling: Floats) -> tuple[tuple[float, float, str], ...]:
+    """The fewest cells of time that hold most of a signal's (N,) energy, joined where they nearly touch."""
+    layout = bench.layout
+    loud: dict[tuple[int, int], float] = {}
+    for number, _, where in layout.pieces:
+        cell = (bench.plant.units[number].t[layout.sample[where]] / CELL_S).astype(np.int64)
+        for index, energy in enumerate(np.bincount(cell, telling[where] ** 2)):
+            if energy > 0.0:
+                loud[number, index] = loud.get((number, index), 0.0) + float(energy)
+    wanted, kept = NAMED_SHARE * sum(loud.values()), 0.0
+    chosen = []
+    for place in sorted(loud, key=lambda one: -loud[one]):
+        if kept >= wanted:
+            break
+        kept += loud[place]
+        chosen.append(place)
+    found: list[tuple[float, float, str]] = []
+    for number, index in sorted(chosen):
+        unit = bench.plant.units[number]
+        begin, end = unit.offset + index * CELL_S, unit.offset + (index + 1) * CELL_S
+        if found and found[-1][2] == unit.name and begin - found[-1][1] <= JOIN_S:
+            begin = found.pop()[0]
+        found.append((round(begin, 4), round(end, 4), unit.name))
+    return tuple(sorted(found, key=lambda window: (window[2], window[0])))
 
 
 def merged(windows: Sequence[tuple[float, float, str]]) -> tuple[tuple[float, float, str], ...]:

@@ -266,13 +266,6 @@ def _effect(one: Standing, verdict: Verdict, sigma: Mapping[str, float]) -> dict
     }
 
 
-def _orders(one: Standing) -> list[float]:
-    """Orders per motor revolution at which a named effect acts."""
-    candidate = one.trial.candidate
-    fixed = [value for name, value in candidate.fixed.items() if name == f"{candidate.effect}_order"]
-    return [*(_number(order) for order in candidate.orders), *fixed]
-
-
 def _number(order: str) -> float:
     top, _, bottom = order.partition("/")
     return float(top) / float(bottom or 1.0)
@@ -297,7 +290,9 @@ def _where(verdict: Verdict) -> dict[str, Any]:
     memory = "none"
     orders = list(verdict.where.orders)
     for one in verdict.standings:
-        orders += [order for order in _orders(one) if all(abs(order - known) > 0.01 * known for known in orders)]
+        order = one.trial.candidate.order
+        if order is not None and all(abs(order - known) > 0.01 * known for known in orders):
+            orders.append(order)
         facts = FACTS[one.name]
         depends += [name for name in facts.depends_on if name not in depends]
         memory = facts.memory if facts.memory != "none" else memory

@@ -52,12 +52,14 @@ class Proof:
         return self.gain.total > PART * self.expected
 
 
+def replayed(bench: Bench, frozen: Fit) -> Floats:
+    """Mismatch (N,) of a frozen model on recordings it was not fitted to."""
+    return np.asarray(bench.commanded(frozen).mismatch(frozen.structure, frozen.coordinates[None])[0])
+
+
 def prove(bench: Bench, baseline: Fit, extended: Fit, floor: float) -> Proof:
     """Simulate the held-out recordings once with each frozen model."""
-    before, after = (
-        bench.commanded(one).mismatch(one.structure, one.coordinates[None])[0] for one in (baseline, extended)
-    )
-    return weigh_up(bench.layout, extended.white, before, after, floor)
+    return weigh_up(bench.layout, extended.white, replayed(bench, baseline), replayed(bench, extended), floor)
 
 
 def weigh_up(layout: Layout, white: Whitener, before: Floats, after: Floats, floor: float) -> Proof:

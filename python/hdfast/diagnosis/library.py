@@ -317,7 +317,7 @@ def _mesh(s: Sizes) -> list[Candidate]:
         ),
         *(
             _one("backlash", [_positive("half_gap", gap, "rad")], shape=f"gap of {2.0 * gap:.3g} rad")
-            for gap in (max(share * s.windup, 5e-6 * share) for share in (0.02, 0.06, 0.2))
+            for gap in (share * max(s.windup, 5e-6) for share in (0.02, 0.06, 0.2))
         ),
         _one("soft_windup", [_positive("delta_K", 0.3 * s.stiffness, "N m/rad", high=0.95 * s.stiffness)]),
         *(

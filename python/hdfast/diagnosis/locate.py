@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -137,14 +136,3 @@ def _windows(bench: Bench, telling: Floats) -> tuple[tuple[float, float, str], .
             begin = found.pop()[0]
         found.append((round(begin, 4), round(end, 4), unit.name))
     return tuple(sorted(found, key=lambda window: (window[2], window[0])))
-
-
-def merged(windows: Sequence[tuple[float, float, str]]) -> tuple[tuple[float, float, str], ...]:
-    """Windows of one file that overlap become one."""
-    found: list[tuple[float, float, str]] = []
-    for begin, end, name in sorted(windows, key=lambda w: (w[2], w[0])):
-        if found and found[-1][2] == name and begin <= found[-1][1]:
-            found[-1] = (found[-1][0], max(found[-1][1], end), name)
-        else:
-            found.append((begin, end, name))
-    return tuple(found)

@@ -52,14 +52,18 @@ class Gain:
     @property
     def limited(self) -> float:
         """Sum over blocks, none of which counts more than it needs to convince."""
-        return float(np.clip(self.by_block, -CONVINCING, CONVINCING).sum())
+        return float(self._clipped.sum())
 
     @property
     def ratio(self) -> float:
         """Limited sum in standard errors."""
-        limited = np.clip(self.by_block, -CONVINCING, CONVINCING)
-        error = np.sqrt(len(limited)) * np.std(limited, ddof=1) if len(limited) > 1 else np.inf
-        return float(limited.sum() / max(error, 1e-9 + 0.05 * CONVINCING))
+        n = len(self.by_block)
+        error = np.sqrt(n) * np.std(self._clipped, ddof=1) if n > 1 else np.inf
+        return float(self.limited / max(error, 1e-9 + 0.05 * CONVINCING))
+
+    @property
+    def _clipped(self) -> Floats:
+        return np.clip(self.by_block, -CONVINCING, CONVINCING)
 
 
 def folds_of(plant: Plant, layout: Layout) -> Index:

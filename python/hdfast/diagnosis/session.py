@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from itertools import pairwise
 
 import numpy as np
 from threadpoolctl import threadpool_limits
@@ -13,7 +12,7 @@ from hdfast.diagnosis.baseline import baseline
 from hdfast.diagnosis.candidate import Candidate
 from hdfast.diagnosis.evidence import Index, lay_out
 from hdfast.diagnosis.fit import Bench, Fit, fit
-from hdfast.diagnosis.holdout import Proof, prove
+from hdfast.diagnosis.holdout import Proof, replayed, weigh_up
 from hdfast.diagnosis.library import Sizes, library
 from hdfast.diagnosis.lines import order_lines, snapped, tone_lines
 from hdfast.diagnosis.noise import floors
@@ -160,19 +159,26 @@ def _run(setup: Setup, seed: int, stages: Stages) -> Session:
     found = search(bench, calibrated, lambda current: candidates(bench, current, ratio), rules, rng, stages)
     proof = None
     if held is not None:
-        found = proven(held, found)
-        proof = prove(held, calibrated, found.final, noise_floor(held))
+        found, proof = proven(held, found)
     return Session(setup.campaign, bench, held, calibrated, found, proof, floor, rules.noisy, rules.folds, setup.weaker)
 
 
-def proven(held: Bench, found: Search) -> Search:
-    """The search up to the first effect, after one that held, that does not show on what was held out."""
+def proven(held: Bench, found: Search) -> tuple[Search, Proof]:
+    """The search up to the first effect, after one that held, that does not show on what was held out; its proof.
+
+    Every model is simulated there once.
+    """
     floor = noise_floor(held)
     models = [*(one.before for one in found.rounds if one.accepted is not None), found.final]
-    for number, (before, after) in enumerate(pairwise(models)):
-        if not prove(held, before, after, floor).holds:
-            return found.until(number) if number > 0 else found
-    return found
+    mismatches = [replayed(held, model) for model in models]
+
+    def between(first: int, last: int) -> Proof:
+        return weigh_up(held.layout, models[last].white, mismatches[first], mismatches[last], floor)
+
+    holding = next((n for n in range(len(models) - 1) if not between(n, n + 1).holds), 0)
+    if holding == 0:
+        return found, between(0, len(models) - 1)
+    return found.until(holding), between(0, holding)
 
 
 def noise_floor(bench: Bench) -> float:

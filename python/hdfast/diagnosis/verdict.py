@@ -15,7 +15,7 @@ from hdfast.diagnosis.facts import FACTS
 from hdfast.diagnosis.features import features
 from hdfast.diagnosis.fit import Bench
 from hdfast.diagnosis.limits import Limit, limits, without_windup
-from hdfast.diagnosis.locate import Where, locate, merged
+from hdfast.diagnosis.locate import Where, locate
 from hdfast.diagnosis.masking import Masked, masked, pulled
 from hdfast.diagnosis.rivals import ALIKE, CLOSE_ERRORS, SURE, Standing, stand
 from hdfast.diagnosis.score import nrmse
@@ -301,7 +301,7 @@ def _where(verdict: Verdict) -> dict[str, Any]:
     return {
         "place": places[0] if len(places) == 1 else None,
         "place_candidates": places,
-        "windows": [list(window) for window in merged(verdict.where.windows)],
+        "windows": [list(window) for window in verdict.where.windows],
         "phase": verdict.where.phase,
         "phase_shares": verdict.where.shares,
         "channel_shares": verdict.where.channels,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import lru_cache
@@ -13,7 +14,7 @@ from hdfast.errors import InputError, nearest, shorten
 
 @dataclass(frozen=True)
 class TermParameter:
-    """One parameter of a term: SI unit, default and plausible range for a size-25 unit."""
+    """One parameter of a term: SI unit, default and plausible range for a size-25 unit, allowed range."""
 
     name: str
     symbol: str
@@ -22,6 +23,7 @@ class TermParameter:
     low: float
     high: float
     meaning: str
+    allowed: tuple[float, float] = (-math.inf, math.inf)
 
 
 @dataclass(frozen=True)

@@ -145,6 +145,7 @@ pub fn terms(py: Python<'_>) -> PyResult<Vec<Bound<'_, PyDict>>> {
                 entry.set_item("default", parameter.default)?;
                 entry.set_item("low", parameter.plausible.0)?;
                 entry.set_item("high", parameter.plausible.1)?;
+                entry.set_item("allowed", parameter.allowed)?;
                 Ok(entry)
             });
             item.set_item("parameters", parameters.collect::<PyResult<Vec<_>>>()?)?;

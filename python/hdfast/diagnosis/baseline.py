@@ -20,7 +20,8 @@ def baseline(campaign: Campaign, torque_spread: float, period: float) -> Structu
     """The campaign's model; what its priors leave open is fitted, and so are scale, zero and clock of the torque.
 
     A command that is held from one sample to the next, and sensors that average, shift the torque against the motion
-    by up to a sample; more is physics. A term's parameter goes by its long name, with the term's id before it.
+    by up to a sample; more is physics. A term's parameter goes by its long name, with the term's id before it, and stays
+    within its allowed range.
 
     Args:
         campaign: the checked campaign.
@@ -35,20 +36,20 @@ def baseline(campaign: Campaign, torque_spread: float, period: float) -> Structu
     ]
     fixed = {}
     table = params(campaign.model)
-    long = {
-        table.canonical(f"{term}_{parameter.name}"): f"{term}_{parameter.name}"
+    own = {
+        table.canonical(f"{term}_{parameter.name}"): (f"{term}_{parameter.name}", parameter.allowed)
         for term in campaign.model.terms
         for parameter in terms()[term].parameters
     }
     for row in table:
         prior = campaign.priors[row.name]
-        name = long.get(row.name, row.name)
+        name, (low, high) = own.get(row.name, (row.name, (-np.inf, np.inf)))
         fixed[name] = prior.value
         if prior.sigma == 0.0 or not np.isfinite(prior.sigma):
             continue
         positive = prior.value > 0.0 and not row.name.startswith(("te_", *SIGNED)) and "psi" not in row.name
         sigma = prior.sigma / prior.value if positive else prior.sigma
-        free.append(Free(name, prior.value, float(sigma), positive, row.unit))
+        free.append(Free(name, prior.value, float(sigma), positive, row.unit, low, high))
     stage = stage_of({name: _lasting(facts) for name, facts in campaign.sensors.items()})
     for effect, channel in stage.effects:
         names = [f"{channel}_{effect}_{parameter.name}" for parameter in terms()[effect].parameters]

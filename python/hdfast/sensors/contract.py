@@ -26,11 +26,9 @@ class SensorParameter(TermParameter):
     """A parameter of a sensor effect.
 
     Attributes:
-        allowed: range outside of which a value is refused.
         on_torque: default, low and high on a torque channel, where they differ from those on an angle.
     """
 
-    allowed: tuple[float, float] = (-np.inf, np.inf)
     on_torque: tuple[float, float, float] | None = None
 
 

@@ -13,10 +13,11 @@ from numpy.typing import NDArray
 from hdfast.checks import Floats
 from hdfast.sensors.channels import ANGLES
 from hdfast.sensors.curve import Curve
+from hdfast.sensors.dual import Number
 from hdfast.terms import Term, TermParameter
 
 CHANNEL_UNIT = "unit of the channel"
-Values = Mapping[str, Floats]
+Values = Mapping[str, Number]
 Counts = NDArray[np.int64]
 Draw = Callable[[Counts], Floats]
 
@@ -47,13 +48,16 @@ class Instants:
         interval: time between two readings [s], shape (M, 1).
     """
 
-    s: Floats
+    s: Number
     index: Counts
-    interval: Floats
+    interval: Number
 
 
 class SensorEffect(ABC):
-    """One effect between a quantity and its record; values arrive as (M, 1) by parameter name."""
+    """One effect between a quantity and its record; values arrive as (M, 1) by parameter name.
+
+    Quantities, values and times may be dual numbers: an effect is written once, in operations that `dual` knows.
+    """
 
     info: ClassVar[Term]
 
@@ -66,7 +70,7 @@ class Geometry(SensorEffect):
     """Where the scale sits on its shaft: a function of the quantity alone."""
 
     @abstractmethod
-    def reading(self, x: Floats, p: Values) -> Floats:
+    def reading(self, x: Number, p: Values) -> Number:
         """What the scale shows at x, shape (M, T)."""
 
 
@@ -74,7 +78,7 @@ class Filter(SensorEffect):
     """Continuous dynamics before sampling."""
 
     @abstractmethod
-    def response(self, curve: Curve, p: Values) -> Floats:
+    def response(self, curve: Curve, p: Values) -> Number:
         """The filtered quantity at the knots of the curve, shape (M, T)."""
 
 
@@ -90,7 +94,7 @@ class Sampling(SensorEffect):
     """How one number is taken from the quantity around an instant."""
 
     @abstractmethod
-    def sample(self, curve: Curve, instants: Instants, p: Values) -> Floats:
+    def sample(self, curve: Curve, instants: Instants, p: Values) -> Number:
         """The numbers, shape (M, K)."""
 
 
@@ -98,7 +102,7 @@ class Readout(SensorEffect):
     """What electronics add to the number and how they round it."""
 
     @abstractmethod
-    def readout(self, y: Floats, instants: Instants, p: Values, draw: Draw) -> Floats:
+    def readout(self, y: Number, instants: Instants, p: Values, draw: Draw) -> Number:
         """What is written down, shape (M, K)."""
 
 

@@ -11,6 +11,7 @@ from hdfast.checks import Floats
 from hdfast.errors import InputError
 from hdfast.sensors.contract import Clock, Draw, Filter, Geometry, Instants, Readout, Sampling, SensorEffect, Values
 from hdfast.sensors.curve import Curve
+from hdfast.sensors.dual import Number, value
 
 FEWEST = 4
 
@@ -24,7 +25,7 @@ class Step:
     draw: Draw
 
 
-def read(steps: Sequence[Step], t: Floats, x: Floats, at: Floats, *, moving: bool) -> Floats:
+def read(steps: Sequence[Step], t: Floats, x: Number, at: Floats, *, moving: bool) -> Number:
     """Readings (M, K) at the times `at` of a quantity (M, T) known at the times t.
 
     Args:
@@ -38,8 +39,9 @@ def read(steps: Sequence[Step], t: Floats, x: Floats, at: Floats, *, moving: boo
         if isinstance(step.effect, Geometry):
             x = step.effect.reading(x, step.values)
         elif isinstance(step.effect, Filter):
-            x = np.where(np.isfinite(x), step.effect.response(_curve(t, x, moving), step.values), np.nan)
-    instants = _instants(len(x), at)
+            curve = _curve(t, x, moving)
+            x = curve.until_end(t, step.effect.response(curve, step.values))
+    instants = _instants(len(value(x)), at)
     for step in steps:
         if isinstance(step.effect, Clock):
             instants = step.effect.instants(instants, step.values, step.draw)
@@ -47,7 +49,7 @@ def read(steps: Sequence[Step], t: Floats, x: Floats, at: Floats, *, moving: boo
     for step in steps:
         if isinstance(step.effect, Readout):
             y = step.effect.readout(y, instants, step.values, step.draw)
-    return np.array(y)
+    return y
 
 
 def _instants(rows: int, at: Floats) -> Instants:
@@ -57,17 +59,17 @@ def _instants(rows: int, at: Floats) -> Instants:
     return Instants(np.broadcast_to(at, shape), index, np.full((rows, 1), interval))
 
 
-def _sample(steps: Sequence[Step], t: Floats, x: Floats, at: Floats, instants: Instants, moving: bool) -> Floats:
+def _sample(steps: Sequence[Step], t: Floats, x: Number, at: Floats, instants: Instants, moving: bool) -> Number:
     for step in steps:
         if isinstance(step.effect, Sampling):
             return step.effect.sample(_curve(t, x, moving), instants, step.values)
     place = np.minimum(np.searchsorted(t, at), len(t) - 1)
     if np.array_equal(t[place], at) and not any(isinstance(step.effect, Clock) for step in steps):
-        return np.asarray(x[:, place])
+        return x[..., place]
     return _curve(t, x, moving).at(instants.s)
 
 
-def _curve(t: Floats, x: Floats, moving: bool) -> Curve:
+def _curve(t: Floats, x: Number, moving: bool) -> Curve:
     if len(t) < FEWEST:
         raise InputError(f"t has {len(t)} times, between which no curve can be drawn (allowed: at least {FEWEST})")
     return Curve(t, x, moving=moving)

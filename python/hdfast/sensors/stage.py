@@ -14,10 +14,11 @@ from hdfast import checks
 from hdfast.checks import Floats
 from hdfast.errors import InputError, choose, shorten
 from hdfast.params import ParameterTable
-from hdfast.sensors import draws, passage
+from hdfast.sensors import draws, dual, passage
 from hdfast.sensors.catalogue import EFFECTS
 from hdfast.sensors.channels import ANGLES, CHANNELS
 from hdfast.sensors.contract import Clock, Counts, Filter, Sampling
+from hdfast.sensors.dual import Dual, Number
 from hdfast.sensors.names import Key, table
 from hdfast.sensors.passage import Step
 
@@ -129,21 +130,63 @@ class SensorStage:
         Raises:
             InputError: a shape, a time or a value that cannot be.
         """
+        return self.linearise(t, signals, parameters=parameters, at=at, rows=rows)[0]
+
+    def linearise(
+        self,
+        t: Any,
+        signals: Mapping[str, Any],
+        slopes: Mapping[str, Any] | None = None,
+        parameters: Mapping[str, Any] | None = None,
+        *,
+        wrt: Sequence[str] = (),
+        at: Any = None,
+        rows: Any = None,
+    ) -> tuple[dict[str, Floats], dict[str, Floats]]:
+        """Read the signals through the sensors, and differentiate the readings.
+
+        The derivatives are exact, with the random numbers held: noise and jitter are these times a standard deviation.
+        Rounding alone is left out: the derivatives are those of the unrounded reading, which is the mean over all
+        places where the steps may lie. The steps themselves then change nothing.
+
+        Args:
+            t, signals, parameters, at, rows: as in `apply`.
+            slopes: derivatives of the signals along D directions by channel, shape (M, T, D) or (T, D); what is left
+                out does not change.
+            wrt: names of W parameters of this stage.
+
+        Returns:
+            The readings, and by channel their derivatives (M, K, D + W) or (K, D + W), in the channel's unit: along
+            the directions of `slopes`, then with respect to the parameters.
+
+        Raises:
+            InputError: a name, a shape, a time or a value that cannot be.
+        """
         t = checks.table("t", t)
         at = t if at is None else checks.table("at", at)
         given = self.checked({} if parameters is None else parameters)
-        found = {}
+        directions = _directions(slopes or {})
+        names = [self.parameters[name].name for name in wrt]
+        units = np.eye(directions + len(names))[..., None, None]
+        own = {name: units[directions + j] for j, name in enumerate(names)}
+        read, derived = {}, {}
         for name, signal in signals.items():
             x = checks.as_floats(f"signals[{name!r}]", signal)
             if x.ndim not in (1, 2) or x.shape[-1] != len(t):
                 raise InputError(f"signals[{name!r}] has shape {x.shape}, t has {t.shape} (allowed: (M, T) or (T,))")
+            moving = np.zeros((*x.shape, len(units)))
+            if slopes and name in slopes:
+                along = checks.as_floats(f"slopes[{name!r}]", slopes[name])
+                if along.shape[:-1] != x.shape:
+                    raise InputError(f"slopes[{name!r}] has shape {along.shape}, allowed: {x.shape} and the directions")
+                moving[..., :directions] = along
             every = np.atleast_2d(x)
             keys = np.arange(len(every)) if rows is None else np.asarray(rows, dtype=np.int64)
             if keys.shape != (len(every),):
                 raise InputError(f"rows has shape {keys.shape}, allowed: ({len(every)},)")
-            read = self._channel(name, t, every, at, given, keys)
-            found[name] = read if x.ndim == 2 else read[0]
-        return found
+            y, dy = self._channel(name, t, every, moving.reshape(*every.shape, -1), at, given, own, keys)
+            read[name], derived[name] = (y, dy) if x.ndim == 2 else (y[0], dy[0])
+        return read, derived
 
     def drawn(self, seed: int | Sequence[int]) -> SensorStage:
         """This stage as one rig of many: another seed, and steps that fall at random where no `step_share` is given."""
@@ -156,32 +199,54 @@ class SensorStage:
         return SensorStage(self.effects, {**self.values, **shares}, self.rate, keys)
 
     def _channel(
-        self, channel: str, t: Floats, x: Floats, at: Floats, given: Mapping[str, Any], keys: Counts
-    ) -> Floats:
+        self,
+        channel: str,
+        t: Floats,
+        x: Floats,
+        moving: Floats,
+        at: Floats,
+        given: Mapping[str, Any],
+        own: Mapping[str, Floats],
+        keys: Counts,
+    ) -> tuple[Floats, Floats]:
         effects = [effect for effect, name in self.effects if name == channel]
-        size = max(1, BLOCK // max(len(t), len(at)))
-        parts = [np.empty((0, len(at)))]
+        directions = moving.shape[-1]
+        size = max(1, BLOCK // (max(len(t), len(at)) * (1 + directions)))
+        read = np.empty((len(x), len(at)))
+        derived = np.empty((*read.shape, directions))
         for start in range(0, len(x), size):
             part = slice(start, start + size)
             steps = [
                 Step(
                     EFFECTS[effect],
-                    self._values(channel, effect, given, len(x), part),
+                    self._values(channel, effect, given, own, len(x), part),
                     partial(draws.normal, self._key, f"{channel} {effect}", keys[part, None]),
                 )
                 for effect in effects
             ]
-            parts.append(passage.read(steps, t, x[part], at, moving=channel in ANGLES))
-        return np.concatenate(parts)
+            source = Dual(x[part], np.moveaxis(moving[part], -1, 0)) if directions else x[part]
+            y = passage.read(steps, t, source, at, moving=channel in ANGLES)
+            read[part] = dual.value(y)
+            derived[part] = np.moveaxis(np.broadcast_to(dual.slopes(y), (directions, *read[part].shape)), 0, -1)
+        return read, derived
 
-    def _values(self, channel: str, effect: str, given: Mapping[str, Any], rows: int, part: slice) -> dict[str, Floats]:
-        found = {}
+    def _values(
+        self,
+        channel: str,
+        effect: str,
+        given: Mapping[str, Any],
+        own: Mapping[str, Floats],
+        rows: int,
+        part: slice,
+    ) -> dict[str, Number]:
+        found: dict[str, Number] = {}
         for name, key in self._behind.items():
             if key[:2] == (channel, effect):
-                value = np.asarray(given.get(name, self.value(name)))
-                if value.ndim == 1 and len(value) != rows:
-                    raise InputError(f"{name} has shape {value.shape}, allowed: a number or ({rows},)")
-                found[key[2]] = np.broadcast_to(value, (rows,))[part, None]
+                number = np.asarray(given.get(name, self.value(name)))
+                if number.ndim == 1 and len(number) != rows:
+                    raise InputError(f"{name} has shape {number.shape}, allowed: a number or ({rows},)")
+                column = np.broadcast_to(number, (rows,))[part, None]
+                found[key[2]] = Dual(column, own[name]) if name in own else column
         return found
 
     def checked(self, values: Mapping[str, Any]) -> dict[str, Any]:
@@ -210,3 +275,10 @@ def _pair(entry: Any) -> tuple[str, str]:
 def _seed(seed: Any) -> tuple[int, ...]:
     listed: Iterable[Any] = seed if isinstance(seed, (tuple, list)) else [seed]
     return tuple(checks.whole("seed", item, 0, 2**63 - 1) for item in listed)
+
+
+def _directions(slopes: Mapping[str, Any]) -> int:
+    counts = {np.shape(along)[-1:] for along in slopes.values()}
+    if len(counts) > 1:
+        raise InputError(f"slopes run along {sorted(n for (n,) in counts)} directions (allowed: one number of them)")
+    return max((n for (n,) in counts), default=0)

@@ -22,5 +22,4 @@ class Aliasing(Clock):
     def instants(self, instants: Instants, p: Values, draw: Draw) -> Instants:
         """The last conversion; a time within 1e-9 of an interval before one counts as that one."""
         index = np.floor(instants.s * p["f_s"] + 1e-9)
-        interval = np.broadcast_to(1.0 / p["f_s"], instants.interval.shape)
-        return Instants(index / p["f_s"], index.astype(np.int64), interval)
+        return Instants(index / p["f_s"], index.astype(np.int64), 1.0 / p["f_s"])

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from hdfast.checks import Floats
 from hdfast.sensors.contract import Geometry, SensorParameter, Values, phase, sensor_term
+from hdfast.sensors.dual import Number
 
 
 class EncoderEccentricity(Geometry):
@@ -21,6 +21,6 @@ class EncoderEccentricity(Geometry):
         ),
     )
 
-    def reading(self, x: Floats, p: Values) -> Floats:
+    def reading(self, x: Number, p: Values) -> Number:
         """One line at order 1 of the shaft."""
         return x + 2.0 * p["eccentricity"] / p["disc_diameter"] * np.sin(x + p["psi"])

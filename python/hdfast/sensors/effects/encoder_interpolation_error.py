@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from hdfast.checks import Floats
 from hdfast.sensors.contract import Geometry, SensorParameter, Values, phase, sensor_term
+from hdfast.sensors.dual import Number
 
 
 class EncoderInterpolationError(Geometry):
@@ -21,7 +21,8 @@ class EncoderInterpolationError(Geometry):
         ),
     )
 
-    def reading(self, x: Floats, p: Values) -> Floats:
+    def reading(self, x: Number, p: Values) -> Number:
         """One line at order Z of the shaft."""
         lines = p["lines"]
-        return x + p["pitch_share"] * (2.0 * np.pi / lines) * np.sin(lines * x + p["psi"])
+        error: Number = p["pitch_share"] * (2.0 * np.pi / lines) * np.sin(lines * x + p["psi"])
+        return x + error

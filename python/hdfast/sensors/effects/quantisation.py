@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from hdfast.checks import Floats
 from hdfast.sensors.channels import ANY
 from hdfast.sensors.contract import CHANNEL_UNIT, Draw, Instants, Readout, SensorParameter, Values, sensor_term
+from hdfast.sensors.dual import Number, value, with_slopes_of
 
 
 class Quantisation(Readout):
@@ -32,9 +32,9 @@ class Quantisation(Readout):
         channels=ANY,
     )
 
-    def readout(self, y: Floats, instants: Instants, p: Values, draw: Draw) -> Floats:
-        """The nearest step."""
-        q = p["resolution"]
+    def readout(self, y: Number, instants: Instants, p: Values, draw: Draw) -> Number:
+        """The nearest step, with the derivatives of the mean over all places where the steps may lie: those of y."""
+        x, q = value(y), value(p["resolution"])
         step = np.where(q > 0.0, q, 1.0)
-        shift = p["step_share"] * q
-        return np.where(q > 0.0, step * np.round((y + shift) / step) - shift, y)
+        shift = value(p["step_share"]) * q
+        return with_slopes_of(y, np.where(q > 0.0, step * np.round((x + shift) / step) - shift, x))

@@ -1,7 +1,7 @@
 """An angle off by a factor."""
 
-from hdfast.checks import Floats
 from hdfast.sensors.contract import Geometry, SensorParameter, Values, sensor_term
+from hdfast.sensors.dual import Number
 
 
 class RatioError(Geometry):
@@ -17,6 +17,6 @@ class RatioError(Geometry):
         ),
     )
 
-    def reading(self, x: Floats, p: Values) -> Floats:
+    def reading(self, x: Number, p: Values) -> Number:
         """The scaled angle."""
         return (1.0 + p["ratio_error"]) * x

@@ -1,9 +1,9 @@
 """A converter that integrates."""
 
-from hdfast.checks import Floats
 from hdfast.sensors.channels import ANY
 from hdfast.sensors.contract import Instants, Sampling, SensorParameter, Values, sensor_term
 from hdfast.sensors.curve import Curve
+from hdfast.sensors.dual import Number
 
 
 class SensorAveraging(Sampling):
@@ -20,6 +20,6 @@ class SensorAveraging(Sampling):
         channels=ANY,
     )
 
-    def sample(self, curve: Curve, instants: Instants, p: Values) -> Floats:
+    def sample(self, curve: Curve, instants: Instants, p: Values) -> Number:
         """The exact mean of the curve."""
         return curve.mean(instants.s, p["window_share"] * instants.interval)

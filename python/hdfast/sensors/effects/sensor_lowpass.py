@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from hdfast.checks import Floats
 from hdfast.sensors.channels import ANY
 from hdfast.sensors.contract import CHANNEL_UNIT, Filter, SensorParameter, Values, sensor_term
 from hdfast.sensors.curve import Curve
+from hdfast.sensors.dual import Number, recurrence, select
 
 
 class SensorLowpass(Filter):
@@ -21,25 +21,19 @@ class SensorLowpass(Filter):
         states=(("y", CHANNEL_UNIT),),
     )
 
-    def response(self, curve: Curve, p: Values) -> Floats:
+    def response(self, curve: Curve, p: Values) -> Number:
         """Settled on the motion before the first sample; the exact step of the filter from knot to knot."""
-        tau = p["tau_s"][:, 0]
-        open_rows = tau == 0.0
-        step = np.diff(curve.t)[:, None]
-        z = step / np.where(open_rows, 1.0, tau)
-        moments = _moments(z)
-        drive = np.sum(
-            [c.T * step**j * m for j, (c, m) in enumerate(zip(curve.pieces(), moments, strict=True))], axis=0
-        )
-        decay = np.exp(-z)
-        y = np.empty((len(curve.t), len(curve.x)))
-        y[0] = curve.x[:, 0] - tau * curve.start_slope
-        for k in range(len(step)):
-            y[k + 1] = decay[k] * y[k] + drive[k]
-        return np.where(open_rows[:, None], curve.x, y.T)
+        tau = p["tau_s"]
+        step = np.diff(curve.t)
+        z = step / select(tau > 0.0, tau, 1.0)
+        powers = enumerate(zip(curve.coefficients(), _moments(z), strict=True))
+        first, *others = [c * step**j * moment for j, (c, moment) in powers]
+        drive = sum(others, start=first)
+        y = recurrence(curve.x[..., :1] - tau * curve.start_rate, np.exp(-z), drive)
+        return select(tau > 0.0, y, curve.x - tau * curve.rates)
 
 
-def _moments(z: Floats) -> list[Floats]:
+def _moments(z: Number) -> list[Number]:
     """The factor z times the integral of exp(-z (1 - s)) s^j over [0, 1], for j of 0 to 3."""
     upward = [-np.expm1(-z)]
     for j in range(1, 4):
@@ -49,10 +43,9 @@ def _moments(z: Floats) -> list[Floats]:
         return upward
     series = []
     for j in range(4):
-        term = z / (j + 1.0)
-        total = term.copy()
+        term = total = z / (j + 1.0)
         for m in range(1, 18):
             term = -term * z / (j + 1.0 + m)
-            total += term
+            total = total + term
         series.append(total)
-    return [np.where(small, a, b) for a, b in zip(series, upward, strict=True)]
+    return [select(small, a, b) for a, b in zip(series, upward, strict=True)]

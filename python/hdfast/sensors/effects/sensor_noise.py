@@ -1,8 +1,8 @@
 """White noise of a sensor."""
 
-from hdfast.checks import Floats
 from hdfast.sensors.channels import ANY
 from hdfast.sensors.contract import CHANNEL_UNIT, Draw, Instants, Readout, SensorParameter, Values, sensor_term
+from hdfast.sensors.dual import Number
 
 
 class SensorNoise(Readout):
@@ -29,6 +29,6 @@ class SensorNoise(Readout):
         channels=ANY,
     )
 
-    def readout(self, y: Floats, instants: Instants, p: Values, draw: Draw) -> Floats:
+    def readout(self, y: Number, instants: Instants, p: Values, draw: Draw) -> Number:
         """One number per reading; a held reading keeps its noise."""
         return y + p["noise"] * draw(instants.index)

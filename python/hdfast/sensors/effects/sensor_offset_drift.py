@@ -1,8 +1,8 @@
 """The zero of a sensor is off and moves."""
 
-from hdfast.checks import Floats
 from hdfast.sensors.channels import ANY
 from hdfast.sensors.contract import CHANNEL_UNIT, Draw, Instants, Readout, SensorParameter, Values, sensor_term
+from hdfast.sensors.dual import Number
 
 
 class SensorOffsetDrift(Readout):
@@ -38,6 +38,6 @@ class SensorOffsetDrift(Readout):
         channels=ANY,
     )
 
-    def readout(self, y: Floats, instants: Instants, p: Values, draw: Draw) -> Floats:
+    def readout(self, y: Number, instants: Instants, p: Values, draw: Draw) -> Number:
         """A straight line in time."""
         return y + p["offset"] + p["drift"] * instants.s

@@ -98,7 +98,7 @@ def choose_metrics(names: Any) -> list[Quantity]:
     """
     if names is None:
         return list(metrics().values())
-    return _unique("metrics", [metric(name) for name in _listed("metrics", names)])
+    return _unique("metrics", [metric(name) for name in listed("metrics", names)])
 
 
 def choose_signals(names: Any, default: tuple[str, ...]) -> list[Quantity]:
@@ -107,11 +107,16 @@ def choose_signals(names: Any, default: tuple[str, ...]) -> list[Quantity]:
     Raises:
         InputError: not a list, an unknown name, or a name twice.
     """
-    wanted = default if names is None else _listed("signals", names)
+    wanted = default if names is None else listed("signals", names)
     return _unique("signals", [signals()[choose("signals", name, signals())] for name in wanted])
 
 
-def _listed(argument: str, names: Any) -> list[Any]:
+def listed(argument: str, names: Any) -> list[Any]:
+    """The names as a list.
+
+    Raises:
+        InputError: not a list, or a very long one.
+    """
     if isinstance(names, (str, bytes)) or not hasattr(names, "__iter__"):
         raise InputError(f"{argument} = {names!r} is not a list of names")
     listed = list(names)

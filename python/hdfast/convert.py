@@ -87,20 +87,21 @@ def to_xarray(result: SweepResult, parameters: str) -> Any:
     data["final_state"] = (("row", "state"), result.final_state)
     data["status"] = ("row", result.status, {"flags": str({s.code: s.name for s in catalogue.statuses().values()})})
     coordinates: dict[str, Any] = {"row": np.arange(len(result)), "state": list(result.states)}
-    if result.samples:
+    samples = {**result.samples, **result.recorded}
+    if samples:
         if len(result.t_eval) == 1:
             coordinates["time"] = ("time", result.t_eval[0], {"units": "s"})
         else:
             data["grid"] = ("row", result.request.grid_index)
-        taken = set(data) & set(result.samples)
+        taken = set(data) & set(samples)
         if taken:
             raise InputError(f"signals and metrics share the names {sorted(taken)}")
-        for name, values in result.samples.items():
+        for name, values in samples.items():
             data[name] = (("row", "time"), values, {"units": result.units[name]})
     if result.sensitivities:
         coordinates["wrt"] = list(result.sensitivities)
         data["d_final_state"] = (("row", "state", "wrt"), result.final_state_sensitivities)
         data.update({f"d_{name}": (("row", "wrt"), values) for name, values in result.metric_sensitivities.items()})
-        samples = result.sample_sensitivities.items()
-        data.update({f"d_{name}": (("row", "time", "wrt"), values) for name, values in samples})
+        along = {**result.sample_sensitivities, **result.recorded_sensitivities}
+        data.update({f"d_{name}": (("row", "time", "wrt"), values) for name, values in along.items()})
     return xarray.Dataset(data, coordinates, {"model": str(result.model)})

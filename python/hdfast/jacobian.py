@@ -7,9 +7,13 @@ from typing import Any
 
 import numpy as np
 
+from hdfast import catalogue
 from hdfast.checks import Floats
 from hdfast.errors import InputError
 from hdfast.model import Model
+from hdfast.request import DEFAULT_SIGNALS
+from hdfast.sensors.observation import SOURCES
+from hdfast.sensors.stage import SensorStage
 from hdfast.sweep import sweep
 
 
@@ -21,18 +25,25 @@ def jacobian(
     signals: Sequence[str] | None = None,
     model: Model | None = None,
     scenario: Any = None,
+    sensors: SensorStage | None = None,
     **options: Any,
 ) -> Floats:
     """Derivatives of one drive's signals over time with respect to parameters and initial states.
 
+    With sensors, also of what they read: derivatives pass delay, filter, averaging, clock and geometry of the sensors
+    exactly and rounding as if it were not there; noise and jitter are held as they were drawn (see
+    `hdfast.sensors.SensorStage.linearise`).
+
     Args:
         row: parameters that differ from the defaults, as in `hdfast.simulate`.
-        wrt: names of parameters, scenario columns or initial states (`initial_omega_m`), as `sensitivities` of
-            `hdfast.sweep`.
+        wrt: names of parameters of drive, terms and sensors, scenario columns or initial states (`initial_omega_m`),
+            as `sensitivities` of `hdfast.sweep`.
         t_eval: times [s], shape (T,).
-        signals: names of the signals; default te, omega_m, omega_l.
+        signals: names of signals, and with sensors of channels; default te, omega_m, omega_l, with sensors
+            motor_angle, load_angle, motor_torque, output_torque.
         model: the equations; default `Model()`.
         scenario: the inputs over time; default `Scenario.start_stop()`.
+        sensors: what reads the channels, as in `hdfast.sweep`.
         options: initial_state, method, rtol, atol, max_steps and max_step as in `hdfast.sweep`.
 
     Returns:
@@ -42,11 +53,20 @@ def jacobian(
         InputError: the call cannot mean anything; naming argument, value and what is allowed.
         RowError: the row cannot be simulated.
     """
-    parameters = {} if row is None else row
+    channels = [] if sensors is None else list(SOURCES)
+    asked = catalogue.listed("signals", signals if signals is not None else channels or DEFAULT_SIGNALS)
     options = {"metrics": [], "threads": 1, "strict": True, **options}
     result = sweep(
-        parameters, model=model, scenario=scenario, t_eval=t_eval, signals=signals, sensitivities=wrt, **options
+        {} if row is None else row,
+        model=model,
+        scenario=scenario,
+        t_eval=t_eval,
+        signals=[name for name in asked if name not in channels],
+        sensitivities=wrt,
+        sensors=sensors,
+        **options,
     )
     if len(result) != 1:
         raise InputError(f"row holds {len(result)} rows (allowed: 1; use hdfast.sweep for many)")
-    return np.stack([values[0] for values in result.sample_sensitivities.values()], axis=1)
+    found = {**result.sample_sensitivities, **result.recorded_sensitivities}
+    return np.stack([found[name][0] for name in asked], axis=1)

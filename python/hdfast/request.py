@@ -18,7 +18,7 @@ from hdfast.model import Model
 from hdfast.params import ParameterTable, chosen_model, layout
 from hdfast.rows import Rows, read_rows
 from hdfast.scenario import Scenario
-from hdfast.sensitivities import Direction, choose_directions
+from hdfast.sensitivities import Directions, choose_directions
 from hdfast.sensors.observation import Observation, observe
 from hdfast.sensors.stage import SensorStage
 
@@ -40,7 +40,7 @@ class Request:
         defaults: their defaults, shape (P + 6,).
         rows: columns by name, scenario columns included, and shared values (already part of `defaults`).
         scenarios: the scenarios; `scenario_index` (M,) picks one per row, None means the first for all.
-        sensitivities: what derivatives are taken with respect to, in the core's terms by name.
+        sensitivities: what derivatives are taken with respect to.
         grids: output times; `grid_index` (M,) picks one per row, None means the first for all.
         observation: what the sensors need, None without sensors.
     """
@@ -56,7 +56,7 @@ class Request:
     signals: list[Quantity]
     metrics: list[Quantity]
     initial_state: Floats | None
-    sensitivities: dict[str, Direction]
+    sensitivities: Directions
     method: str
     find_stiff: bool
     rtol: float
@@ -106,13 +106,12 @@ def prepare(
     chosen = catalogue.choose_signals(signals, DEFAULT_SIGNALS) if grids else []
     quantities = catalogue.choose_metrics(metrics)
     observation = None if sensors is None else observe(sensors, readings, chosen, grids)
+    stage = None if observation is None else observation.stage
     sampled, times = (chosen, grids) if observation is None else (observation.signals * 2, observation.grids)
     automatic, method = method == "auto", catalogue.choose_method(method)
-    directions = choose_directions(sensitivities, model, table, method)
-    if directions and observation is not None:
-        raise InputError("sensitivities are of the drive's own signals: ask for them without sensors")
+    directions = choose_directions(sensitivities, model, table, method, stage)
     numbers = len(quantities) + len(sampled) * max(map(len, times), default=0)
-    _check_size(given.count, numbers, len(directions))
+    _check_size(given.count, numbers, len(directions.names))
     grid_index = _index("t_eval_index", t_eval_index, given.count, len(grids), "t_eval") if grids else None
     _check_ends(grids, grid_index, scenarios, index)
     return Request(

@@ -13,6 +13,7 @@ from hdfast.checks import Floats
 from hdfast.errors import InputError, nearest, shorten
 from hdfast.printing import text_table
 from hdfast.request import Request, parameters_of
+from hdfast.sensors.channels import CHANNELS
 
 PERCENTILES = (1.0, 5.0, 50.0, 95.0, 99.0)
 MAIN_METRICS = (
@@ -37,7 +38,7 @@ class SweepResult:
 
     Attributes:
         metrics: arrays (M,) by name; NaN where a row did not get there.
-        units: unit of every metric and signal by name.
+        units: unit of every metric, signal and channel by name.
         samples: arrays (M, T) by signal name, NaN beyond a row's grid or end; empty without t_eval.
         recorded: what the sensors read, arrays (M, T) by channel; empty without sensors.
         t_eval: the sample times [s] of each grid.
@@ -47,7 +48,9 @@ class SweepResult:
             for time_outside_range and energy_residual, which depend on where steps end, and for mode_*, which come from
             an iterated fit. Windows, extrema and crossings move with the parameter, the samples of a fit do not change
             in number.
-        sample_sensitivities: arrays (M, T, W) by signal name; empty with sensors.
+        sample_sensitivities: arrays (M, T, W) by signal name.
+        recorded_sensitivities: arrays (M, T, W) by channel, of the readings before they are rounded, with noise and
+            jitter held as they were drawn (`SensorStage.linearise`); empty without sensors.
         final_state_sensitivities: (M, S, W).
         status: (M,) codes, 0 is finished; `status_counts()` and `message(row)` put them in words.
         detail: (M,) column of the offending parameter of a row that cannot be simulated, else -1.
@@ -61,19 +64,19 @@ class SweepResult:
         self.request = request
         self.model = request.model
         self.metrics: dict[str, Floats] = dict(zip((m.name for m in request.metrics), raw["metrics"], strict=True))
-        self.samples: dict[str, Floats] = {}
         self.recorded: dict[str, Floats] = {}
-        self.sample_sensitivities: dict[str, Floats] = {}
+        self.recorded_sensitivities: dict[str, Floats] = {}
         self._take(raw["samples"], raw["samples_sensitivities"])
         self.units = {item.name: item.unit for item in (*request.signals, *request.metrics)}
+        self.units |= {name: CHANNELS[name].unit for name in self.recorded}
         self.t_eval: list[Floats] = request.grids
         self.states = request.model.states
         self.final_state: Floats = raw["final_state"]
-        self.sensitivities = tuple(request.sensitivities)
-        self.metric_sensitivities: dict[str, Floats] = dict(
-            zip(self.metrics, raw["metrics_sensitivities"], strict=True)
+        self.sensitivities = request.sensitivities.names
+        self.metric_sensitivities = self._of_motion(self.metrics, raw["metrics_sensitivities"])
+        self.final_state_sensitivities: Floats = request.sensitivities.of_motion(
+            self.final_state, raw["final_state_sensitivities"]
         )
-        self.final_state_sensitivities: Floats = raw["final_state_sensitivities"]
         self.status: NDArray[np.uint8] = raw["status"]
         self.method: NDArray[np.str_] = np.array(list(catalogue.methods()))[raw["method"]]
         self.detail: NDArray[np.int32] = raw["detail"]
@@ -85,15 +88,24 @@ class SweepResult:
         self.threads: int = raw["threads"]
         self.simd: str = raw["simd"]
 
-    def _take(self, samples: list[Floats], sensitivities: list[Floats]) -> None:
-        request = self.request
+    def _take(self, samples: list[Floats], slopes: list[Floats]) -> None:
+        request, directions = self.request, self.request.sensitivities
         names = [signal.name for signal in request.signals]
-        if request.observation is None:
-            self.samples = dict(zip(names, samples, strict=True))
-            self.sample_sensitivities = dict(zip(names, sensitivities, strict=True))
-            return
-        seen, self.recorded = request.observation.take(samples, request.grids, request.grid_index)
-        self.samples = {name: seen[name] for name in names}
+        if request.observation is not None:
+            own = list(directions.sensors.values())
+            found = request.observation.take(samples, slopes, request.grids, request.grid_index, own)
+            samples, slopes = ([each[name] for name in names] for each in (found.samples, found.slopes))
+            self.recorded = found.recorded
+            self.recorded_sensitivities = {
+                name: directions.arranged(*np.split(along, [len(directions.drive)], axis=-1))
+                for name, along in found.recorded_slopes.items()
+            }
+        self.samples = dict(zip(names, samples, strict=True))
+        self.sample_sensitivities = self._of_motion(self.samples, slopes)
+
+    def _of_motion(self, values: Mapping[str, Floats], slopes: list[Floats]) -> dict[str, Floats]:
+        pairs = zip(values.items(), slopes, strict=True)
+        return {name: self.request.sensitivities.of_motion(own, along) for (name, own), along in pairs}
 
     def __len__(self) -> int:
         return len(self.status)
@@ -191,7 +203,7 @@ class SweepResult:
         return to_polars(self, parameters)
 
     def to_xarray(self, *, parameters: str = "all") -> Any:
-        """Metrics, states and samples as an `xarray.Dataset` over row, state and time, with units as attributes.
+        """Metrics, states, samples and readings as an `xarray.Dataset` over row, state and time; units as attributes.
 
         Derivatives are named `d_<name>` and run over wrt as well.
         """

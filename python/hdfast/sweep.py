@@ -57,9 +57,9 @@ def sweep(
         signals: names of the signals sampled at t_eval; default te, omega_m, omega_l.
         metrics: names of the metrics, also `order_<o>` and `speed_order_<o>`; default all fixed ones.
         initial_state: (M, S) or (S,) start in place of the scenario's, columns as `model.states`; z may be left out.
-        sensitivities: names of parameters (scenario columns and parameters of terms included) and of initial states
-            (`initial_theta_m`, `initial_omega_m`, ...) with respect to which all numbers are differentiated; with the
-            methods auto and dop853.
+        sensitivities: names of parameters (scenario columns, parameters of terms and of sensors included) and of
+            initial states (`initial_theta_m`, `initial_omega_m`, ...) with respect to which all numbers are
+            differentiated, readings of the sensors included; with the methods auto, dop853 and rodas5p.
         method: "auto", "bs3", "tsit5", "dopri5", "dop853" or, for stiff motions, "rodas5p". With terms, "auto" runs a
             row by dop853 and starts it again with rodas5p where stability holds its steps down; `result.method` tells.
         rtol: relative tolerance, 1e-13 to 1e-1.
@@ -125,7 +125,7 @@ def run(
             grid_index=request.grid_index,
             signals=[signal.name for signal in (observation.signals if observation else request.signals)],
             metrics=[metric.name for metric in request.metrics],
-            directions=list(request.sensitivities.values()),
+            directions=list(request.sensitivities.drive.values()),
             method=request.method,
             find_stiff=request.find_stiff,
             rtol=request.rtol,

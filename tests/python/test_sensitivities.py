@@ -8,89 +8,29 @@ import time
 import hdfast
 import numpy as np
 import pytest
+from differentiated import AT_SPEED, AT_TORQUE, INITIAL, PRECISE, START_STOP, assert_close, random_row
 from drives import linear
 from scipy.linalg import expm_frechet
-from termed import COMBINATIONS, RUN, VALUES, torque_steps, with_company
+from termed import COMBINATIONS, VALUES, torque_steps, with_company
 
 DRIVE = ["ratio", "J_m", "J_l", "B_m", "B_l", "B_ml", "B_sp", "s", "k1", "k2", "k3", "te_scale", "te_cos_2", "te_sin_3"]
 SCENARIO = ["omega_set", "tau_load", "K_p", "K_i", "tau_max", "theta_m0"]
-INITIAL = [f"initial_{state}" for state in hdfast.Model().states]
-OFFSETS = (-2.0, -1.0, 1.0, 2.0)
-WEIGHTS = (1 / 12, -8 / 12, 8 / 12, -1 / 12)
 UNDIFFERENTIATED = {"time_outside_range", "energy_residual"}
-
-
-def random_row(seed, **changes):
-    rng = np.random.default_rng(seed)
-    row = {p.name: p.default * rng.uniform(0.9, 1.1) for p in hdfast.params()}
-    scenario = {"omega_set": 12.0, "tau_load": 6.0, "K_p": 0.05, "K_i": 0.8, "tau_max": 2.0, "theta_m0": 0.7}
-    return row | scenario | {"ratio": 121.0, "s": 0.3, "k2": 2e5} | changes
-
-
-def differences(row, wrt, step, start=None, **options):
-    """Central differences, extrapolated once, with `wrt` last; and the error that rounding leaves in them."""
-    sizes = np.array([step * (abs(row.get(name, 0.0)) or SIZES.get(name, 1.0)) for name in wrt])
-    count = len(wrt) * len(OFFSETS)
-    table = {name: np.full(count, value) for name, value in row.items()}
-    states = None if start is None else np.tile(start, (count, 1))
-    for k, (name, size) in enumerate(zip(wrt, sizes, strict=True)):
-        for j, offset in enumerate(OFFSETS):
-            if name in INITIAL:
-                states[4 * k + j, INITIAL.index(name)] += offset * size
-            else:
-                table[name][4 * k + j] += offset * size
-    result = hdfast.sweep(table, initial_state=states, **options)
-    assert result.finished.all()
-    found = {}
-    for name, values in {**result.metrics, **result.samples}.items():
-        grouped = values.reshape(len(wrt), 4, *values.shape[1:])
-        slopes = np.moveaxis(np.tensordot(grouped, WEIGHTS, axes=(1, 0)), 0, -1) / sizes
-        found[name] = slopes, 1e-11 * np.max(np.abs(values)) / sizes
-    return found
-
-
-SIZES = {"te_cos_2": 9e-5, "te_sin_3": 6e-6, "initial_theta_m": 1.0, "initial_theta_l": 1e-3, "initial_omega_l": 0.1}
-
-
-def assert_close(row, wrt, tolerance, steps=(1e-3, 1e-4), start=None, **options):
-    """Samples within `tolerance` of the largest derivative over time, metrics of themselves."""
-    state = None if start is None else np.array([start])
-    result = hdfast.sweep(row, initial_state=state, sensitivities=wrt, **options)
-    assert result.finished.all(), result.message(0)
-    references = [differences(row, wrt, step, start, **options) for step in steps]
-    for name, found in {**result.metric_sensitivities, **result.sample_sensitivities}.items():
-        errors, sizes = [], []
-        for expected, noise in (reference[name] for reference in references):
-            errors.append(np.abs(found[0] - expected) - noise)
-            sizes.append(np.abs(expected) if expected.ndim == 1 else np.max(np.abs(expected), axis=0))
-        error, size = np.min(errors, axis=0), np.max(sizes, axis=0)
-        assert np.all(error <= tolerance * size), (
-            f"{name}: {dict(zip(wrt, (error / size).reshape(-1, len(wrt)).max(0), strict=True))}"
-        )
-
-
-START_STOP = hdfast.Scenario.start_stop(speed_rpm=120, start="speed_ramp", stop="brake", t_end=2.0)
-SAMPLES = {"t_eval": np.linspace(0.0, 2.0, 81), "rtol": 1e-12}
 
 
 @pytest.mark.parametrize("seed", range(3))
 def test_against_differences_of_the_nominal_drive(seed):
-    options = SAMPLES | {
-        "scenario": START_STOP,
-        "signals": ["theta_m", "te", "omega_l", "windup", "tau_m", "gear_torque"],
-        "metrics": [],
-    }
-    assert_close(random_row(seed), [*DRIVE, *SCENARIO], 1e-6, **options)
+    signals = ["theta_m", "te", "omega_l", "windup", "tau_m", "gear_torque"]
+    assert_close(random_row(seed), [*DRIVE, *SCENARIO], 1e-6, signals=signals, **AT_SPEED)
 
 
 @pytest.mark.parametrize("base", ["two_inertia", "one_inertia"])
 def test_against_differences_of_the_metrics(base):
     wrt = ["J_m", "J_l", "B_m", "te_sin_3", "omega_set", "tau_load", "K_p"]
-    options = {
+    options = PRECISE | {
         "model": hdfast.Model(base=base),
         "scenario": START_STOP,
         "metrics": [name for name in hdfast.metrics() if name not in UNDIFFERENTIATED and "mode_" not in name],
-        "rtol": 1e-12,
     }
     row = random_row(7)
     if base == "one_inertia":
@@ -99,7 +39,7 @@ def test_against_differences_of_the_metrics(base):
 
 
 def test_against_differences_of_the_initial_state():
-    options = SAMPLES | {"scenario": hdfast.Scenario.start_stop(speed_rpm=120, stop="brake", t_end=2.0), "metrics": []}
+    options = AT_SPEED | {"scenario": hdfast.Scenario.start_stop(speed_rpm=120, stop="brake", t_end=2.0)}
     row, start = random_row(3), [0.4, 9.0, 0.0035, 0.07, 0.02]
     assert_close(row, INITIAL, 1e-6, start=start, **options)
 
@@ -109,8 +49,7 @@ def test_against_differences_of_a_piecewise_spring_with_fractional_orders():
     row = {"K1": 3.1e4, "K2": 5.0e4, "K3": 5.7e4, "T1": 5.0, "T2": 20.0, "tau_load": 9.0, "te_cos_5/2": 4e-5}
     wrt = ["K1", "K2", "K3", "T1", "te_cos_5/2", "te_sin_120/121", "ratio"]
     row |= {"te_sin_120/121": 3e-5, "ratio": 121.0}
-    options = SAMPLES | {"model": model, "scenario": START_STOP, "metrics": []}
-    assert_close(row, wrt, 1e-6, steps=(1e-3, 1e-4, 1e-5), **options)
+    assert_close(row, wrt, 1e-6, steps=(1e-3, 1e-4, 1e-5), model=model, **AT_SPEED)
 
 
 FRICTION = ["coulomb_friction", "stribeck_friction", "load_side_friction", "load_dependent_friction"]
@@ -130,14 +69,8 @@ def test_against_differences_with_terms(terms):
     """Every parameter of every term, through stops, holds and releases where the term has them."""
     on, values = with_company(terms)
     wrt = [*values, "J_m", "k1", "tau_load"]
-    options = {
-        "model": hdfast.Model(terms=on),
-        "scenario": torque_steps(RUN, load=4.0),
-        "t_eval": np.linspace(0.0, 0.8, 33),
-        "metrics": [],
-        "rtol": 1e-12,
-    }
-    assert_close(random_row(5, **values), wrt, 1e-6, steps=(1e-4, 1e-5, 1e-6), **options)
+    model = hdfast.Model(terms=on)
+    assert_close(random_row(5, **values), wrt, 1e-6, steps=(1e-4, 1e-5, 1e-6), model=model, **AT_TORQUE)
 
 
 @pytest.mark.parametrize(
@@ -148,13 +81,7 @@ def test_against_differences_with_terms(terms):
 def test_against_differences_of_stiff_rows(terms, values):
     """Rows that `auto` hands to rodas5p; their values are those of a run without derivatives."""
     values = VALUES[terms[0]] | values
-    options = {
-        "model": hdfast.Model(terms=terms),
-        "scenario": torque_steps(RUN, load=4.0),
-        "t_eval": np.linspace(0.0, 0.8, 33),
-        "metrics": [],
-        "rtol": 1e-10,
-    }
+    options = AT_TORQUE | {"model": hdfast.Model(terms=terms), "rtol": 1e-10}
     row, wrt = random_row(5, **values), [*values, "J_m", "tau_load"]
     found, plain = hdfast.sweep(row, sensitivities=wrt, **options), hdfast.sweep(row, **options)
     assert list(found.method) == list(plain.method) == ["rodas5p"]
@@ -163,15 +90,9 @@ def test_against_differences_of_stiff_rows(terms, values):
 
 
 def test_against_differences_on_the_rigid_gear():
-    options = {
-        "model": hdfast.Model(base="one_inertia", terms=["coulomb_friction", "te_hysteresis"]),
-        "scenario": torque_steps(RUN, load=4.0),
-        "t_eval": np.linspace(0.0, 0.8, 33),
-        "metrics": [],
-        "rtol": 1e-12,
-    }
+    model = hdfast.Model(base="one_inertia", terms=["coulomb_friction", "te_hysteresis"])
     row = {"coulomb_friction_T_c": 0.04, "direction_offset": 1e-4, "settling_angle": 0.4, "J_m": 3e-4, "J_l": 0.5}
-    assert_close(row, list(row), 1e-6, steps=(1e-4, 1e-5), **options)
+    assert_close(row, list(row), 1e-6, steps=(1e-4, 1e-5), model=model, **AT_TORQUE)
 
 
 def test_exact_linear_drive():

@@ -19,6 +19,23 @@ SOURCES = {name: channel.signal for name, channel in CHANNELS.items() if channel
 
 
 @dataclass(frozen=True, eq=False)
+class Observed:
+    """What a sweep with sensors found, at the times asked for.
+
+    Attributes:
+        samples: (M, K) by signal.
+        slopes: their derivatives along D directions, (M, K, D) by signal.
+        recorded: readings, (M, K) by channel.
+        recorded_slopes: their derivatives along D directions and with respect to the stage's parameters, (M, K, D + W).
+    """
+
+    samples: dict[str, Floats]
+    slopes: dict[str, Floats]
+    recorded: dict[str, Floats]
+    recorded_slopes: dict[str, Floats]
+
+
+@dataclass(frozen=True, eq=False)
 class Observation:
     """What a sweep with sensors samples.
 
@@ -35,31 +52,55 @@ class Observation:
     grids: list[Floats]
 
     def take(
-        self, samples: Sequence[Floats], grids: Sequence[Floats], index: Any
-    ) -> tuple[dict[str, Floats], dict[str, Floats]]:
-        """Signals and readings by name, each (M, K) at the times asked for, from samples at `self.grids`.
+        self,
+        samples: Sequence[Floats],
+        slopes: Sequence[Floats],
+        grids: Sequence[Floats],
+        index: Any,
+        wrt: Sequence[str],
+    ) -> Observed:
+        """What is seen and read at the times asked for, from samples at `self.grids`.
 
         Args:
             samples: one array (M, T) per signal.
+            slopes: their derivatives, one array (M, T, D) per signal.
             grids: the times asked for [s].
             index: (M,) which grid a row takes; None for the first.
+            wrt: parameters of the stage with respect to which the readings are differentiated.
         """
-        by_name = dict(zip((signal.name for signal in self.signals), samples, strict=True))
-        count = len(samples[0])
+        names = [signal.name for signal in self.signals]
+        count, directions = len(samples[0]), slopes[0].shape[-1]
         shape = (count, max(map(len, grids)))
-        seen = {name: np.full(shape, np.nan) for name in by_name}
-        recorded = {name: np.full(shape, np.nan) for name in SOURCES}
+        found = Observed(
+            samples={name: np.full(shape, np.nan) for name in names},
+            slopes={name: np.full((*shape, directions), np.nan) for name in names},
+            recorded={name: np.full(shape, np.nan) for name in SOURCES},
+            recorded_slopes={name: np.full((*shape, directions + len(wrt)), np.nan) for name in SOURCES},
+        )
         for number, (fine, at) in enumerate(zip(self.grids, grids, strict=True)):
             rows = np.arange(count) if index is None else np.flatnonzero(index == number)
-            part = {name: values[rows, : len(fine)] for name, values in by_name.items()}
-            place = np.searchsorted(fine, at)
-            for name, values in part.items():
-                seen[name][rows, : len(at)] = values[:, place]
+            part = {name: own[rows, : len(fine)] for name, own in zip(names, samples, strict=True)}
+            moving = {name: own[rows, : len(fine)] for name, own in zip(names, slopes, strict=True)}
             given = {name: value if np.ndim(value) == 0 else value[rows] for name, value in self.values.items()}
-            channels = {name: part[signal] for name, signal in SOURCES.items()}
-            for name, values in self.stage.apply(fine, channels, given, at=at, rows=rows).items():
-                recorded[name][rows, : len(at)] = values
-        return seen, recorded
+            read, derived = self.stage.linearise(
+                fine,
+                {channel: part[signal] for channel, signal in SOURCES.items()},
+                {channel: moving[signal] for channel, signal in SOURCES.items()},
+                given,
+                wrt=wrt,
+                at=at,
+                rows=rows,
+            )
+            place = np.searchsorted(fine, at)
+            for into, own in (
+                (found.samples, {name: values[:, place] for name, values in part.items()}),
+                (found.slopes, {name: values[:, place] for name, values in moving.items()}),
+                (found.recorded, read),
+                (found.recorded_slopes, derived),
+            ):
+                for name, values in own.items():
+                    into[name][rows, : len(at)] = values
+        return found
 
 
 def observe(stage: Any, values: Mapping[str, Any], chosen: Sequence[Quantity], grids: Sequence[Floats]) -> Observation:

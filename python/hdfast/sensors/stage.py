@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from hdfast import checks
+from hdfast import catalogue, checks
 from hdfast.checks import Floats
 from hdfast.errors import InputError, choose, shorten
 from hdfast.params import ParameterTable
@@ -166,7 +166,9 @@ class SensorStage:
         at = t if at is None else checks.table("at", at)
         given = self.checked({} if parameters is None else parameters)
         directions = _directions(slopes or {})
-        names = [self.parameters[name].name for name in wrt]
+        names = [self.parameters[name].name for name in catalogue.listed("wrt", wrt)]
+        if len(set(names)) < len(names):
+            raise InputError(f"wrt = {shorten(wrt)} contains a parameter twice")
         units = np.eye(directions + len(names))[..., None, None]
         own = {name: units[directions + j] for j, name in enumerate(names)}
         read, derived = {}, {}
@@ -174,17 +176,12 @@ class SensorStage:
             x = checks.as_floats(f"signals[{name!r}]", signal)
             if x.ndim not in (1, 2) or x.shape[-1] != len(t):
                 raise InputError(f"signals[{name!r}] has shape {x.shape}, t has {t.shape} (allowed: (M, T) or (T,))")
-            moving = np.zeros((*x.shape, len(units)))
-            if slopes and name in slopes:
-                along = checks.as_floats(f"slopes[{name!r}]", slopes[name])
-                if along.shape[:-1] != x.shape:
-                    raise InputError(f"slopes[{name!r}] has shape {along.shape}, allowed: {x.shape} and the directions")
-                moving[..., :directions] = along
             every = np.atleast_2d(x)
+            moving = _padded(name, (slopes or {}).get(name), x.shape, len(units)).reshape(*every.shape, len(units))
             keys = np.arange(len(every)) if rows is None else np.asarray(rows, dtype=np.int64)
             if keys.shape != (len(every),):
                 raise InputError(f"rows has shape {keys.shape}, allowed: ({len(every)},)")
-            y, dy = self._channel(name, t, every, moving.reshape(*every.shape, -1), at, given, own, keys)
+            y, dy = self._channel(name, t, every, moving, at, given, own, keys)
             read[name], derived[name] = (y, dy) if x.ndim == 2 else (y[0], dy[0])
         return read, derived
 
@@ -275,6 +272,17 @@ def _pair(entry: Any) -> tuple[str, str]:
 def _seed(seed: Any) -> tuple[int, ...]:
     listed: Iterable[Any] = seed if isinstance(seed, (tuple, list)) else [seed]
     return tuple(checks.whole("seed", item, 0, 2**63 - 1) for item in listed)
+
+
+def _padded(channel: str, slopes: Any, shape: tuple[int, ...], directions: int) -> Floats:
+    """Slopes of a signal along all directions; 0 along those that are not given."""
+    padded = np.zeros((*shape, directions))
+    if slopes is not None:
+        along = checks.as_floats(f"slopes[{channel!r}]", slopes)
+        if along.shape[:-1] != shape:
+            raise InputError(f"slopes[{channel!r}] has shape {along.shape}, allowed: {shape} and the directions")
+        padded[..., : along.shape[-1]] = along
+    return padded
 
 
 def _directions(slopes: Mapping[str, Any]) -> int:

@@ -107,7 +107,8 @@ impl<R: Real, const N: usize> Stepper<R, N> {
         let unused = M::HIDDEN.saturating_sub(layout.terms.state_count);
         let harmonics = Harmonics::splat(harmonics);
         let terms = Terms::new(&layout.terms);
-        let cornered = layout.spring == Spring::Piecewise || terms.have_corners();
+        // Alone, the torque limit of the controller costs values little and derivatives their accuracy.
+        let cornered = R::DIFFERENTIATES || layout.spring == Spring::Piecewise || terms.have_corners();
         let linear = T::ROSENBROCK.map(|_| Box::new(Linear::new(&harmonics, &terms, N - unused)));
         Self {
             t: R::Plain::zero(),

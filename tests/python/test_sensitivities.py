@@ -38,6 +38,30 @@ def test_against_differences_of_the_metrics(base):
     assert_close(row, wrt, 1e-6, steps=(1e-3, 1e-4, 1e-5), **options)
 
 
+@pytest.mark.parametrize("base", ["two_inertia", "one_inertia"])
+def test_against_differences_where_the_controller_reaches_its_limit(base):
+    """The limit is the only corner of these models; also at loose tolerances no step with derivatives straddles it."""
+    options = AT_SPEED | {"model": hdfast.Model(base=base)}
+    row, wrt = random_row(4, tau_max=0.12), ["tau_max", "K_p", "J_l", "omega_set"]
+    result = hdfast.sweep(row, **options, sensitivities=wrt)
+    assert_close(row, wrt, 1e-6, **options)
+    loose = hdfast.sweep(row, **(options | {"rtol": 1e-6}), sensitivities=wrt)
+    for name, exact in result.sample_sensitivities.items():
+        error = np.max(np.abs(loose.sample_sensitivities[name] - exact), axis=1)
+        assert np.all(error < 1e-3 * np.max(np.abs(exact), axis=1)), name
+
+
+@pytest.mark.parametrize(("tau_max", "same"), [(2.0, True), (0.12, False)], ids=["within", "limited"])
+def test_exact_values_under_speed_control(tau_max, same):
+    """Bits differ only where the controller reaches its limit, by less than the tolerance allows."""
+    options = AT_SPEED | {"rtol": 1e-6}
+    row = random_row(4, tau_max=tau_max)
+    plain, found = hdfast.sweep(row, **options), hdfast.sweep(row, sensitivities=["J_l"], **options)
+    for name, values in plain.samples.items():
+        off = np.max(np.abs(found[name] - values)) / np.ptp(values)
+        assert off == 0.0 if same else off < 1e-5, name
+
+
 def test_against_differences_of_the_initial_state():
     options = AT_SPEED | {"scenario": hdfast.Scenario.start_stop(speed_rpm=120, stop="brake", t_end=2.0)}
     row, start = random_row(3), [0.4, 9.0, 0.0035, 0.07, 0.02]

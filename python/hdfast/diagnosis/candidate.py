@@ -12,6 +12,7 @@ from hdfast.checks import Floats
 from hdfast.diagnosis.plant import Free, Structure
 
 NOTHING = 1e-6
+LEAST = 0.1
 
 
 @dataclass(frozen=True)
@@ -33,6 +34,7 @@ class Candidate:
         needs: at least one of these effects has to be there already.
         shape: what distinguishes it from other candidates of the same effect, for reports.
         order: per motor revolution at which it acts, if at one.
+        stiffness: whether the amplitude is a stiffness, which makes the effect smaller the larger it is.
     """
 
     effect: str
@@ -49,6 +51,7 @@ class Candidate:
     needs: tuple[str, ...] = ()
     shape: str = ""
     order: float | None = None
+    stiffness: bool = False
 
     @property
     def label(self) -> str:
@@ -87,28 +90,29 @@ class Candidate:
         if self.spans:
             for name, share in zip(self.spans, shares.tolist(), strict=True):
                 positive = next(one for one in self.free if one.name == name).positive
-                changed[name] = typical[name] * (max(share, 0.1) if positive else share)
+                changed[name] = typical[name] * (max(share, LEAST) if positive else share)
         elif self.waves is None:
             size = float(shares[0])
             positive = next(one for one in self.free if one.name == self.amplitude).positive
-            changed[self.amplitude] = typical[self.amplitude] * (max(size, 0.1) if positive else size)
+            return self.scaled(max(size, LEAST) if positive else size)
         elif self._cartesian:
             size = math.hypot(typical[self.waves[0]], typical[self.waves[1]])
             changed = dict(zip(self.waves, (size * shares).tolist(), strict=True))
         else:
-            changed[self.waves[0]] = typical[self.waves[0]] * max(float(np.hypot(*shares)), 0.1)
+            changed[self.waves[0]] = typical[self.waves[0]] * max(float(np.hypot(*shares)), LEAST)
             changed[self.waves[1]] = float(math.atan2(shares[1], shares[0]))
         free = tuple(replace(one, value=changed.get(one.name, one.value)) for one in self.free)
         return replace(self, free=free)
 
     @property
+    def bends(self) -> bool:
+        """Whether its signature may change its form with the amplitude, and is one column."""
+        return self.waves is None and not self.spans
+
+    @property
     def one_sided(self) -> bool:
         """Whether its only signature cannot turn its sign."""
-        return (
-            self.waves is None
-            and not self.spans
-            and next(one.positive for one in self.free if one.name == self.amplitude)
-        )
+        return self.bends and next(one.positive for one in self.free if one.name == self.amplitude)
 
     @property
     def sizes(self) -> tuple[str, ...]:
@@ -118,8 +122,9 @@ class Candidate:
         return self.spans or (self.amplitude,)
 
     def scaled(self, times: float) -> Candidate:
-        """The candidate with its amplitude at a multiple of its typical size."""
-        free = tuple(replace(one, value=times * one.value) if one.name in self.sizes else one for one in self.free)
+        """The candidate with its effect at a multiple of its typical size."""
+        factor = 1.0 / times if self.stiffness else times
+        free = tuple(replace(one, value=factor * one.value) if one.name in self.sizes else one for one in self.free)
         return replace(self, free=free)
 
     @property

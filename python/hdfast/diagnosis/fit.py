@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -18,7 +19,7 @@ SHRINK = (1.0, 0.25)
 SETTLED = 0.05
 NEAR = 1.5
 TORQUE = "motor_torque"
-ACCELERATED = ("J_m", "J_l", TORQUE_SCALE)
+ACCELERATED = ("J_m", "J_l", TORQUE_SCALE, "load_dependent_friction_c_drive", "load_dependent_friction_c_back")
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,6 +96,24 @@ class Bench:
     def mismatch(self, structure: Structure, coordinates: Floats) -> Floats:
         """Stacked mismatches (M, N) at coordinates (M, P)."""
         return self.layout.stack(self.plant.mismatch(structure, coordinates))
+
+    def steady(self, structure: Structure, coordinates: Floats) -> Floats:
+        """As `mismatch`, with the slow part of the torque alone.
+
+        An acceleration holds the angle's noise, as the mismatch does: only the slow part of a torque that is made of it
+        is motion. A fit that could use the rest would find every inertia too small.
+        """
+        return self.layout.stack(self._slow(self.plant.mismatch(structure, coordinates)))
+
+    def both(self, structure: Structure, coordinates: Floats, rows: Sequence[int]) -> tuple[Floats, Floats]:
+        """Mismatches (M, N) at coordinates (M, P), and those of some rows (R, N) as `steady` has them."""
+        found = self.plant.mismatch(structure, coordinates)
+        some = [{name: own[rows] for name, own in unit.items()} for unit in found]
+        return self.layout.stack(found), self.layout.stack(self._slow(some))
+
+    def _slow(self, found: Sequence[Mapping[str, Floats]]) -> list[dict[str, Floats]]:
+        slow = self.plant.band.slow
+        return [{name: slow(own) if name == TORQUE else own for name, own in unit.items()} for unit in found]
 
 
 @dataclass(frozen=True, eq=False)
@@ -177,37 +196,30 @@ def fit(bench: Bench, structure: Structure, start: Floats | None = None, known: 
     return Fit(structure, x, mismatch, slopes, rough, metric.weights, metric.white, cost)
 
 
+def without_own_noise(one: Fit, other: Fit) -> Floats:
+    """Mismatch (N,) of a fit without the noise of the acceleration that another fit's model does not hold.
+
+    Noise that only one of two models brings along says nothing about which is right. A parameter that multiplies an
+    acceleration and that the other does not have brings its whole share.
+    """
+    own = [float(name in ACCELERATED and name not in other.structure.names) for name in one.structure.names]
+    return np.asarray(one.mismatch + one.rough @ np.array(own))
+
+
 def linearise(bench: Bench, structure: Structure, x: Floats, kept: int = 0) -> tuple[Floats, Floats, Floats]:
     """Mismatch and slopes of the simulated signals by one-sided differences; those of the first `kept` stay 0.
 
-    The torque's slope with respect to an inertia is an acceleration: of that, only the slow part is motion. The rest is
-    noise that the mismatch holds as well, and a fit that could use it would find every inertia too small.
-
     Returns:
-        Mismatch (N,), slopes (N, P), and what was taken from them (N, P).
+        Mismatch (N,), slopes (N, P), and the noise of the acceleration that was taken from them (N, P).
     """
-    layout, plant = bench.layout, bench.plant
     steps = STEP * np.array([1.0 if free.positive else free.sigma for free in structure.free])
-    moved = np.concatenate([x[None], x + np.diag(steps)[kept:]])
-    found = plant.mismatch(structure, moved)
-    stacked = layout.stack(found)
-    slopes, rough = np.zeros((layout.size, len(x))), np.zeros((layout.size, len(x)))
-    slopes[:, kept:] = -((stacked[1:] - stacked[0]) / steps[kept:, None]).T
     noisy = [j for j, name in enumerate(structure.names) if name in ACCELERATED and j >= kept]
-    if noisy:
-        rows = [0, *(1 + j - kept for j in noisy)]
-        slow = layout.stack(
-            [
-                {
-                    channel: plant.band.slow(values[rows]) if channel == TORQUE else values[rows]
-                    for channel, values in own.items()
-                }
-                for own in found
-            ]
-        )
-        rough[:, noisy] = slopes[:, noisy] + ((slow[1:] - slow[0]) / steps[noisy, None]).T
-        slopes[:, noisy] -= rough[:, noisy]
-    return stacked[0], np.nan_to_num(slopes), np.nan_to_num(rough)
+    moved = np.concatenate([x[None], x + np.diag(steps)[kept:]])
+    stacked, slow = bench.both(structure, moved, [0, *(1 + j - kept for j in noisy)])
+    slopes, rough = np.zeros((bench.layout.size, len(x))), np.zeros((bench.layout.size, len(x)))
+    slopes[:, kept:] = -((stacked[1:] - stacked[0]) / steps[kept:, None]).T
+    rough[:, noisy] = slopes[:, noisy] + ((slow[1:] - slow[0]) / steps[noisy, None]).T
+    return stacked[0], np.nan_to_num(slopes - rough), np.nan_to_num(rough)
 
 
 def _step(structure: Structure, x: Floats, A: Floats, r: Floats) -> Floats:

@@ -14,6 +14,7 @@ from hdfast.terms import terms
 FRICTION = ("coulomb_friction", "stribeck_friction", "presliding_friction")
 SLOTS, MOST_DETENTS = (12.0, 24.0, 36.0), 9
 HIGHEST_INTEGER = 16
+STIFFEST = 40.0
 MOST_LINES = 26
 
 
@@ -77,6 +78,7 @@ def _one(
     contains: tuple[str, ...] = (),
     needs: tuple[str, ...] = (),
     order: float | None = None,
+    stiffness: bool = False,
 ) -> Candidate:
     term = terms()[effect]
 
@@ -99,6 +101,7 @@ def _one(
         needs=needs,
         shape=shape,
         order=(fixed or {}).get("order", order),
+        stiffness=stiffness,
     )
 
 
@@ -208,8 +211,9 @@ def _load(s: Sizes) -> list[Candidate]:
             *(
                 _one(
                     "load_compliance",
-                    [_positive("K_c", s.stiffness * times, "N m/rad", sigma=1.0)],
+                    [_positive("K_c", s.stiffness * times, "N m/rad", high=STIFFEST * s.stiffness)],
                     fixed={"payload_share": share},
+                    stiffness=True,
                     shape=f"{times:g} times the gear's stiffness, {share:g} of the inertia",
                 )
                 for times in (0.5, 2.0, 8.0)
@@ -218,7 +222,8 @@ def _load(s: Sizes) -> list[Candidate]:
             *(
                 _one(
                     "base_compliance",
-                    [_positive("k_b", s.stiffness * times, "N m/rad", sigma=1.0)],
+                    [_positive("k_b", s.stiffness * times, "N m/rad", high=STIFFEST * s.stiffness)],
+                    stiffness=True,
                     shape=f"{times:g} times the gear's stiffness",
                 )
                 for times in (3.0, 10.0)

@@ -55,8 +55,10 @@ def _limit(one: Signature, seen: Screen) -> Limit:
     free = next(free for free in candidate.free if free.name == candidate.amplitude)
     size = max(abs(free.value), 1e-300)
     remaining = float(np.sqrt(np.sum(one.left**2) / one.left.shape[1]))
-    threshold = seen.needed[candidate.label] + POWER
-    smallest = size * threshold / remaining if remaining > 0.0 else None
+    threshold = (seen.needed[candidate.label] + POWER) * seen.spread[candidate.label]
+    smallest = None
+    if remaining > 0.0:
+        smallest = size * remaining / threshold if candidate.stiffness else size * threshold / remaining
     reason = None
     if one.visibility < SWALLOWED:
         reason = f"{100.0 * (1.0 - one.visibility):.0f} % of it is swallowed by the drive's parameters"

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from hdfast.checks import Floats
-from hdfast.diagnosis.prepare import Band, Unit, imposed
+from hdfast.diagnosis.prepare import Band, Unit, fine_of, imposed
 
 SHORTEST_RAMP = 0.02
 SHORTEST, LONGEST = 2.0, 10.0
@@ -122,6 +122,7 @@ class Manoeuvre:
             t=t,
             angle=angle,
             turned=angle / ratio,
+            reversing=band.reversing(t, np.interp(fine_of(t), t, speed), slowest),
             speed=speed,
             acceleration=np.gradient(speed, 1.0 / band.rate),
             measured=dict.fromkeys(like.measured, nothing),

@@ -16,8 +16,10 @@ from hdfast.sweep import sweep
 
 SIGNALS = {"te": "te", "output_torque": "gear_torque"}
 CHANNEL_OF = {"te": "te", "gear_torque": "output_torque", "tau_m": "motor_torque", "tau_drive": "motor_torque"}
+TORQUE = "motor_torque"
 TORQUE_SCALE, TORQUE_OFFSET, TORQUE_LEAD = "torque_scale", "torque_offset", "torque_lead"
-NUISANCE = (TORQUE_SCALE, TORQUE_OFFSET, TORQUE_LEAD)
+REVERSAL = "reversal_impulse"
+NUISANCE = (TORQUE_SCALE, TORQUE_OFFSET, TORQUE_LEAD, REVERSAL)
 RTOL = 1e-5
 
 
@@ -146,6 +148,7 @@ class Plant:
         scale = values.get(TORQUE_SCALE, ones)[:, None]
         offset = values.get(TORQUE_OFFSET, 0.0 * ones)[:, None]
         lead = values.get(TORQUE_LEAD, 0.0 * ones)[:, None]
+        impulse = values.get(REVERSAL, 0.0 * ones)[:, None]
         every: dict[str, Floats | float] = {**structure.fixed, **values}
         sensed = {name: every[name] for name in structure.sensed}
         left = {*NUISANCE, *sensed}
@@ -157,15 +160,17 @@ class Plant:
         )
         found = []
         for index, unit in enumerate(self.units):
-            rows, n = slice(index, None, len(self.units)), len(unit.t)
+            rows, n = slice(index, None, len(self.units)), len(unit.fine)
             wrong = (result.status[rows] != 0)[:, None]
             signals = {
-                name: self.band.smooth(np.where(wrong, 0.0, sample[rows, :n]), CHANNEL_OF[name])
+                name: self.band.simulated(np.where(wrong, 0.0, sample[rows, :n]), CHANNEL_OF[name])
                 for name, sample in result.samples.items()
             }
             needed = (signals["tau_m"] + offset) / scale
             needed = needed + lead * np.gradient(self.band.slow(needed), 1.0 / self.band.rate, axis=1)
-            changed = signals["tau_drive"] - self.band.smooth(unit.command)
+            needed = needed - impulse * unit.reversing
+            asked = self.band.simulated(np.interp(unit.fine, unit.t, unit.command), TORQUE)
+            changed = signals["tau_drive"] - asked
             delivered = unit.measured["motor_torque"] + changed
             if "motor_torque" in stage.channels:
                 slow = self.band.slow(needed)
@@ -189,7 +194,7 @@ class Plant:
         result = self._simulate(structure.model, fixed, {}, 1)
         scale, offset = values.get(TORQUE_SCALE, 1.0), values.get(TORQUE_OFFSET, 0.0)
         return [
-            np.asarray((self.band.smooth(result.samples["tau_m"][index, : len(unit.t)]) + offset) / scale)
+            np.asarray((self.band.simulated(result.samples["tau_m"][index, : len(unit.fine)], TORQUE) + offset) / scale)
             for index, unit in enumerate(self.units)
         ]
 
@@ -212,7 +217,7 @@ class Plant:
             model=model,
             scenario=[unit.scenario for unit in self.units],
             scenario_index=which,
-            t_eval=[unit.t for unit in self.units],
+            t_eval=[unit.fine for unit in self.units],
             t_eval_index=which,
             signals=["tau_m", "tau_drive", *(SIGNALS[one] for one in self.channels if one in SIGNALS)],
             metrics=[],

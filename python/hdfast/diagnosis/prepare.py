@@ -17,6 +17,7 @@ from hdfast.scenario import Scenario
 Mask = NDArray[np.bool_]
 
 HIGHEST_RATE = 500.0
+FINE = 4
 MOST_SAMPLES = 40_000
 PASS_SHARE = 0.4
 NARROWEST = 0.05
@@ -58,6 +59,20 @@ class Band:
         corner = self.of(channel)
         return values if corner >= PASS_SHARE * self.rate else _passed(values, corner, self.rate)
 
+    def simulated(self, values: Floats, channel: str) -> Floats:
+        """Values (..., FINE (n - 1) + 1) simulated at the fine rate, through the channel's low-pass, (..., n).
+
+        Dry friction steps between two samples: at the working rate the step would fall on one of them.
+        """
+        corner = self.of(channel)
+        passed = values if corner >= PASS_SHARE * self.rate else _passed(values, corner, FINE * self.rate)
+        return passed[..., ::FINE]
+
+    def reversing(self, t: Floats, fine_speed: Floats, slowest: float) -> Floats:
+        """Rate of the direction of motion [1/s], (n,), from speeds at the fine rate [rad/s], uncertain when slow."""
+        direction = self.simulated(np.clip(fine_speed / slowest, -1.0, 1.0), "motor_torque")
+        return np.asarray(np.gradient(direction, t))
+
     def slow(self, values: Floats) -> Floats:
         """Their slow part: without the noise that a filter could win by removing."""
         return _passed(values, SLOW_SHARE * self.motion, self.rate)
@@ -75,6 +90,7 @@ class Unit:
         t: times from 0 on [s], shape (n,).
         angle, speed, acceleration: smoothed motor motion [rad, rad/s, rad/s^2], shape (n,).
         turned: motor angle over the ratio [rad], shape (n,).
+        reversing: rate of the direction of motion, which is 1 or -1, in the band of the motor torque [1/s], shape (n,).
         measured: what is compared, by channel: motor_torque [N m], te [rad], output_torque [N m], each (n,).
         judged: which samples of a channel count, each (n,).
         command: motor torque on which the actuator acts [N m], shape (n,).
@@ -89,6 +105,7 @@ class Unit:
     t: Floats = field(repr=False)
     angle: Floats = field(repr=False)
     turned: Floats = field(repr=False)
+    reversing: Floats = field(repr=False)
     speed: Floats = field(repr=False)
     acceleration: Floats = field(repr=False)
     measured: Mapping[str, Floats] = field(repr=False)
@@ -97,6 +114,11 @@ class Unit:
     load_torque: Floats = field(repr=False)
     temperature: Floats | None = field(repr=False)
     scenario: Scenario = field(repr=False)
+
+    @property
+    def fine(self) -> Floats:
+        """Times at the fine rate [s], shape (FINE (n - 1) + 1,)."""
+        return fine_of(self.t)
 
     def commanded(self, command: Floats) -> Unit:
         """The same recording with another torque before the actuator [N m], shape (n,)."""
@@ -189,7 +211,9 @@ def prepare(source: Source, band: Band, ratio: float) -> Unit:
     load = bring(recording["load_torque"]) if "load_torque" in recording else np.zeros_like(t)
     command = band.slow(measured["motor_torque"])
     usable = _usable(source, clock, t, band)
-    moving = np.abs(speed) > _slowest(recording["motor_angle"], speed, band, rate)
+    slowest = _slowest(clock, recording["motor_angle"], speed, band)
+    turning = np.diff(np.sign(speed), prepend=np.sign(speed[0]), append=np.sign(speed[-1])) != 0.0
+    moving = (np.abs(speed) > slowest) & ~turning[1:] & ~turning[:-1]
     judged = {"motor_torque": usable & _eroded(moving, round(0.5 * band.rate / band.motion))}
     settled = usable & (t >= min(LEAD_IN, 0.1 * t[-1]))
     judged |= {channel: settled for channel in measured if channel != "motor_torque"}
@@ -201,6 +225,7 @@ def prepare(source: Source, band: Band, ratio: float) -> Unit:
         t=t,
         angle=angle,
         turned=angle / ratio,
+        reversing=band.reversing(t, spline(fine_of(t), 1), slowest),
         speed=speed,
         acceleration=acceleration,
         measured={channel: band.smooth(values, channel) for channel, values in measured.items()},
@@ -210,6 +235,11 @@ def prepare(source: Source, band: Band, ratio: float) -> Unit:
         temperature=bring(recording["temperature"]) if "temperature" in recording else None,
         scenario=imposed(t, angle, command, load),
     )
+
+
+def fine_of(t: Floats) -> Floats:
+    """Times FINE times as dense as (n,) equally spaced ones: (FINE (n - 1) + 1,)."""
+    return np.linspace(t[0], t[-1], FINE * (len(t) - 1) + 1)
 
 
 def imposed(t: Floats, angle: Floats, command: Floats, load: Floats) -> Scenario:
@@ -232,9 +262,9 @@ def _step(values: Floats) -> float:
     return float(np.min(increments[increments > 0.0], initial=np.inf)) if np.any(increments > 0.0) else 0.0
 
 
-def _slowest(angle: Floats, speed: Floats, band: Band, rate: float) -> float:
+def _slowest(clock: Floats, angle: Floats, speed: Floats, band: Band) -> float:
     """Speed below which the direction of motion is not certain [rad/s]."""
-    noise = _step(angle) / math.sqrt(12.0) * 2.0 * math.pi * band.motion * math.sqrt(2.0 * band.motion / (3.0 * rate))
+    noise = 2.0 * math.pi * math.sqrt(_noise(clock, angle) * band.motion**3 / 3.0)
     return max(3.0 * noise, SLOWEST_SHARE * float(np.max(np.abs(speed))))
 
 

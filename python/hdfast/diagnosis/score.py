@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from hdfast.checks import Floats
 from hdfast.diagnosis.evidence import Index, Layout, limited
-from hdfast.diagnosis.fit import Bench, Fit
+from hdfast.diagnosis.fit import Bench, Fit, without_own_noise
 from hdfast.diagnosis.plant import Plant
 from hdfast.diagnosis.whiten import Whitener
 
@@ -104,7 +104,9 @@ def left_out(fit: Fit, white: Whitener, layout: Layout, folds: Index) -> tuple[F
 def gain(bench: Bench, better: Fit, lesser: Fit, folds: Index) -> Gain:
     """Gain of one fit over another on left-out folds, both seen through the filter that whitens the better one."""
     layout = bench.layout
-    (after, quiet), (before, loud) = (left_out(one, better.white, layout, folds) for one in (better, lesser))
+    pairs = ((better, lesser), (lesser, better))
+    alike = [replace(one, mismatch=without_own_noise(one, other)) for one, other in pairs]
+    (after, quiet), (before, loud) = (left_out(one, better.white, layout, folds) for one in alike)
     errors = nrmse(layout, after), nrmse(layout, before)
     return Gain(layout.sums(limited(loud)[0] - limited(quiet)[0]), errors, fall(layout, after, before))
 

@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from hdfast.checks import Floats
 from hdfast.diagnosis.candidate import Candidate
-from hdfast.diagnosis.evidence import Layout
-from hdfast.diagnosis.fit import Bench, Fit
+from hdfast.diagnosis.evidence import CAP, Layout
+from hdfast.diagnosis.fit import ACCELERATED, Bench, Fit
 
-FLIPS = 999
+DRAWS = 999
+BORROWED = 20.0
 NEGLIGIBLE = 1e-3
+SEEN, SMALL = 7.0, 0.3
 QUIETEST = 1.0
 
 
@@ -24,6 +26,7 @@ class Signature:
     Attributes:
         candidate: the hypothesis.
         left: part of the whitened change of the simulated signals that a refit does not absorb, shape (N, d).
+        absorbed: coordinates of the model that stand for the rest, shape (P, d).
         shares: least-squares amplitude in the mismatch, in typical amplitudes, shape (d,).
         gain: fall of half the whitened sum of squares at that amplitude.
         bulk: the same without whitening, in independent samples.
@@ -32,6 +35,7 @@ class Signature:
 
     candidate: Candidate
     left: Floats = field(repr=False)
+    absorbed: Floats = field(repr=False)
     shares: Floats
     gain: float
     bulk: float
@@ -43,14 +47,16 @@ class Screen:
     """Outcome of the screen.
 
     Attributes:
-        statistic: block statistic of each candidate's label.
+        statistic: statistic of each candidate's label.
         p: family-wise p value of each label.
         needed: statistic that each label would need for a family-wise p value of 1 %.
+        spread: standard deviation of the length that each statistic is made of.
     """
 
     statistic: dict[str, float]
     p: dict[str, float]
     needed: dict[str, float]
+    spread: dict[str, float]
 
     @property
     def smallest_p(self) -> float:
@@ -66,10 +72,19 @@ class Projector:
         self.A = fit.white(layout, fit.slopes)
         self.inverse = np.linalg.inv(self.A.T @ self.A + np.diag(fit.structure.sigma**-2))
 
+    def absorbed(self, signal: Floats) -> Floats:
+        """Coordinates (P, ...) that a refit gives to a whitened signal (N, ...)."""
+        coordinates: Floats = self.inverse @ (self.A.T @ signal)
+        return coordinates
+
     def left(self, signal: Floats) -> Floats:
         """A whitened signal (N, ...) without what is absorbed."""
-        remaining: Floats = signal - self.A @ (self.inverse @ (self.A.T @ signal))
+        remaining: Floats = signal - self.A @ self.absorbed(signal)
         return remaining
+
+    def residual(self, fit: Fit) -> Floats:
+        """The whitened mismatch (N,) without what is absorbed; no sample counts for more than `CAP` of them."""
+        return self.left(np.clip(fit.white(self.layout, fit.mismatch), -CAP, CAP))
 
     def levered(self, residual: Floats) -> Floats:
         """(I - P_bb)^(-1/2) r block by block: undoes how much the fit followed each block."""
@@ -103,118 +118,160 @@ class _Bulk:
         return float(0.5 * score @ np.linalg.solve(gram + 1e-9 * np.trace(gram) * np.eye(len(gram)), score))
 
 
-def signatures(bench: Bench, fit: Fit, candidates: Sequence[Candidate]) -> list[Signature]:
-    """Signatures of candidates about a fitted model; those without any effect on these recordings are left out."""
-    projector = Projector(fit, bench.layout)
-    residual = projector.left(fit.white(bench.layout, fit.mismatch))
-    bulk = _Bulk(fit, bench.layout)
-    found = []
-    here = bench.mismatch(fit.structure, fit.coordinates[None])[0]
-    for candidate in candidates:
+class _Signer:
+    """Takes signatures about a fitted model."""
+
+    def __init__(self, bench: Bench, fit: Fit) -> None:
+        self.bench, self.fit = bench, fit
+        self.projector, self.bulk = Projector(fit, bench.layout), _Bulk(fit, bench.layout)
+        self.residual = self.projector.residual(fit)
+        self.here = bench.mismatch(fit.structure, fit.coordinates[None])[0]
+        self.steady = bench.steady(fit.structure, fit.coordinates[None])[0]
+
+    def sign(self, candidate: Candidate, times: float = 1.0) -> Signature | None:
+        """Signature per typical amplitude, taken at so many of them; None where nothing changes on these recordings."""
+        fit, layout = self.fit, self.bench.layout
         structure = candidate.added_to(fit.structure)
-        settings = candidate.settings()
-        values = np.array([[one[name] for name in candidate.names] for one in settings])
-        coordinates = np.stack(
-            [
-                np.concatenate(
-                    [fit.coordinates, [float(f.coordinate(v)) for f, v in zip(candidate.free, row, strict=True)]]
-                )
-                for row in values
-            ]
-        )
-        change = here - bench.mismatch(structure, coordinates)
-        raw = fit.white(bench.layout, change.T)
+        values = np.array([[one[name] for name in candidate.names] for one in candidate.scaled(times).settings()])
+        own = [[float(f.coordinate(v)) for f, v in zip(candidate.free, row, strict=True)] for row in values]
+        coordinates = np.stack([np.concatenate([fit.coordinates, row]) for row in own])
+        if any(name in ACCELERATED for name in candidate.names):
+            change = (self.steady - self.bench.steady(structure, coordinates)).T / times
+        else:
+            change = (self.here - self.bench.mismatch(structure, coordinates)).T / times
+        raw = fit.white(layout, change)
         size = float(np.sum(raw**2))
         if not np.isfinite(size) or size <= NEGLIGIBLE:
-            continue
-        left = projector.left(raw)
+            return None
+        left, absorbed = self.projector.left(raw), self.projector.absorbed(raw)
         gram = left.T @ left
         ridge = 1e-9 * np.trace(gram) * np.eye(gram.shape[0])
-        score = left.T @ residual
+        score = left.T @ self.residual
         shares = np.linalg.solve(gram + ridge, score)
-        found.append(
-            Signature(
-                candidate, left, shares, float(0.5 * score @ shares), bulk.gain(change.T),
-                float(np.sum(left**2)) / size,
-            )
-        )  # fmt: skip
-    return found
+        gain, visibility = float(0.5 * score @ shares), float(np.sum(left**2)) / size
+        return Signature(candidate, left, absorbed, shares, gain, self.bulk.gain(change), visibility)
+
+
+def signatures(bench: Bench, fit: Fit, candidates: Sequence[Candidate]) -> list[Signature]:
+    """Signatures of candidates about a fitted model; those without any effect on these recordings are left out.
+
+    What a refit leaves of a small effect is not what it leaves of a large one: a softer spring moves a resonance, and
+    of that a refit follows the first order. Where the typical amplitude is far above what would be seen, the signature
+    is taken there as well.
+    """
+    signer = _Signer(bench, fit)
+    large = [one for candidate in candidates if (one := signer.sign(candidate)) is not None]
+    small = [
+        signer.sign(replace(one.candidate, shape=f"{one.candidate.shape}, small".lstrip(", ")), times)
+        for one in large
+        if one.candidate.bends and (times := SEEN / float(np.linalg.norm(one.left))) < SMALL
+    ]
+    return [*large, *(one for one in small if one is not None)]
 
 
 def screen(bench: Bench, fit: Fit, found: Sequence[Signature], rng: np.random.Generator) -> Screen:
-    """Largest block statistics with family-wise p values from sign flips of whole blocks, leverage corrected."""
+    """Statistics of the signatures in the mismatch, with family-wise p values."""
     if not found:
-        return Screen({}, {}, {})
+        return Screen({}, {}, {}, {})
     projector = Projector(fit, bench.layout)
-    residual = projector.left(fit.white(bench.layout, fit.mismatch))
+    residual = projector.residual(fit)
     left = [one.left for one in found]
     one_sided = [one.candidate.one_sided for one in found]
-    observed, rare, largest = block_statistics(bench.layout, projector, left, residual, rng, one_sided)
+    seen = statistics(bench.layout, projector, left, residual, rng, one_sided)
     labels = [one.candidate.label for one in found]
-    p = (1.0 + np.sum(largest >= (observed / rare)[:, None], axis=1)) / (FLIPS + 1.0)
-    return Screen(
-        dict(zip(labels, observed.tolist(), strict=True)),
-        dict(zip(labels, p.tolist(), strict=True)),
-        dict(zip(labels, (rare * np.quantile(largest, 0.99)).tolist(), strict=True)),
-    )
+    needed = seen.rare * np.quantile(seen.largest, 0.99)
+    columns = (seen.observed, seen.p, needed, seen.spread)
+    return Screen(*(dict(zip(labels, column.tolist(), strict=True)) for column in columns))
 
 
-def block_statistics(
+@dataclass(frozen=True, eq=False)
+class Statistics:
+    """Of C signatures in a mismatch.
+
+    Attributes:
+        observed: length of the mismatch along each signature, over its spread, shape (C,).
+        spread: standard deviation of that length where nothing is left out, shape (C,).
+        rare: 1 % point of each under the null, shape (C,).
+        largest: largest ratio of statistic and 1 % point in each draw of the null, shape (DRAWS,).
+    """
+
+    observed: Floats
+    spread: Floats
+    rare: Floats
+    largest: Floats
+
+    @property
+    def p(self) -> Floats:
+        """Family-wise p values (C,)."""
+        ratios = (self.observed / self.rare)[:, None]
+        found: Floats = (1.0 + np.sum(self.largest >= ratios, axis=1)) / (len(self.largest) + 1.0)
+        return found
+
+
+def statistics(
     layout: Layout,
     projector: Projector,
     left: Sequence[Floats],
     residual: Floats,
     rng: np.random.Generator,
     one_sided: Sequence[bool] | None = None,
-) -> tuple[Floats, Floats, Floats]:
-    """Studentised score of each projected signature (N, d) under the null of sign flips.
+) -> Statistics:
+    """How far the mismatch reaches along each projected signature, in units of what noise does.
 
-    The spread of the blocks' scores is taken about the fitted amplitude, so that an effect does not hide itself, and is
-    not believed below what white residuals give. (Wild bootstrap-t with the null imposed: Cameron, Gelbach,
-    Miller, Review of Economics and Statistics 90 (2008) 414.) A signature that lives in few blocks has heavier tails
-    than the others: each counts in units of its own 1 % point, lest the family's largest be always the same.
+    White residuals of unit variance reach 1 along each direction. What is left of their colour shows in the scores of
+    whole blocks, taken about the fitted amplitude so that an effect does not hide itself; a signature that lives in few
+    blocks says little of that, so its variance is drawn towards the median of all signatures as if that were known from
+    `BORROWED` blocks. The null draws normal scores with the covariance of the signatures and the uncertainty of their
+    variances; signs of whole blocks cannot be flipped for this, as few blocks have few signs. Each signature counts in
+    units of its own 1 % point.
 
     Args:
         layout: of the stack.
         projector: of the fitted model.
-        left: the signatures.
+        left: the signatures (N, d).
         residual: whitened and projected mismatch (N,).
-        rng: of the flips.
+        rng: of the null.
         one_sided: signatures of effects that cannot be negative, which a mismatch of the other sign does not support.
-
-    Returns:
-        Statistics (C,), their 1 % points under the null (C,), and the largest of their ratios under each of `FLIPS`
-        flips.
     """
     corrected = projector.levered(residual)
-    signs = rng.choice(np.array([-1.0, 1.0]), size=(FLIPS, layout.blocks))
-    largest = np.zeros(FLIPS)
-    observed, rare = np.zeros(len(left)), np.ones(len(left))
-    for j, one in enumerate(left):
-        grams = layout.grams(one)
-        own = layout.sums(one * residual[:, None])
-        null = layout.sums(one * corrected[:, None])
-        flipped = _studentised(signs, null, grams)
-        observed[j] = _studentised(np.ones((1, layout.blocks)), own, grams)[0]
-        if one_sided is not None and one_sided[j]:
-            observed[j] *= own.sum() > 0.0
-            flipped *= (signs @ null)[:, 0] > 0.0
-        rare[j] = max(float(np.quantile(flipped, 0.99)), 1.0)
-        largest = np.maximum(largest, flipped / rare[j])
-    return observed, rare, largest
+    sides = np.zeros(len(left), dtype=bool) if one_sided is None else np.asarray(one_sided)
+    unit = [_orthonormal(one) for one in left]
+    scores = [one.T @ residual for one in unit]
+    variance, blocks = np.array([_inflation(layout, one, corrected) for one in unit]).T
+    freedom = blocks + BORROWED
+    typical = max(float(np.median(variance)), QUIETEST)
+    spread = np.sqrt(np.maximum((blocks * variance + BORROWED * typical) / freedom, QUIETEST))
+    whole = np.concatenate(unit, axis=1)
+    values, vectors = np.linalg.eigh(whole.T @ whole)
+    root = vectors * np.sqrt(np.maximum(values, 0.0))
+    drawn = rng.standard_normal((DRAWS, len(values))) @ root.T
+    estimated = rng.chisquare(freedom, size=(DRAWS, len(left))) / freedom
+    observed, rare, largest = np.zeros(len(left)), np.ones(len(left)), np.zeros(DRAWS)
+    begin = 0
+    for j, score in enumerate(scores):
+        null = drawn[:, begin : begin + len(score)]
+        begin += len(score)
+        reached = np.linalg.norm(null, axis=1) / np.sqrt(estimated[:, j])
+        observed[j] = np.linalg.norm(score) / spread[j]
+        if sides[j]:
+            observed[j] *= score[0] > 0.0
+            reached *= null[:, 0] > 0.0
+        rare[j] = np.quantile(reached, 0.99)
+        largest = np.maximum(largest, reached / rare[j])
+    return Statistics(observed, spread, rare, largest)
 
 
-def _studentised(signs: Floats, scores: Floats, grams: Floats) -> Floats:
-    """Statistics (F,) of flipped block scores: signs (F, B), scores (B, d), Gram matrices of the blocks (B, d, d)."""
-    whole = grams.sum(axis=0)
-    whole = whole + 1e-12 * np.trace(whole) * np.eye(len(whole))
-    total = signs @ scores
-    amplitude = np.linalg.solve(whole, total.T).T
-    fitted = np.einsum("bij,fj->fbi", grams, amplitude)
-    left = signs[:, :, None] * scores - fitted
-    spread = np.einsum("fbi,fbj->fij", left, left) * len(scores) / max(len(scores) - 1, 1)
-    root = np.linalg.inv(np.linalg.cholesky(whole))
-    values, vectors = np.linalg.eigh(root @ spread @ root.T)
-    projected = np.einsum("fji,fj->fi", vectors, total @ root.T)
-    found: Floats = np.sqrt(np.sum(projected**2 / np.maximum(values, QUIETEST), axis=1))
-    return found
+def _orthonormal(signature: Floats) -> Floats:
+    """Columns (N, d) of unit length at right angles, the first along the first."""
+    basis, triangle = np.linalg.qr(signature)
+    return np.asarray(basis * np.sign(np.diag(triangle) + (np.diag(triangle) == 0.0)))
+
+
+def _inflation(layout: Layout, unit: Floats, residual: Floats) -> tuple[float, float]:
+    """Variance of a residual (N,) along orthonormal columns (N, d) as its blocks show it, and from how many of them."""
+    grams = layout.grams(unit)
+    own = layout.sums(unit * residual[:, None])
+    about = own - np.einsum("bij,j->bi", grams, own.sum(axis=0))
+    shared = float(np.einsum("bij,bji->", grams, grams))
+    expected = max(unit.shape[1] - shared, 1e-12)
+    return float(np.sum(about**2)) / expected, max(unit.shape[1] / shared - 1.0, 1e-12)

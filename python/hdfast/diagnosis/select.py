@@ -9,7 +9,7 @@ from operator import attrgetter
 import numpy as np
 
 from hdfast.checks import Floats
-from hdfast.diagnosis.candidate import Candidate
+from hdfast.diagnosis.candidate import LEAST, Candidate
 from hdfast.diagnosis.evidence import Index
 from hdfast.diagnosis.fit import Bench, Fit, Metric, fit
 from hdfast.diagnosis.plant import Structure
@@ -183,7 +183,7 @@ def _try(bench: Bench, current: Fit, signature: Signature, rules: Rules, seen: S
     contained = [term for term in current.structure.model.terms if term in candidate.contains]
     reduced, here = without(current, contained)
     structure = candidate.added_to(reduced)
-    starts = _starts(bench, structure, current, here, candidate.started(signature.shares), candidate)
+    starts = _starts(bench, structure, current, here, signature)
     fits = [fit(bench, structure, starts[0], None if contained else current)]
     fits += [fit(bench, structure, start) for start in starts[1:]]
     metric = Metric.of(bench, current.mismatch)
@@ -192,19 +192,30 @@ def _try(bench: Bench, current: Fit, signature: Signature, rules: Rules, seen: S
     return Trial(candidate, joint, gained, _failed(bench, joint, current, candidate, gained, rules, seen))
 
 
-def _starts(
-    bench: Bench, structure: Structure, current: Fit, here: Floats, estimated: Candidate, typical: Candidate
-) -> list[Floats]:
-    """The best of several amplitudes, from the present parameters and from the priors of those that were displaced."""
-    sizes = [estimated, *(typical.scaled(times) for times in AMPLITUDES)]
-    added = np.array([[float(one.coordinate(one.value)) for one in sized.free] for sized in sizes])
+def _starts(bench: Bench, structure: Structure, current: Fit, here: Floats, signature: Signature) -> list[Floats]:
+    """The best of several amplitudes, from the present parameters and from the priors of those that were displaced.
+
+    With each amplitude the parameters that had stood for the effect give it back, or stay.
+    """
+    candidate, shares = signature.candidate, np.maximum(signature.shares, LEAST)
+    if not candidate.bends:
+        shares = signature.shares
+    sized = [(candidate.started(signature.shares), shares)]
+    sized += [(candidate.scaled(times), times * np.eye(len(shares))[0]) for times in AMPLITUDES]
+    kept = [current.structure.names.index(name) for name in structure.names[: len(here)]]
+    added, given = [], []
+    for one, share in sized:
+        own = [float(free.coordinate(free.value)) for free in one.free]
+        back = signature.absorbed[kept] @ share
+        added += [own, own]
+        given += [np.zeros(len(here)), back]
     centre, sigma = structure.start[: len(here)], structure.sigma[: len(here)]
     displaced = np.abs(here - centre) > DISPLACED * sigma
     bases = [here, np.where(displaced, centre, here)] if displaced.any() else [here]
     metric = Metric.of(bench, current.mismatch)
     starts = []
     for base in bases:
-        tried = np.concatenate([np.broadcast_to(base, (len(added), len(base))), added], axis=1)
+        tried = np.concatenate([base - np.array(given), np.array(added)], axis=1)
         found = bench.mismatch(structure, tried)
         costs = [metric.cost(bench.layout, structure, *pair) for pair in zip(tried, found, strict=True)]
         starts.append(tried[int(np.nanargmin(np.where(np.isfinite(costs), costs, np.inf)))])
@@ -255,7 +266,8 @@ def _failed(
         failed.append("A5 resolution")
     if special(candidate, joint):
         failed.append("A6 special case")
-    failed += [f"A4 {name}" for name in _strained(joint, current, gained)[:1]]
+    bound = [free.name for free in candidate.free if not free.low < joint.value(free.name) < free.high]
+    failed += [f"A4 {name}" for name in [*bound, *_strained(joint, current, gained)][:1]]
     return tuple(failed)
 
 

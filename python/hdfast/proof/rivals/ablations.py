@@ -43,7 +43,7 @@ def _each_alone(observed: screen.Screen, found: list[screen.Signature]) -> scree
     widths = {one.candidate.label: one.left.shape[1] for one in found}
     p = {label: float(chi2.sf(value**2, widths[label])) for label, value in observed.statistic.items()}
     needed = {label: float(np.sqrt(chi2.isf(0.01, width))) for label, width in widths.items()}
-    return screen.Screen(observed.statistic, p, needed)
+    return screen.Screen(observed.statistic, p, needed, observed.spread)
 
 
 def _fitted(fit: Fit, white: whiten.Whitener, layout: Layout, _: Index) -> tuple[Floats, Floats]:

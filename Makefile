@@ -84,6 +84,7 @@ bench-peers: setup
 	$(PY) benches/peers/compare.py
 
 profile: setup
+	$(BIN)/maturin develop --profile profiling --quiet
 	$(PY) tools/flame.py
 
 clean:

@@ -4,7 +4,7 @@
 //! beyond the corner, so that the equations are smooth inside every step; how much of the piece is left tells whether
 //! the step has to be cut short.
 
-use crate::real::Real;
+use crate::real::{Mask, Real};
 
 /// Corners of all laws together.
 pub const CORNERS: usize = 16;
@@ -22,12 +22,17 @@ pub type Pieces<V> = [V; CORNERS];
 pub trait Bends<R: Real> {
     /// Whether laws stay on the piece that is held.
     fn are_held(&self) -> bool;
-    /// `x` limited to `[-bound, bound]`. `size` is the size of `x` below which relative accuracy is not asked for.
-    fn clamp(&mut self, corner: usize, x: R, bound: R, size: f64) -> R;
-    /// Lanes in which a corner plays no part.
-    fn ignore(&mut self, corner: usize, lanes: R::Mask);
-    /// How much is left of the pieces of a base model, in natural sizes.
-    fn margin_of_base(&self) -> R::Plain;
+    /// `x` limited to `[-bound, bound]`. `size` is the size of `x` below which relative accuracy is not asked for; in
+    /// lanes other than these the corner plays no part.
+    fn clamp_in(&mut self, lanes: R::Mask, corner: usize, x: R, bound: R, size: f64) -> R;
+    /// How much is left of the pieces that are held, in natural sizes.
+    fn margin(&self) -> R::Plain;
+
+    /// The same in all lanes.
+    #[inline(always)]
+    fn clamp(&mut self, corner: usize, x: R, bound: R, size: f64) -> R {
+        self.clamp_in(R::Mask::from_bits(u64::MAX), corner, x, bound, size)
+    }
 }
 
 /// No corner is held and none is asked about.
@@ -40,15 +45,12 @@ impl<R: Real> Bends<R> for Unheld {
     }
 
     #[inline(always)]
-    fn clamp(&mut self, _corner: usize, x: R, bound: R, _size: f64) -> R {
+    fn clamp_in(&mut self, _lanes: R::Mask, _corner: usize, x: R, bound: R, _size: f64) -> R {
         x.clamp_abs(bound)
     }
 
     #[inline(always)]
-    fn ignore(&mut self, _corner: usize, _lanes: R::Mask) {}
-
-    #[inline(always)]
-    fn margin_of_base(&self) -> R::Plain {
+    fn margin(&self) -> R::Plain {
         R::Plain::splat(f64::INFINITY)
     }
 }
@@ -57,35 +59,32 @@ impl<R: Real> Bends<R> for Unheld {
 pub struct Corners<'a, R: Real> {
     /// The pieces that are held; where there are none, every law is on the piece on which it lies.
     held: Option<&'a Pieces<R::Plain>>,
-    /// How much is left of every piece that is held, or the pieces where none is.
-    found: Pieces<R::Plain>,
+    /// The least that is left of any of them.
+    margin: R::Plain,
+    /// Where it is asked for: how much is left of every piece that is held, or the pieces where none is.
+    found: Option<&'a mut Pieces<R::Plain>>,
 }
 
 impl<'a, R: Real> Corners<'a, R> {
-    /// Nothing found yet.
+    /// Of all corners only the least margin is asked for.
     #[inline(always)]
     pub fn new(held: Option<&'a Pieces<R::Plain>>) -> Self {
+        Self { held, margin: R::Plain::splat(f64::INFINITY), found: None }
+    }
+
+    /// Every corner notes in `found` what it finds.
+    #[inline(always)]
+    pub fn noting(held: Option<&'a Pieces<R::Plain>>, found: &'a mut Pieces<R::Plain>) -> Self {
         let unused = if held.is_some() { f64::INFINITY } else { 0.0 };
-        Self { held, found: [R::Plain::splat(unused); CORNERS] }
-    }
-
-    /// What every corner has found.
-    #[inline(always)]
-    pub fn found(self) -> Pieces<R::Plain> {
-        self.found
-    }
-
-    /// How much is left of all pieces, in natural sizes.
-    #[inline(always)]
-    pub fn margin(&self) -> R::Plain {
-        self.found[OF_TERMS..].iter().fold(self.margin_of_base(), |least, &margin| least.min(margin))
+        *found = [R::Plain::splat(unused); CORNERS];
+        Self { found: Some(found), ..Self::new(held) }
     }
 
     /// The sign of `x`: +1 or -1.
     #[inline(always)]
     pub fn sign(&mut self, corner: usize, x: R, size: f64) -> R {
         let piece = self.side(corner, x.plain());
-        self.note(corner, x.plain() * piece, size);
+        self.left(corner, x.plain() * piece, size);
         R::constant(piece)
     }
 
@@ -94,7 +93,7 @@ impl<'a, R: Real> Corners<'a, R> {
     pub fn min(&mut self, corner: usize, left: R, right: R, size: f64) -> R {
         let apart = right.plain() - left.plain();
         let piece = self.side(corner, apart);
-        self.note(corner, piece * apart, size);
+        self.left(corner, piece * apart, size);
         R::select(R::Plain::zero().lt(piece), left, right)
     }
 
@@ -104,14 +103,25 @@ impl<'a, R: Real> Corners<'a, R> {
         if let Some(pieces) = self.held {
             return pieces[corner];
         }
-        self.found[corner] = side(x);
-        self.found[corner]
+        let piece = side(x);
+        self.note(corner, piece);
+        piece
+    }
+
+    /// Takes down how much is left of a piece that is held.
+    #[inline(always)]
+    fn left(&mut self, corner: usize, left: R::Plain, size: f64) {
+        if self.held.is_some() {
+            let left = left * R::Plain::splat(1.0 / size);
+            self.margin = self.margin.min(left);
+            self.note(corner, left);
+        }
     }
 
     #[inline(always)]
-    fn note(&mut self, corner: usize, left: R::Plain, size: f64) {
-        if self.held.is_some() {
-            self.found[corner] = left * R::Plain::splat(1.0 / size);
+    fn note(&mut self, corner: usize, finding: R::Plain) {
+        if let Some(found) = &mut self.found {
+            found[corner] = finding;
         }
     }
 }
@@ -123,29 +133,22 @@ impl<R: Real> Bends<R> for Corners<'_, R> {
     }
 
     #[inline(always)]
-    fn clamp(&mut self, corner: usize, x: R, bound: R, size: f64) -> R {
+    fn clamp_in(&mut self, lanes: R::Mask, corner: usize, x: R, bound: R, size: f64) -> R {
         let zero = R::Plain::zero();
         let (place, end) = (x.plain(), bound.plain());
         let Some(pieces) = self.held else {
-            self.found[corner] = R::Plain::select(end.lt(place.abs()), side(place), zero);
+            self.note(corner, R::Plain::select(lanes & end.lt(place.abs()), side(place), zero));
             return x.clamp_abs(bound);
         };
         let inside = pieces[corner].abs().le(zero);
         let left = R::Plain::select(inside, end - place.abs(), pieces[corner] * place - end);
-        self.note(corner, left, size);
+        self.left(corner, R::Plain::select(lanes, left, R::Plain::splat(f64::INFINITY)), size);
         R::select(inside, x, bound * R::constant(pieces[corner]))
     }
 
     #[inline(always)]
-    fn ignore(&mut self, corner: usize, lanes: R::Mask) {
-        if self.held.is_some() {
-            self.found[corner] = R::Plain::select(lanes, R::Plain::splat(f64::INFINITY), self.found[corner]);
-        }
-    }
-
-    #[inline(always)]
-    fn margin_of_base(&self) -> R::Plain {
-        self.found[TORQUE_LIMIT].min(self.found[KNEES[0]]).min(self.found[KNEES[1]])
+    fn margin(&self) -> R::Plain {
+        self.margin
     }
 }
 

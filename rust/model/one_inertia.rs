@@ -6,7 +6,7 @@
 
 use super::corners::{Bends, Corners, Unheld};
 use super::two_inertia::controlled;
-use super::{Base, Drivetrain, Model, Pieces, Rates, Shaft};
+use super::{Base, CORNERS, Drivetrain, Model, Pieces, Rates, Shaft};
 use crate::real::{Real, Scalar};
 
 /// One inertia with kinematic error.
@@ -37,9 +37,9 @@ impl Model<4> for OneInertia {
 
     #[inline(always)]
     fn corners<R: Real>(drive: &Drivetrain<R>, t: R, state: &[R; 4]) -> Pieces<R::Plain> {
-        let mut corners = Corners::new(drive.pieces);
-        Self::evaluate(drive, t, state, &mut corners);
-        corners.found()
+        let mut found = [R::Plain::zero(); CORNERS];
+        Self::evaluate(drive, t, state, &mut Corners::noting(drive.pieces, &mut found));
+        found
     }
 }
 
@@ -85,7 +85,7 @@ impl OneInertia {
             load_torque: inputs.load,
             term_power: R::zero(),
             reserve: R::splat(f64::INFINITY),
-            margin: corners.margin_of_base(),
+            margin: corners.margin(),
             shafts: [Shaft::free(), Shaft::free()],
         }
     }

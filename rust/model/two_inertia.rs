@@ -4,7 +4,7 @@
 //! relative to the motor's, so that windup (1e-6 rad) never is a difference of two large angles.
 
 use super::corners::{Bends, Corners, TORQUE_LIMIT, Unheld};
-use super::{Base, Constants, Drivetrain, Model, Pieces, Rates, Shaft, spring};
+use super::{Base, CORNERS, Constants, Drivetrain, Model, Pieces, Rates, Shaft, spring};
 use crate::real::{Mask, Real, Scalar};
 
 /// The default model.
@@ -42,9 +42,9 @@ impl Model<5> for TwoInertia {
 
     #[inline(always)]
     fn corners<R: Real>(drive: &Drivetrain<R>, t: R, state: &[R; 5]) -> Pieces<R::Plain> {
-        let mut corners = Corners::new(drive.pieces);
-        Self::evaluate(drive, t, state, &mut corners);
-        corners.found()
+        let mut found = [R::Plain::zero(); CORNERS];
+        Self::evaluate(drive, t, state, &mut Corners::noting(drive.pieces, &mut found));
+        found
     }
 }
 
@@ -87,7 +87,7 @@ impl TwoInertia {
             load_torque: inputs.load,
             term_power: R::zero(),
             reserve: R::splat(f64::INFINITY),
-            margin: corners.margin_of_base(),
+            margin: corners.margin(),
             shafts: [Shaft::free(), Shaft::free()],
         }
     }
@@ -115,8 +115,7 @@ pub(super) fn controlled<R: Real>(
     if !corners.are_held() && asked.abs().le(c.tau_max).all() {
         return (R::select(speed, asked, torque), R::select(speed, error, R::zero()));
     }
-    let given = corners.clamp(TORQUE_LIMIT, asked, c.tau_max, SIZE);
-    corners.ignore(TORQUE_LIMIT, !speed);
+    let given = corners.clamp_in(speed, TORQUE_LIMIT, asked, c.tau_max, SIZE);
     let z_rate = (given - asked).mul_add(c.inverse_k_p, error);
     (R::select(speed, given, torque), R::select(speed, z_rate, R::zero()))
 }

@@ -146,11 +146,15 @@ pub fn ln<R: Real>(x: R) -> R {
 pub fn powf<R: Real>(x: R, exponent: R) -> R {
     let (zero, one) = (R::zero(), R::splat(1.0));
     let infinity = R::splat(f64::INFINITY);
+    let first = exponent.le(one) & one.le(exponent);
+    if first.all() {
+        return R::select(x.lt(zero), R::splat(f64::NAN), x);
+    }
     let (high, low) = ln_as_sum(x);
     let product = exponent * high;
     let product_low = exponent.mul_add(high, -product) + exponent * low;
     let within = product.abs().lt(R::splat(2.0 * LARGEST));
-    let value = exp_of_sum(product, R::select(within, product_low, zero));
+    let value = R::select(first, x, exp_of_sum(product, R::select(within, product_low, zero)));
     let regular = zero.lt(x) & x.lt(infinity);
     if regular.all() {
         return value;

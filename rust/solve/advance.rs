@@ -4,7 +4,7 @@ use super::Method;
 use super::controller::{Controller, stuck};
 use super::events::Events;
 use super::integrals::{INTEGRALS, Integrands};
-use super::record::{Branch, Record};
+use super::record::{Branch, Record, lane_numbers};
 use super::replay::{Lane, Replay, Retrace};
 use super::seat::{Assignment, Memory, Seat};
 use super::status::Status;
@@ -121,23 +121,28 @@ impl<'a, P: Path, M: Model<N>, T: Method, const N: usize> Advance<'a, P, M, T, N
         for lane in 0..P::Lanes::LANES {
             self.seat_next(lane, rows);
         }
-        while self.occupied != 0 {
-            if self.cancelled.load(Ordering::Relaxed) {
-                self.vacate_all(rows);
-                return;
-            }
-            if M::sticks() {
-                self.advance::<true>(rows);
-            } else if self.stepper.cornered {
-                P::Lanes::apart(AdvanceHeld { lanes: self, rows });
-            } else {
-                self.advance::<false>(rows);
-            }
+        if M::sticks() {
+            self.run_out::<true>(rows);
+        } else if self.stepper.held.is_some() {
+            P::Lanes::apart(RunHeld { lanes: self, rows });
+        } else {
+            self.run_out::<false>(rows);
         }
     }
 
-    /// One attempt in every lane. Where nothing sticks and no law has corners, nothing is held and no event is looked
-    /// for: the base models do not pay for what they do not have.
+    /// Attempts steps until all lanes are empty. Where nothing sticks and no law has corners, nothing is held and no
+    /// event is looked for: the base models do not pay for what they do not have.
+    #[inline(always)]
+    fn run_out<const HELD: bool>(&mut self, rows: &mut impl Rows<Lane<P>, N>) {
+        while self.occupied != 0 {
+            if self.cancelled.load(Ordering::Relaxed) {
+                return self.vacate_all(rows);
+            }
+            self.advance::<HELD>(rows);
+        }
+    }
+
+    /// One attempt in every lane.
     #[inline(always)]
     fn advance<const HELD: bool>(&mut self, rows: &mut impl Rows<Lane<P>, N>) {
         self.refresh();
@@ -149,8 +154,8 @@ impl<'a, P: Path, M: Model<N>, T: Method, const N: usize> Advance<'a, P, M, T, N
         let stiff = self.find_stiff(verdict.accepted, step, &trial);
         let accepted = verdict.accepted & !self.find_events::<HELD>(verdict.accepted, landing, step, &trial);
         self.take_samples(accepted, step, &trial);
-        self.watch(accepted, step, &trial);
-        self.stepper.commit(accepted, step, &trial);
+        self.watch::<HELD>(accepted, step, &trial);
+        self.stepper.commit::<M, HELD>(accepted, step, &trial);
         self.choose_step(step, verdict.factor, accepted & landing);
         self.settle_events::<HELD>(accepted, &trial);
         self.count(accepted, step, &trial);
@@ -236,18 +241,23 @@ impl<'a, P: Path, M: Model<N>, T: Method, const N: usize> Advance<'a, P, M, T, N
 
     /// Extrema inside the accepted steps.
     #[inline(always)]
-    fn watch(&mut self, accepted: <P::Lanes as Real>::Mask, step: Plain<P>, trial: &Trial<P::Lanes, N>) {
+    fn watch<const HELD: bool>(
+        &mut self,
+        accepted: <P::Lanes as Real>::Mask,
+        step: Plain<P>,
+        trial: &Trial<P::Lanes, N>,
+    ) {
         let Self { stepper, seats, occupied, .. } = self;
-        let Stepper { watch, constants, t, state, directions, pieces, .. } = stepper;
+        let Stepper { watch, constants, t, state, directions, held, .. } = stepper;
         watch.step(accepted, step, &trial.rates, constants, |lanes, signal, sign, at_most| {
             for lane in lanes_of(lanes & *occupied) {
                 let start = Record {
                     t: t.get(lane),
                     step: 0.0,
-                    state: std::array::from_fn(|index| state[index].get(lane)),
+                    state: lane_numbers(state, lane),
                     alpha_m: f64::NAN,
                     omega_l: f64::NAN,
-                    branch: Branch::of(lane, directions, pieces),
+                    branch: if HELD { Branch::of(lane, directions, held.as_deref()) } else { Branch::default() },
                     alpha_l: f64::NAN,
                 };
                 let signal = [Watched::Windup, Watched::Te, Watched::OmegaL][signal];
@@ -305,7 +315,7 @@ impl<'a, P: Path, M: Model<N>, T: Method, const N: usize> Advance<'a, P, M, T, N
             let Some(mut seat) = self.seats[lane].take() else { continue };
             let t = self.stepper.t.get(lane);
             if seat.is_at_mark(t) {
-                let integrals = std::array::from_fn(|index| self.stepper.integrals[index].get(lane));
+                let integrals = lane_numbers(&self.stepper.integrals, lane);
                 let ranges = self.stepper.watch.close_window(lane, seat.lag());
                 let rest = seat.pass_marks(t, integrals, self.stepper.integrands_in(lane), ranges);
                 self.set_integrals(lane, rest);
@@ -410,12 +420,12 @@ impl<'a, P: Path, M: Model<N>, T: Method, const N: usize> Advance<'a, P, M, T, N
 
     #[inline(always)]
     pub(super) fn branch(&self, lane: usize) -> Branch {
-        Branch::of(lane, &self.stepper.directions, &self.stepper.pieces)
+        Branch::of(lane, &self.stepper.directions, self.stepper.held.as_deref())
     }
 
     #[inline(always)]
     pub(super) fn lane_state(&self, lane: usize) -> [Lane<P>; N] {
-        std::array::from_fn(|index| self.stepper.state[index].get(lane))
+        lane_numbers(&self.stepper.state, lane)
     }
 
     pub(super) fn set_lane_state(&mut self, lane: usize, state: &[Lane<P>; N]) {
@@ -425,17 +435,17 @@ impl<'a, P: Path, M: Model<N>, T: Method, const N: usize> Advance<'a, P, M, T, N
     }
 }
 
-/// An attempt in every lane of a base model some of whose laws have corners.
-struct AdvanceHeld<'b, 'a, P: Path, M: Model<N>, T: Method, Q, const N: usize> {
+/// The run of a base model some of whose laws have corners.
+struct RunHeld<'b, 'a, P: Path, M: Model<N>, T: Method, Q, const N: usize> {
     lanes: &'b mut Advance<'a, P, M, T, N>,
     rows: &'b mut Q,
 }
 
-impl<P: Path, M: Model<N>, T: Method, Q: Rows<Lane<P>, N>, const N: usize> Task for AdvanceHeld<'_, '_, P, M, T, Q, N> {
+impl<P: Path, M: Model<N>, T: Method, Q: Rows<Lane<P>, N>, const N: usize> Task for RunHeld<'_, '_, P, M, T, Q, N> {
     type Output = ();
 
     #[inline(always)]
     fn run(self) {
-        self.lanes.advance::<true>(self.rows);
+        self.lanes.run_out::<true>(self.rows);
     }
 }

@@ -4,6 +4,7 @@
 use super::Method;
 use super::advance::Advance;
 use super::events::{Event, hold};
+use super::record::lane_numbers;
 use super::replay::Lane;
 use super::stepper::Trial;
 use crate::model::{Model, Rates};
@@ -44,7 +45,7 @@ impl<P: Path, M: Model<N>, T: Method, const N: usize> Advance<'_, P, M, T, N> {
         let branch = self.branch(lane);
         let Some(seat) = self.seats[lane].take() else { return 0.0 };
         self.replay.load(&seat, self.harmonics);
-        let state: [Lane<P>; N] = std::array::from_fn(|index| trial.state[index].get(lane));
+        let state = lane_numbers(&trial.state, lane);
         let (change, rate) = self.replay.change_and_rate(&seat, trial.t.get(lane), (&state, slope), branch, reserve);
         self.seats[lane] = Some(seat);
         -change / rate

@@ -3,16 +3,20 @@
 //! A step is taken on the pieces of the laws that are in force where it begins. Where it leaves one of them, be it for
 //! a moment between its ends, it is repeated to end at the corner, and the next step begins on the next piece. The laws
 //! are continuous: slopes, step size and derivatives by parameters go on as they are.
+//!
+//! Most steps simply run over a corner: those corners are located in all lanes together. What is left, steps that leave
+//! a piece for a moment or one they have just come to, is looked at lane by lane.
 
 use super::Method;
-use super::advance::Advance;
+use super::advance::{Advance, Plain};
 use super::events::{EARLIEST, Landing};
-use super::record::Dense;
+use super::record::Branch;
 use super::replay::Lane;
-use super::root::root;
-use super::stepper::Trial;
-use crate::model::{CORNERS, Model};
-use crate::real::{Mask, Path, Real};
+use super::root::{Search, root, root_between};
+use super::stepper::{Stepper, Trial};
+use crate::model::{CORNERS, Drivetrain, Model, Pieces};
+use crate::real::{Mask, Path, Real, Task};
+use std::marker::PhantomData;
 
 /// Parts of a step at whose ends a margin is looked at where it is not simply used up from start to end.
 const PARTS: usize = 8;
@@ -20,6 +24,18 @@ const PARTS: usize = 8;
 const CLOSE: f64 = 0.25;
 /// How far behind a corner the next piece is asked for, as a share of the step.
 const BEHIND: f64 = 1e-6;
+/// Where corners are first looked for in a step that begins on one.
+const AWAY: f64 = 0.125;
+
+/// The corners over which lanes simply run.
+pub(super) struct Turns<R: Real> {
+    /// The lanes.
+    lanes: u64,
+    /// Where in the step.
+    shares: R::Plain,
+    /// What is in force behind them.
+    next: Pieces<R::Plain>,
+}
 
 impl<P: Path, M: Model<N>, T: Method, const N: usize> Advance<'_, P, M, T, N> {
     /// How far a piece may be left, in natural sizes, before the step is cut short.
@@ -30,7 +46,7 @@ impl<P: Path, M: Model<N>, T: Method, const N: usize> Advance<'_, P, M, T, N> {
     /// Lanes whose step may have left a piece.
     #[inline(always)]
     pub(super) fn off_piece(&self, accepted: <P::Lanes as Real>::Mask, trial: &Trial<P::Lanes, N>) -> u64 {
-        if !self.stepper.cornered {
+        if self.stepper.held.is_none() {
             return 0;
         }
         let number = <P::Lanes as Real>::Plain::splat;
@@ -41,9 +57,37 @@ impl<P: Path, M: Model<N>, T: Method, const N: usize> Advance<'_, P, M, T, N> {
         (accepted & (left | (dips & least.lt(range * number(CLOSE))))).to_bits()
     }
 
-    /// Where in the step the first corner lies, and what is in force behind it.
-    pub(super) fn first_corner(&mut self, lane: usize, dense: &Dense<Lane<P>, N>) -> Option<(f64, Landing)> {
-        let (branch, enough) = (self.branch(lane), -self.leeway());
+    /// The corners over which the step last interpolated runs in these lanes.
+    pub(super) fn turns(&self, lanes: u64, step: Plain<P>, trial: &Trial<P::Lanes, N>) -> Option<Turns<P::Lanes>> {
+        let (end, leeway) = (trial.rates.margin, self.leeway());
+        let left = <P::Lanes as Real>::Mask::from_bits(lanes) & end.lt(Plain::<P>::splat(-leeway));
+        left.any().then(|| {
+            let stepper = &self.stepper;
+            P::Lanes::apart(FindTurns { stepper, lanes: left, step, end, leeway, model: PhantomData::<M> })
+        })
+    }
+
+    /// Where in the step the first corner lies in a lane, and what is in force behind it.
+    pub(super) fn first_corner(
+        &mut self,
+        lane: usize,
+        turns: Option<&Turns<P::Lanes>>,
+        step: &Plain<P>,
+    ) -> Option<(f64, Landing)> {
+        let branch = self.branch(lane);
+        let found = match turns.filter(|turns| turns.lanes >> lane & 1 == 1) {
+            Some(Turns { shares, next, .. }) => {
+                let pieces = std::array::from_fn(|corner| next[corner].get(lane) as i8);
+                Some((shares.get(lane), Branch { pieces, ..branch }))
+            }
+            None => self.hidden_corner(lane, branch, step),
+        };
+        found.filter(|found| found.1 != branch).map(|(share, next)| (share.max(EARLIEST), Landing::Corner(next)))
+    }
+
+    /// The same for corners that the ends of the step do not show.
+    fn hidden_corner(&mut self, lane: usize, branch: Branch, step: &Plain<P>) -> Option<(f64, Branch)> {
+        let (dense, enough) = (self.dense_in(lane, step), -self.leeway());
         let seat = self.seats[lane].take()?;
         self.replay.load(&seat, self.harmonics);
         let mut corners = |share: f64, held: bool| {
@@ -73,10 +117,68 @@ impl<P: Path, M: Model<N>, T: Method, const N: usize> Advance<'_, P, M, T, N> {
             for &(_, corner) in found.iter().filter(|corner| corner.0 <= first + BEHIND) {
                 next.pieces[corner] = behind[corner] as i8;
             }
-            (first.max(EARLIEST), Landing::Corner(next))
+            (first, next)
         });
         self.seats[lane] = Some(seat);
-        next.filter(|next| next.1 != Landing::Corner(branch))
+        next
+    }
+}
+
+struct FindTurns<'a, R: Real, M, const N: usize> {
+    stepper: &'a Stepper<R, N>,
+    lanes: R::Mask,
+    step: R::Plain,
+    /// Margins at the end of the step.
+    end: R::Plain,
+    leeway: f64,
+    model: PhantomData<M>,
+}
+
+impl<R: Real, M: Model<N>, const N: usize> FindTurns<'_, R, M, N> {
+    /// Time and state after a share of the step.
+    #[inline(always)]
+    fn moment(&self, share: R::Plain) -> (R, [R; N]) {
+        let state = self.stepper.inside(R::constant(share), (1 << self.stepper.used::<M>()) - 1);
+        (R::constant(share.mul_add(self.step, self.stepper.t)), state)
+    }
+
+    #[inline(always)]
+    fn margin(&self, share: R::Plain) -> R::Plain {
+        let (t, state) = self.moment(share);
+        M::rates(&self.stepper.drive(), t, &state).margin
+    }
+
+    /// The pieces of the laws on which the lanes are.
+    #[inline(always)]
+    fn pieces(&self, share: R::Plain) -> Pieces<R::Plain> {
+        let (t, state) = self.moment(share);
+        M::corners(&Drivetrain { pieces: None, ..self.stepper.drive() }, t, &state)
+    }
+}
+
+impl<R: Real, M: Model<N>, const N: usize> Task for FindTurns<'_, R, M, N> {
+    type Output = Turns<R>;
+
+    #[inline(always)]
+    fn run(self) -> Turns<R> {
+        let number = R::Plain::splat;
+        let Self { stepper, lanes, leeway, .. } = self;
+        // Steps end behind the corner, by no more than the leeway.
+        let aim = number(0.5 * leeway);
+        let on_corner = lanes & stepper.margin.le(number(leeway));
+        let (mut place, mut before) = (R::Plain::zero(), stepper.margin);
+        if on_corner.any() {
+            place = R::Plain::select(on_corner, number(AWAY), place);
+            before = R::Plain::select(on_corner, self.margin(place), before);
+        }
+        let lanes = lanes & R::Plain::zero().lt(before);
+        let mut search = Search::new(lanes, [place, number(1.0)], [before + aim, self.end + aim], 0.5 * leeway);
+        while let Some(share) = search.next() {
+            search.take(share, self.margin(share) + aim);
+        }
+        let shares = search.found();
+        let next = self.pieces((shares + number(BEHIND)).min(number(1.0)));
+        Turns { lanes: lanes.to_bits(), shares, next }
     }
 }
 
@@ -86,14 +188,14 @@ fn used_up(samples: &[f64; PARTS + 1], mut left: impl FnMut(f64) -> f64, enough:
     if let Some(part) = (1..=PARTS).find(|&part| samples[part] < enough) {
         let (mut end, mut at_end) = (place(part), samples[part]);
         if samples[part - 1] > 0.0 {
-            return Some(between(left, [place(part - 1), end], [samples[part - 1], at_end]));
+            return Some(root_between(left, [place(part - 1), end], [samples[part - 1], at_end]));
         }
         // The piece has just been entered: it may be left after a moment, or at once.
         for _ in 0..20 {
             let middle = 0.5 * (place(part - 1) + end);
             let value = left(middle);
             if value > 0.0 {
-                return Some(between(left, [middle, end], [value, at_end]));
+                return Some(root_between(left, [middle, end], [value, at_end]));
             }
             (end, at_end) = (middle, value);
         }
@@ -108,11 +210,5 @@ fn used_up(samples: &[f64; PARTS + 1], mut left: impl FnMut(f64) -> f64, enough:
     }
     let bottom = (lowest as f64 + shift) / PARTS as f64;
     let value = left(bottom);
-    (value < enough).then(|| between(left, [place(lowest - 1), bottom], [before, value]))
-}
-
-/// The root of a function between two places at which its signs differ.
-fn between(mut function: impl FnMut(f64) -> f64, places: [f64; 2], values: [f64; 2]) -> f64 {
-    let place = |share: f64| (places[1] - places[0]).mul_add(share, places[0]);
-    place(root(|share| function(place(share)), values[0], values[1]))
+    (value < enough).then(|| root_between(left, [place(lowest - 1), bottom], [before, value]))
 }

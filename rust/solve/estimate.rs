@@ -18,48 +18,61 @@ impl<R: Real, const N: usize> Stepper<R, N> {
         let before = M::sizes(&plain(&self.state), self.windup.plain());
         let after = M::sizes(&plain(&trial.state), trial.rates.windup.plain());
         let mut scales = [R::Plain::zero(); N];
-        for index in 0..N {
+        for index in 0..self.used::<M>() {
             let size = before[index].max(after[index]) + R::Plain::splat(floor * self.scales[index]);
             scales[index] = size;
         }
-        let first = self.error_ratio(T::ERROR, &scales);
-        let square = step * step * R::Plain::splat(1.0 / (self.active * rtol * rtol));
+        let first = self.error_ratio::<M>(T::ERROR, &scales);
+        let square = step * step * R::Plain::splat(1.0 / (self.used::<M>() as f64 * rtol * rtol));
         if T::SECOND_ERROR.is_empty() {
             return first * square;
         }
-        let second = self.error_ratio(T::SECOND_ERROR, &scales);
+        let second = self.error_ratio::<M>(T::SECOND_ERROR, &scales);
         let mixed = first * first / second.mul_add(R::Plain::splat(0.01), first);
         R::Plain::select(first.le(R::Plain::zero()), R::Plain::zero(), mixed * square)
     }
 
     /// Sum over the states of (weighted slopes / scale)^2, with a single division.
     #[inline(always)]
-    fn error_ratio(&self, weights: &[f64], scales: &[R::Plain; N]) -> R::Plain {
+    fn error_ratio<M: Model<N>>(&self, weights: &[f64], scales: &[R::Plain; N]) -> R::Plain {
+        let own = N - M::HIDDEN;
         let mut errors = [R::Plain::zero(); N];
         unrolled!(J => {
             if let Some(&weight) = weights.get(J) && weight != 0.0 {
-                for index in 0..N {
+                for index in 0..own {
                     errors[index] = self.slopes[J][index].plain().mul_add(R::Plain::splat(weight), errors[index]);
                 }
             }
         });
         let mut numerator = errors[0] * errors[0];
         let mut denominator = scales[0] * scales[0];
-        for index in 1..N {
-            let square = scales[index] * scales[index];
-            numerator = (errors[index] * errors[index]).mul_add(denominator, numerator * square);
+        let mut add = |error: R::Plain, scale: R::Plain| {
+            let square = scale * scale;
+            numerator = (error * error).mul_add(denominator, numerator * square);
             denominator = denominator * square;
+        };
+        for index in 1..own {
+            add(errors[index], scales[index]);
+        }
+        for index in own..self.used::<M>() {
+            let mut error = R::Plain::zero();
+            unrolled!(J => {
+                if let Some(&weight) = weights.get(J) && weight != 0.0 {
+                    error = self.slopes[J][index].plain().mul_add(R::Plain::splat(weight), error);
+                }
+            });
+            add(error, scales[index]);
         }
         numerator / denominator
     }
 
     /// Squared distances between the new state and the last stage before it: of the slopes, and of the states.
     #[inline(always)]
-    pub fn last_stages<T: Method>(&self, step: R::Plain, state: &[R::Plain; N]) -> (R::Plain, R::Plain) {
+    pub fn last_stages<M: Model<N>, T: Method>(&self, step: R::Plain, state: &[R::Plain; N]) -> (R::Plain, R::Plain) {
         let last = T::STAGES - 1;
-        let before = plain(&self.stage_state::<T>(last - 1, step));
+        let before = plain(&self.stage_state::<M, T>(last - 1, step));
         let mut sums = [R::Plain::zero(); 2];
-        for index in 0..N {
+        for index in 0..self.used::<M>() {
             let weight = R::Plain::splat(1.0 / self.scales[index]);
             let slopes = self.slopes[last][index].plain() - self.slopes[last - 1][index].plain();
             for (sum, difference) in sums.iter_mut().zip([slopes, state[index] - before[index]]) {

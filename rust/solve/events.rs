@@ -8,6 +8,7 @@
 use super::Method;
 use super::advance::{Advance, Plain};
 use super::controller::fit_to_stop;
+use super::corners::Turns;
 use super::integrals::Integral;
 use super::interpolant::ALL_STATES;
 use super::record::{Branch, Dense, lane_coefficients};
@@ -143,34 +144,26 @@ impl<P: Path, M: Model<N>, T: Method, const N: usize> Advance<'_, P, M, T, N> {
             return none;
         }
         self.stepper.interpolate::<M, T>(step, ALL_STATES);
-        self.plan(&crossed, free, landing.to_bits(), &step, trial);
+        let turns = self.turns(crossed.bent & free, step, trial);
+        self.plan(&crossed, free, landing.to_bits(), turns.as_ref(), &step, trial);
         <P::Lanes as Real>::Mask::from_bits(self.events.lanes & free)
     }
 
     /// Plans the first event in the step of each of the free lanes that may have crossed one.
-    fn plan(&mut self, crossed: &Crossed, free: u64, landing: u64, step: &Plain<P>, trial: &Trial<P::Lanes, N>) {
+    fn plan(
+        &mut self,
+        crossed: &Crossed,
+        free: u64,
+        landing: u64,
+        turns: Option<&Turns<P::Lanes>>,
+        step: &Plain<P>,
+        trial: &Trial<P::Lanes, N>,
+    ) {
         for lane in lanes_of(crossed.any() & free) {
-            let dense = Dense {
-                t: self.stepper.t.get(lane),
-                step: step.get(lane),
-                coefficients: lane_coefficients(&self.stepper.polynomials, lane),
-            };
-            let shafts = (0..M::STICKING.len()).filter(|shaft| crossed.shafts[*shaft] >> lane & 1 == 1);
-            let mut candidates: Vec<(f64, Landing)> = shafts
-                .map(|shaft| self.locate(lane, shaft, &dense, trial))
-                .map(|(share, event)| (share, Landing::Event(event)))
-                .collect();
-            if crossed.jumping >> lane & 1 == 1 {
-                let at_end = trial.rates.reserve.plain().get(lane);
-                let share = self.use_up(lane, &dense, at_end, |rates| rates.reserve);
-                candidates.push((share, Landing::Event(Event::Jump)));
-            }
-            if crossed.bent >> lane & 1 == 1 {
-                candidates.extend(self.first_corner(lane, &dense));
-            }
-            let Some(&(share, landing_on)) = candidates.iter().min_by(|left, right| left.0.total_cmp(&right.0)) else {
-                continue;
-            };
+            let event = self.first_event(lane, crossed, step, trial);
+            let corner = if crossed.bent >> lane & 1 == 1 { self.first_corner(lane, turns, step) } else { None };
+            let planned = event.into_iter().chain(corner).min_by(|left, right| left.0.total_cmp(&right.0));
+            let Some((share, landing_on)) = planned else { continue };
             let share = share.clamp(EARLIEST, 1.0);
             self.events.planned[lane] = Some(landing_on);
             self.events.lanes |= 1 << lane;
@@ -178,6 +171,39 @@ impl<P: Path, M: Model<N>, T: Method, const N: usize> Advance<'_, P, M, T, N> {
             self.events.on_stop |= u64::from(stop) << lane;
             self.events.step.set(lane, share * step.get(lane));
             self.events.resumed.set(lane, self.step.get(lane));
+        }
+    }
+
+    /// What happens first in a lane's step, and where.
+    fn first_event(
+        &mut self,
+        lane: usize,
+        crossed: &Crossed,
+        step: &Plain<P>,
+        trial: &Trial<P::Lanes, N>,
+    ) -> Option<(f64, Landing)> {
+        if (crossed.shafts[0] | crossed.shafts[1] | crossed.jumping) >> lane & 1 == 0 {
+            return None;
+        }
+        let dense = self.dense_in(lane, step);
+        let mut events = [None; 3];
+        for shaft in (0..M::STICKING.len()).filter(|&shaft| crossed.shafts[shaft] >> lane & 1 == 1) {
+            events[shaft] = Some(self.locate(lane, shaft, &dense, trial));
+        }
+        if crossed.jumping >> lane & 1 == 1 {
+            let at_end = trial.rates.reserve.plain().get(lane);
+            events[2] = Some((self.use_up(lane, &dense, at_end, |rates| rates.reserve), Event::Jump));
+        }
+        let first = events.into_iter().flatten().min_by(|left, right| left.0.total_cmp(&right.0));
+        first.map(|(share, event)| (share, Landing::Event(event)))
+    }
+
+    /// The step last interpolated in one lane.
+    pub(super) fn dense_in(&self, lane: usize, step: &Plain<P>) -> Dense<Lane<P>, N> {
+        Dense {
+            t: self.stepper.t.get(lane),
+            step: step.get(lane),
+            coefficients: lane_coefficients(&self.stepper.polynomials, lane),
         }
     }
 
@@ -280,8 +306,10 @@ impl<P: Path, M: Model<N>, T: Method, const N: usize> Advance<'_, P, M, T, N> {
 
     /// Goes on behind a corner.
     fn turn(&mut self, lane: usize, next: Branch) {
-        for (lanes, piece) in self.stepper.pieces.iter_mut().zip(next.pieces) {
-            lanes.set(lane, f64::from(piece));
+        if let Some(pieces) = &mut self.stepper.held {
+            for (lanes, piece) in pieces.iter_mut().zip(next.pieces) {
+                lanes.set(lane, f64::from(piece));
+            }
         }
         self.stepper.margin.set(lane, 0.0);
         self.step.set(lane, self.events.resumed.get(lane));

@@ -57,7 +57,7 @@ impl<R: Real, M: Model<N>, T: Method, const N: usize> Task for Interpolate<'_, R
     fn run(self) {
         let Self { stepper, step, wanted, .. } = self;
         for stage in T::STAGES..T::STAGES + T::DENSE_STAGES {
-            let state = stepper.stage_state::<T>(stage, step);
+            let state = stepper.stage_state::<M, T>(stage, step);
             let t = stepper.stage_time::<T>(stage, step);
             let is_last = stage == T::STAGES + T::DENSE_STAGES - 1;
             stepper.slopes[stage] = if is_last && wanted & !M::POSITIONS == 0 {
@@ -66,7 +66,7 @@ impl<R: Real, M: Model<N>, T: Method, const N: usize> Task for Interpolate<'_, R
                 stepper.rates::<M>(R::constant(t), &state).slope
             };
         }
-        for index in (0..N).filter(|index| wanted >> index & 1 == 1) {
+        for index in (0..stepper.used::<M>()).filter(|index| wanted >> index & 1 == 1) {
             let mut sums = [R::zero(); DENSE_TERMS];
             unrolled!(J => {
                 if let Some(&weights) = T::DENSE.get(J) {

@@ -13,11 +13,11 @@ pub struct Branch {
 }
 
 impl Branch {
-    /// That of a lane.
-    pub fn of<R: Real>(lane: usize, directions: &[R; 2], pieces: &Pieces<R::Plain>) -> Self {
+    /// That of a lane, with pieces where any are held.
+    pub fn of<R: Real>(lane: usize, directions: &[R; 2], pieces: Option<&Pieces<R::Plain>>) -> Self {
         Self {
             directions: directions.map(|direction| direction.plain().get(lane) as i8),
-            pieces: pieces.map(|piece| piece.get(lane) as i8),
+            pieces: pieces.map_or([0; CORNERS], |pieces| pieces.map(|piece| piece.get(lane) as i8)),
         }
     }
 }
@@ -58,7 +58,11 @@ pub struct Dense<S, const N: usize> {
 impl<S: Scalar, const N: usize> Dense<S, N> {
     /// The state after a share of the step.
     pub fn at(&self, share: S) -> [S; N] {
-        self.coefficients.map(|polynomial| value_at(&polynomial, share))
+        let mut state = [S::zero(); N];
+        for (number, polynomial) in state.iter_mut().zip(&self.coefficients) {
+            *number = value_at(polynomial, share);
+        }
+        state
     }
 }
 
@@ -72,6 +76,16 @@ pub fn value_at<R: Real>(polynomial: &[R; DENSE_TERMS], share: R) -> R {
     value
 }
 
+/// The numbers of one lane.
+#[inline(always)]
+pub fn lane_numbers<R: Real, const N: usize>(numbers: &[R; N], lane: usize) -> [R::Lane; N] {
+    let mut own = [R::Lane::zero(); N];
+    for index in 0..N {
+        own[index] = numbers[index].get(lane);
+    }
+    own
+}
+
 /// The coefficients of one lane.
 pub fn lane_coefficients<R: Real, const N: usize>(
     coefficients: &[[R; DENSE_TERMS]; N],
@@ -79,9 +93,7 @@ pub fn lane_coefficients<R: Real, const N: usize>(
 ) -> [[R::Lane; DENSE_TERMS]; N] {
     let mut own = [[R::Lane::zero(); DENSE_TERMS]; N];
     for index in 0..N {
-        for power in 0..DENSE_TERMS {
-            own[index][power] = coefficients[index][power].get(lane);
-        }
+        own[index] = lane_numbers(&coefficients[index], lane);
     }
     own
 }

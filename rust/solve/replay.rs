@@ -49,7 +49,9 @@ impl<P: Path, M: Model<N>, T: Method, const N: usize> Replay<P, M, T, N> {
 
     fn set_branch(&mut self, branch: Branch) {
         self.stepper.directions = branch.directions.map(|direction| Lane::<P>::splat(f64::from(direction)));
-        self.stepper.pieces = branch.pieces.map(f64::from);
+        if let Some(pieces) = &mut self.stepper.held {
+            **pieces = branch.pieces.map(f64::from);
+        }
     }
 
     /// Puts the row on the pieces on which it lies.

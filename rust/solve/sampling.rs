@@ -2,6 +2,7 @@
 
 use super::Method;
 use super::advance::{Advance, Plain};
+use super::record::lane_numbers;
 use super::stepper::Trial;
 use crate::model::Model;
 use crate::real::{Mask, Path, Real, lanes_of};
@@ -46,7 +47,7 @@ impl<P: Path, M: Model<N>, T: Method, const N: usize> Advance<'_, P, M, T, N> {
     fn push_samples(&mut self, lanes: u64, state: &[P::Lanes; N]) {
         for lane in lanes_of(lanes) {
             if let Some(seat) = &mut self.seats[lane] {
-                let next = seat.push_sample(std::array::from_fn(|index| state[index].get(lane)));
+                let next = seat.push_sample(lane_numbers(state, lane));
                 self.sample.set(lane, next);
             }
         }

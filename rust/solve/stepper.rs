@@ -30,16 +30,13 @@ pub struct Stepper<R: Real, const N: usize> {
     pub terms: Terms<R>,
     /// Directions in which motor and load slide, 0 where they are held.
     pub directions: [R; 2],
-    /// Pieces of the laws with corners on which the lanes are.
-    pub pieces: Pieces<R::Plain>,
-    /// Whether any law has corners on which steps land.
-    pub cornered: bool,
+    /// Pieces of the laws with corners on which the lanes are, where any law has corners on which steps land.
+    pub held: Option<Box<Pieces<R::Plain>>>,
     /// How much was left of the pieces at the start of the step.
     pub(super) margin: R::Plain,
     /// Sizes below which relative accuracy is not asked for.
     pub(super) scales: [f64; N],
-    /// How many of the states are in use.
-    pub(super) active: f64,
+    active: usize,
     pub integrands: Integrands,
     /// Integrals since the last mark.
     pub integrals: [R; INTEGRALS],
@@ -72,25 +69,6 @@ macro_rules! unrolled {
 }
 pub(super) use unrolled;
 
-/// `step` times the weighted sum of the slopes, added to the state.
-macro_rules! combine {
-    ($stepper:expr, $weights:expr, $step:expr) => {{
-        let mut sums = [R::zero(); N];
-        unrolled!(J => {
-            if let Some(&weight) = $weights.get(J) && weight != 0.0 {
-                for index in 0..N {
-                    sums[index] = $stepper.slopes[J][index].mul_add_plain(R::Plain::splat(weight), sums[index]);
-                }
-            }
-        });
-        let mut state = $stepper.state;
-        for index in 0..N {
-            state[index] = sums[index].mul_add_plain($step, state[index]);
-        }
-        state
-    }};
-}
-
 impl<R: Real, const N: usize> Stepper<R, N> {
     pub fn new<M: Model<N>, T: Method>(
         layout: &Layout,
@@ -120,11 +98,10 @@ impl<R: Real, const N: usize> Stepper<R, N> {
             spring: layout.spring,
             terms,
             directions: [R::zero(); 2],
-            pieces: [R::Plain::zero(); CORNERS],
-            cornered,
+            held: cornered.then(|| Box::new([R::Plain::zero(); CORNERS])),
             margin: R::Plain::zero(),
             scales,
-            active: (N - unused) as f64,
+            active: N - unused,
             integrands,
             integrals: [R::zero(); INTEGRALS],
             watch: Watch::new(watched),
@@ -151,13 +128,19 @@ impl<R: Real, const N: usize> Stepper<R, N> {
             spring: self.spring,
             terms: &self.terms,
             directions: &self.directions,
-            pieces: (HELD && self.cornered).then_some(&self.pieces),
+            pieces: if HELD { self.held.as_deref() } else { None },
         }
+    }
+
+    /// How many of the states are in use: the model's own, then those of its terms.
+    #[inline(always)]
+    pub(super) fn used<M: Model<N>>(&self) -> usize {
+        if M::HIDDEN == 0 { N } else { self.active.min(N) }
     }
 
     /// Puts the lanes on the pieces on which they lie.
     pub fn settle<M: Model<N>>(&mut self, lanes: R::Mask) {
-        if self.cornered {
+        if self.held.is_some() {
             R::apart(Settle::<R, M, N> { stepper: self, lanes, model: PhantomData });
         }
     }
@@ -190,12 +173,12 @@ impl<R: Real, const N: usize> Stepper<R, N> {
 
     /// Takes rates as the first slope in the given lanes.
     #[inline(always)]
-    fn begin(&mut self, lanes: R::Mask, rates: &Rates<R, N>) {
-        for index in 0..N {
+    fn begin<M: Model<N>, const HELD: bool>(&mut self, lanes: R::Mask, rates: &Rates<R, N>) {
+        for index in 0..self.used::<M>() {
             self.slopes[0][index] = R::select(lanes, rates.slope[index], self.slopes[0][index]);
         }
         self.windup = R::select(lanes, rates.windup, self.windup);
-        if self.cornered {
+        if HELD && self.held.is_some() {
             self.margin = R::Plain::select(lanes, rates.margin, self.margin);
         }
         self.watch.begin(lanes, rates, &self.constants);
@@ -220,14 +203,14 @@ impl<R: Real, const N: usize> Stepper<R, N> {
                 self.step_integrals[index] = self.starting[index] * R::splat(weights[0]);
             }
         }
-        let mut margins = [f64::INFINITY, f64::NEG_INFINITY].map(R::Plain::splat);
+        let mut margins = if HELD { [f64::INFINITY, f64::NEG_INFINITY] } else { [0.0; 2] }.map(R::Plain::splat);
         let mut stage = 1;
         loop {
-            let state = self.stage_state::<T>(stage, step);
+            let state = self.stage_state::<M, T>(stage, step);
             let t = self.stage_time::<T>(stage, step);
             let rates = M::rates(&self.drive_on::<HELD>(), R::constant(t), &state);
             self.slopes[stage] = rates.slope;
-            if HELD && self.cornered {
+            if HELD && self.held.is_some() {
                 margins = [margins[0].min(rates.margin), margins[1].max(rates.margin)];
             }
             if stage == T::STAGES - 1 {
@@ -254,9 +237,9 @@ impl<R: Real, const N: usize> Stepper<R, N> {
 
     /// The state of a stage.
     #[inline(always)]
-    pub(super) fn stage_state<T: Method>(&self, stage: usize, step: R::Plain) -> [R; N] {
+    pub(super) fn stage_state<M: Model<N>, T: Method>(&self, stage: usize, step: R::Plain) -> [R; N] {
         let mut state = self.state;
-        let sum = StageState::<R, T, N> { stepper: self, stage, step, state: &mut state, method: PhantomData };
+        let sum = StageState::<R, M, T, N> { stepper: self, stage, step, state: &mut state, types: PhantomData };
         if R::DIFFERENTIATES || T::ROSENBROCK.is_some() {
             R::apart(sum);
         } else {
@@ -265,11 +248,40 @@ impl<R: Real, const N: usize> Stepper<R, N> {
         state
     }
 
+    /// `step` times the sum of the slopes with these weights, added to the state. The model's own states are summed side
+    /// by side, those of terms, few of which are in use, one after the other.
+    #[inline(always)]
+    fn combine<M: Model<N>>(&self, weights: &[f64], step: R::Plain) -> [R; N] {
+        let own = N - M::HIDDEN;
+        let mut sums = [R::zero(); N];
+        unrolled!(J => {
+            if let Some(&weight) = weights.get(J) && weight != 0.0 {
+                for index in 0..own {
+                    sums[index] = self.slopes[J][index].mul_add_plain(R::Plain::splat(weight), sums[index]);
+                }
+            }
+        });
+        let mut state = self.state;
+        for index in 0..own {
+            state[index] = sums[index].mul_add_plain(step, state[index]);
+        }
+        for index in own..self.used::<M>() {
+            let mut sum = R::zero();
+            unrolled!(J => {
+                if let Some(&weight) = weights.get(J) && weight != 0.0 {
+                    sum = self.slopes[J][index].mul_add_plain(R::Plain::splat(weight), sum);
+                }
+            });
+            state[index] = sum.mul_add_plain(step, state[index]);
+        }
+        state
+    }
+
     /// Takes the attempted step in the accepted lanes.
     #[inline(always)]
-    pub fn commit(&mut self, accepted: R::Mask, step: R::Plain, trial: &Trial<R, N>) {
+    pub fn commit<M: Model<N>, const HELD: bool>(&mut self, accepted: R::Mask, step: R::Plain, trial: &Trial<R, N>) {
         self.t = R::Plain::select(accepted, trial.t, self.t);
-        for index in 0..N {
+        for index in 0..self.used::<M>() {
             self.state[index] = R::select(accepted, trial.state[index], self.state[index]);
         }
         if self.integrands.any() {
@@ -278,7 +290,7 @@ impl<R: Real, const N: usize> Stepper<R, N> {
                 self.integrals[index] = R::select(accepted, grown, self.integrals[index]);
             }
         }
-        self.begin(accepted, &trial.rates);
+        self.begin::<M, HELD>(accepted, &trial.rates);
     }
 
     /// Lanes whose state or slope is not finite.
@@ -317,7 +329,7 @@ impl<R: Real, M: Model<N>, const N: usize> Task for Refresh<'_, R, M, N> {
     fn run(self) -> Self::Output {
         let Self { stepper, lanes, .. } = self;
         let rates = stepper.rates::<M>(R::constant(stepper.t), &stepper.state);
-        stepper.begin(lanes, &rates);
+        stepper.begin::<M, true>(lanes, &rates);
         rates
     }
 }
@@ -335,7 +347,7 @@ impl<R: Real, M: Model<N>, const N: usize> Task for Settle<'_, R, M, N> {
     fn run(self) {
         let Self { stepper, lanes, .. } = self;
         let found = M::corners(&stepper.drive_on::<false>(), R::constant(stepper.t), &stepper.state);
-        for (piece, own) in stepper.pieces.iter_mut().zip(found) {
+        for (piece, own) in stepper.held.iter_mut().flat_map(|pieces| pieces.iter_mut()).zip(found) {
             *piece = R::Plain::select(lanes, own, *piece);
         }
     }
@@ -371,15 +383,15 @@ fn renew<R: Real>(lanes: R::Mask, old: &mut R, new: R) {
     *old = R::select(lanes, old.with_tangent(new.tangent()), *old);
 }
 
-struct StageState<'a, R: Real, T, const N: usize> {
+struct StageState<'a, R: Real, M, T, const N: usize> {
     stepper: &'a Stepper<R, N>,
     stage: usize,
     step: R::Plain,
     state: &'a mut [R; N],
-    method: PhantomData<T>,
+    types: PhantomData<(M, T)>,
 }
 
-impl<R: Real, T: Method, const N: usize> Task for StageState<'_, R, T, N> {
+impl<R: Real, M: Model<N>, T: Method, const N: usize> Task for StageState<'_, R, M, T, N> {
     type Output = ();
 
     #[inline(always)]
@@ -387,7 +399,7 @@ impl<R: Real, T: Method, const N: usize> Task for StageState<'_, R, T, N> {
         let Self { stepper, stage, step, state, .. } = self;
         unrolled!(S => {
             if S > 0 && S < T::COUPLING.len() && stage == S {
-                *state = combine!(stepper, T::COUPLING[S], step);
+                *state = stepper.combine::<M>(T::COUPLING[S], step);
             }
         });
     }

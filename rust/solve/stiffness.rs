@@ -32,7 +32,7 @@ impl<P: Path, M: Model<N>, T: Method, const N: usize> Advance<'_, P, M, T, N> {
             return 0;
         }
         let number = Plain::<P>::splat;
-        let (rates, states) = self.stepper.last_stages::<T>(step, &plain(&trial.state));
+        let (rates, states) = self.stepper.last_stages::<M, T>(step, &plain(&trial.state));
         let bound = number(T::STABILITY * T::STABILITY);
         let stiff = (states * bound).lt(rates * step * step);
         let one = Plain::<P>::select(stiff, number(1.0), number(-1.0));

@@ -1,9 +1,9 @@
 //! The two-inertia drive with terms.
 
-use super::{Motor, Sides, acceleration};
+use super::{Motor, Sides, acceleration, hidden};
 use crate::model::terms::{Gear, HIDDEN, Internals, Motion, Reaction, Terms};
-use crate::model::{Base, Drivetrain, Energies, Model, Pieces, Rates, Shaft, kinetic, spring};
-use crate::real::{Real, Scalar};
+use crate::model::{Base, Bends, CORNERS, Corners, Drivetrain, Energies, Model, Pieces, Rates, Shaft, kinetic, spring};
+use crate::real::{Mask, Real, Scalar};
 
 const OWN: usize = 5;
 const ALL: usize = OWN + HIDDEN;
@@ -44,27 +44,30 @@ impl Model<ALL> for Extended {
 
     #[inline(always)]
     fn rates<R: Real>(drive: &Drivetrain<R>, t: R, state: &[R; ALL]) -> Rates<R, ALL> {
-        evaluate(drive, t, state).rates
+        evaluate(drive, t, state, Corners::new(drive.pieces)).rates
     }
 
     #[inline(always)]
     fn corners<R: Real>(drive: &Drivetrain<R>, t: R, state: &[R; ALL]) -> Pieces<R::Plain> {
-        evaluate(drive, t, state).inner.corners.found()
+        let mut found = [R::Plain::zero(); CORNERS];
+        evaluate(drive, t, state, Corners::noting(drive.pieces, &mut found));
+        found
     }
 
     fn jump<S: Scalar>(drive: &Drivetrain<S>, t: S, state: &mut [S; ALL]) {
-        let Instant { rates, gear, mut inner, .. } = evaluate(drive, t, state);
-        drive.terms.jump(&gear, rates.gear_torque, &mut inner.states);
-        state[OWN..].copy_from_slice(&inner.states);
+        let Instant { rates, gear, inner, .. } = evaluate(drive, t, state, Corners::new(drive.pieces));
+        let mut after = *inner.states;
+        drive.terms.jump(&gear, rates.gear_torque, &mut after);
+        state[OWN..].copy_from_slice(&after);
     }
 
     #[inline(always)]
     fn energies<R: Real>(drive: &Drivetrain<R>, t: R, state: &[R; ALL]) -> Energies<R> {
-        let Instant { rates, gear, inertias, inner } = evaluate(drive, t, state);
+        let Instant { rates, gear, inertias, inner } = evaluate(drive, t, state, Corners::new(drive.pieces));
         let elastic = gear.stiffness_factor * spring::energy(drive.spring, drive.constants, gear.spring_windup);
         Energies {
             mechanical: elastic + kinetic(inertias, [state[1], rates.omega_l]),
-            terms: drive.terms.stored(&gear, &inner.states),
+            terms: drive.terms.stored(&gear, inner.states),
         }
     }
 }
@@ -78,13 +81,18 @@ struct Instant<'a, R: Real> {
 }
 
 #[inline(always)]
-fn evaluate<'a, R: Real>(drive: &'a Drivetrain<'a, R>, t: R, state: &[R; ALL]) -> Instant<'a, R> {
+fn evaluate<'a, R: Real>(
+    drive: &'a Drivetrain<'a, R>,
+    t: R,
+    state: &'a [R; ALL],
+    corners: Corners<'a, R>,
+) -> Instant<'a, R> {
     let [theta_m, omega_m, te, omega_l, z, ..] = *state;
     let c = drive.constants;
     let zero = R::zero();
     let theta_l = theta_m.mul_add(c.inverse_ratio, -te);
     let motion = Motion { t, theta_m, omega_m, theta_l, omega_l, inverse_ratio: c.inverse_ratio };
-    let mut sides = Sides::new(drive, motion, &state[OWN..]);
+    let mut sides = Sides::new(drive, motion, hidden(state), corners);
     let (actuator, z_rate) = sides.actuator(z);
 
     let mesh = sides.mesh(zero);
@@ -93,7 +101,8 @@ fn evaluate<'a, R: Real>(drive: &'a Drivetrain<'a, R>, t: R, state: &[R; ALL]) -
     let windup_rate = upsilon.mul_add(omega_m, mesh.added_windup_rate - omega_l);
     let mut gear = Gear::new(windup, windup_rate);
     drive.terms.gear(&sides.motion, &mut gear, &mut sides.inner);
-    let stored = spring::energy(drive.spring, c, gear.spring_windup);
+    let reacts = !(gear.motor_reaction.abs().le(zero) & gear.load_reaction.abs().le(zero));
+    let stored = if reacts.any() { spring::energy(drive.spring, c, gear.spring_windup) } else { zero };
     let elastic =
         gear.stiffness_factor * spring::held_torque(drive.spring, c, gear.spring_windup, &mut sides.inner.corners);
     let gear_torque = c.b_sp.mul_add(windup_rate, elastic + gear.added_torque);
@@ -131,8 +140,8 @@ fn evaluate<'a, R: Real>(drive: &'a Drivetrain<'a, R>, t: R, state: &[R; ALL]) -
         drive_torque: actuator.torque,
         load_torque: load.torque,
         term_power: gear.added_torque.mul_add(windup_rate, friction - on_housing),
-        margin: sides.margin(),
-        reserve: drive.terms.reserve(&gear, gear_torque, &sides.inner.states),
+        margin: sides.inner.corners.margin(),
+        reserve: drive.terms.reserve(&gear, gear_torque, sides.inner.states),
         shafts: [shaft, output],
     };
     Instant { rates, gear, inertias: [actuator.inertia, load.inertia], inner: sides.inner }

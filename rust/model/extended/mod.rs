@@ -9,9 +9,9 @@ pub use elastic::Extended;
 pub use rigid::ExtendedRigid;
 
 use super::input::Inputs;
-use super::terms::{Actuator, Dry, Internals, Load, Mesh, Motion};
+use super::terms::{Actuator, Dry, HIDDEN, Internals, Load, Mesh, Motion};
 use super::two_inertia::controlled;
-use super::{Drivetrain, Shaft};
+use super::{Corners, Drivetrain, Shaft};
 use crate::real::{Mask, Real};
 
 /// Both sides of the gear at one instant, and what the terms make of them.
@@ -24,9 +24,9 @@ struct Sides<'a, R: Real> {
 
 impl<'a, R: Real> Sides<'a, R> {
     #[inline(always)]
-    fn new(drive: &'a Drivetrain<'a, R>, motion: Motion<R>, hidden: &[R]) -> Self {
+    fn new(drive: &'a Drivetrain<'a, R>, motion: Motion<R>, hidden: &'a [R; HIDDEN], corners: Corners<'a, R>) -> Self {
         let inputs = drive.input.at(motion.t);
-        Self { drive, inputs, motion, inner: Internals::new(hidden, drive.pieces) }
+        Self { drive, inputs, motion, inner: Internals::new(hidden, corners) }
     }
 
     /// The torque that the drive delivers and the inertia it turns, and the rate of the speed controller.
@@ -38,12 +38,6 @@ impl<'a, R: Real> Sides<'a, R> {
         let mut actuator = Actuator { torque: commanded, inertia: self.drive.constants.j_m };
         self.drive.terms.actuator(&self.motion, &mut actuator, &mut self.inner);
         (actuator, z_rate)
-    }
-
-    /// How much is left of the pieces that are held.
-    #[inline(always)]
-    fn margin(&self) -> R::Plain {
-        if self.drive.pieces.is_some() { self.inner.corners.margin() } else { R::Plain::splat(f64::INFINITY) }
     }
 
     #[inline(always)]
@@ -104,6 +98,12 @@ impl<'a, R: Real> Sides<'a, R> {
         }
         motor
     }
+}
+
+/// The hidden states of the terms: the last ones.
+#[inline(always)]
+fn hidden<R, const N: usize>(state: &[R; N]) -> &[R; HIDDEN] {
+    state.last_chunk().expect("room for hidden states")
 }
 
 /// The motor's shaft, acceleration and torque.

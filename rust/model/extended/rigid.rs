@@ -5,9 +5,9 @@
 //! gear torque, and both from the acceleration: for a given direction of sliding and sign of the gear torque all of it
 //! is linear, and the sign is known beforehand.
 
-use super::{Motor, Sides, sign};
+use super::{Motor, Sides, hidden, sign};
 use crate::model::terms::{Dry, Gear, HIDDEN, Internals, Motion, Terms};
-use crate::model::{Base, Drivetrain, Energies, Model, Pieces, Rates, Shaft, kinetic};
+use crate::model::{Base, Bends, CORNERS, Corners, Drivetrain, Energies, Model, Pieces, Rates, Shaft, kinetic};
 use crate::real::{Mask, Real, Scalar};
 
 const OWN: usize = 4;
@@ -49,20 +49,22 @@ impl Model<ALL> for ExtendedRigid {
 
     #[inline(always)]
     fn rates<R: Real>(drive: &Drivetrain<R>, t: R, state: &[R; ALL]) -> Rates<R, ALL> {
-        evaluate(drive, t, state).rates
+        evaluate(drive, t, state, Corners::new(drive.pieces)).rates
     }
 
     #[inline(always)]
     fn corners<R: Real>(drive: &Drivetrain<R>, t: R, state: &[R; ALL]) -> Pieces<R::Plain> {
-        evaluate(drive, t, state).inner.corners.found()
+        let mut found = [R::Plain::zero(); CORNERS];
+        evaluate(drive, t, state, Corners::noting(drive.pieces, &mut found));
+        found
     }
 
     #[inline(always)]
     fn energies<R: Real>(drive: &Drivetrain<R>, t: R, state: &[R; ALL]) -> Energies<R> {
-        let Instant { rates, inertias, inner } = evaluate(drive, t, state);
+        let Instant { rates, inertias, inner } = evaluate(drive, t, state, Corners::new(drive.pieces));
         Energies {
             mechanical: kinetic(inertias, [state[1], rates.omega_l]),
-            terms: drive.terms.stored(&Gear::new(R::zero(), R::zero()), &inner.states),
+            terms: drive.terms.stored(&Gear::new(R::zero(), R::zero()), inner.states),
         }
     }
 }
@@ -75,13 +77,18 @@ struct Instant<'a, R: Real> {
 }
 
 #[inline(always)]
-fn evaluate<'a, R: Real>(drive: &'a Drivetrain<'a, R>, t: R, state: &[R; ALL]) -> Instant<'a, R> {
+fn evaluate<'a, R: Real>(
+    drive: &'a Drivetrain<'a, R>,
+    t: R,
+    state: &'a [R; ALL],
+    corners: Corners<'a, R>,
+) -> Instant<'a, R> {
     let [theta_m, omega_m, z, ..] = *state;
     let c = drive.constants;
     let zero = R::zero();
     let (theta_l, omega_l) = (theta_m * c.inverse_ratio, omega_m * c.inverse_ratio);
     let motion = Motion { t, theta_m, omega_m, theta_l, omega_l, inverse_ratio: c.inverse_ratio };
-    let mut sides = Sides::new(drive, motion, &state[OWN..]);
+    let mut sides = Sides::new(drive, motion, hidden(state), corners);
     let (actuator, z_rate) = sides.actuator(z);
 
     let mesh = sides.mesh(drive.harmonics.curvature(theta_m));
@@ -136,7 +143,7 @@ fn evaluate<'a, R: Real>(drive: &'a Drivetrain<'a, R>, t: R, state: &[R; ALL]) -
         load_torque: load.torque,
         term_power: on_motor.torque() * omega_m + on_load.torque() * omega_l,
         reserve: R::splat(f64::INFINITY),
-        margin: sides.margin(),
+        margin: sides.inner.corners.margin(),
         shafts: [shaft, Shaft::free()],
     };
     Instant { rates, inertias: [actuator.inertia, load.inertia], inner: sides.inner }

@@ -1,7 +1,7 @@
 //! What a term may say and do.
 
 use super::{HIDDEN, Place};
-use crate::model::{Base, Bends, Corners, Pieces};
+use crate::model::{Base, Bends, Corners};
 use crate::real::{Real, Scalar};
 
 /// A parameter of a term.
@@ -142,7 +142,7 @@ impl<R: Real> Hidden<'_, '_, R> {
 /// Hidden states of all terms with their rates, and the corners of all laws.
 pub struct Internals<'a, R: Real> {
     /// States.
-    pub states: [R; HIDDEN],
+    pub states: &'a [R; HIDDEN],
     /// Rates.
     pub rates: [R; HIDDEN],
     /// Corners.
@@ -152,10 +152,8 @@ pub struct Internals<'a, R: Real> {
 impl<'a, R: Real> Internals<'a, R> {
     /// States without rates.
     #[inline(always)]
-    pub fn new(states: &[R], pieces: Option<&'a Pieces<R::Plain>>) -> Self {
-        let mut own = [R::zero(); HIDDEN];
-        own.copy_from_slice(states);
-        Self { states: own, rates: [R::zero(); HIDDEN], corners: Corners::new(pieces) }
+    pub fn new(states: &'a [R; HIDDEN], corners: Corners<'a, R>) -> Self {
+        Self { states, rates: [R::zero(); HIDDEN], corners }
     }
 
     /// What a term sees of them.

@@ -1,7 +1,7 @@
 //! What every term has to keep, whatever its parameters.
 
 use super::{Actuator, Choice, Dry, Gear, HIDDEN, Internals, Load, Mesh, Motion, Reaction, TERMS, TermInfo, Terms};
-use crate::model::Pieces;
+use crate::model::{CORNERS, Corners, Pieces};
 use crate::real::{Pair, Real};
 
 /// Everything the terms can change at one instant.
@@ -61,7 +61,9 @@ fn answer_on<R: Real>(terms: &Terms<R>, moment: &Moment, pieces: Option<&Pieces<
         omega_l: s(moment.omega_m / 121.0),
         inverse_ratio: s(1.0 / 121.0),
     };
-    let mut inner = Internals::new(&[s(moment.hidden); HIDDEN], pieces);
+    let mut found = [R::Plain::zero(); CORNERS];
+    let states = [s(moment.hidden); HIDDEN];
+    let mut inner = Internals::new(&states, Corners::noting(pieces, &mut found));
     let direction = if moment.omega_m == 0.0 { 0.0 } else { moment.omega_m.signum() };
     let dry = Dry {
         level: s(0.0),
@@ -100,7 +102,7 @@ fn answer_on<R: Real>(terms: &Terms<R>, moment: &Moment, pieces: Option<&Pieces<
         hook(&mut |inner| terms.load_friction(&motion, &mut output, inner)),
         hook(&mut |inner| terms.reaction(&motion, &mut reaction, inner)),
     ];
-    Answer { actuator, mesh, gear, motor, load, output, reaction, rates, corners: inner.corners.found() }
+    Answer { actuator, mesh, gear, motor, load, output, reaction, rates, corners: found }
 }
 
 fn terms_with(ids: &[&str], values: &[f64]) -> Terms<f64> {

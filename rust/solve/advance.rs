@@ -1,17 +1,16 @@
 //! The loop: every lane takes its own steps through its own row and takes the next row when done.
 
 use super::Method;
-use super::controller::{Controller, stuck};
+use super::controller::Controller;
 use super::events::Events;
-use super::integrals::{INTEGRALS, Integrands};
-use super::record::{Branch, Record, lane_numbers};
+use super::integrals::Integrands;
+use super::record::{Branch, lane_numbers};
 use super::replay::{Lane, Replay, Retrace};
 use super::seat::{Assignment, Memory, Seat};
 use super::status::Status;
-use super::stepper::{Stepper, Trial};
-use super::stiffness::SHORT;
-use super::watch::{Candidate, WatchList, Watched};
-use crate::model::{Harmonics, Layout, Model, Rates};
+use super::stepper::Stepper;
+use super::watch::WatchList;
+use crate::model::{Harmonics, Layout, Model};
 use crate::real::{Mask, Path, Real, Scalar, Task, lanes_of};
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -192,230 +191,11 @@ impl<'a, P: Path, M: Model<N>, T: Method, const N: usize> Advance<'a, P, M, T, N
         self.stale = 0;
     }
 
-    /// The first windows of a row that begins.
-    fn open_windows(&mut self, lane: usize) {
-        let Some(seat) = &mut self.seats[lane] else { return };
-        if self.stepper.t.get(lane) == 0.0 {
-            self.stepper.watch.close_window(lane, 0.0);
-            let ranges = self.stepper.watch.close_window(lane, 0.0);
-            seat.pass_marks(0.0, [Lane::<P>::zero(); INTEGRALS], [0.0; INTEGRALS], ranges);
-            self.stop.set(lane, seat.next_stop());
-        }
-    }
-
     #[inline(always)]
     fn choose_step(&mut self, step: Plain<P>, factor: Plain<P>, landed: <P::Lanes as Real>::Mask) {
         let next = step * factor;
         let kept = next.max(self.step);
         self.step = Plain::<P>::select(landed, kept, next).min(Plain::<P>::splat(self.demand.max_step));
-    }
-
-    /// Counts the attempt and records its end.
-    #[inline(always)]
-    fn count(&mut self, accepted: <P::Lanes as Real>::Mask, step: Plain<P>, trial: &Trial<P::Lanes, N>) {
-        let one = Plain::<P>::splat(1.0);
-        self.attempts = self.attempts + one;
-        self.accepted = self.accepted + Plain::<P>::select(accepted, one, Plain::<P>::zero());
-        if self.demand.record {
-            self.remember(accepted.to_bits(), step, &trial.rates);
-        }
-    }
-
-    #[inline(always)]
-    fn remember(&mut self, lanes: u64, step: Plain<P>, rates: &Rates<P::Lanes, N>) {
-        for lane in lanes_of(lanes & self.occupied) {
-            let record = Record {
-                t: self.stepper.t.get(lane),
-                step: step.get(lane),
-                state: self.lane_state(lane),
-                alpha_m: rates.slope[1].plain().get(lane),
-                omega_l: rates.omega_l.plain().get(lane),
-                alpha_l: rates.alpha_l.plain().get(lane),
-                branch: self.branch(lane),
-            };
-            if let Some(seat) = &mut self.seats[lane] {
-                seat.records.push(record);
-            }
-        }
-    }
-
-    /// Extrema inside the accepted steps.
-    #[inline(always)]
-    fn watch<const HELD: bool>(
-        &mut self,
-        accepted: <P::Lanes as Real>::Mask,
-        step: Plain<P>,
-        trial: &Trial<P::Lanes, N>,
-    ) {
-        let Self { stepper, seats, occupied, .. } = self;
-        let Stepper { watch, constants, t, state, directions, held, .. } = stepper;
-        watch.step(accepted, step, &trial.rates, constants, |lanes, signal, sign, at_most| {
-            for lane in lanes_of(lanes & *occupied) {
-                let start = Record {
-                    t: t.get(lane),
-                    step: 0.0,
-                    state: lane_numbers(state, lane),
-                    alpha_m: f64::NAN,
-                    omega_l: f64::NAN,
-                    branch: if HELD { Branch::of(lane, directions, held.as_deref()) } else { Branch::default() },
-                    alpha_l: f64::NAN,
-                };
-                let signal = [Watched::Windup, Watched::Te, Watched::OmegaL][signal];
-                if let Some(seat) = &mut seats[lane] {
-                    seat.propose(Candidate { start, step: step.get(lane), signal, sign, at_most: at_most.get(lane) });
-                }
-            }
-        });
-    }
-
-    /// Ends rows that cannot go on.
-    #[inline(always)]
-    fn fail(
-        &mut self,
-        arrived: u64,
-        rejected: <P::Lanes as Real>::Mask,
-        step: Plain<P>,
-        trial: &Trial<P::Lanes, N>,
-        rows: &mut impl Rows<Lane<P>, N>,
-    ) {
-        let limit = Plain::<P>::splat(f64::from(self.demand.max_steps));
-        let exhausted = limit.le(self.attempts).to_bits();
-        let stuck = stuck(rejected, step, self.stepper.t);
-        let failed = (exhausted | stuck) & self.occupied & !arrived;
-        if failed == 0 {
-            return;
-        }
-        let broken = Stepper::<P::Lanes, N>::broken(trial);
-        for lane in lanes_of(failed) {
-            let status = match (stuck >> lane & 1 == 1, broken >> lane & 1 == 1) {
-                (true, true) => Status::NotFinite,
-                (true, false) => Status::StepTooSmall,
-                _ => Status::MaxSteps,
-            };
-            self.vacate(lane, status, rows);
-            self.seat_next(lane, rows);
-        }
-    }
-
-    /// Hands stiff rows over unfinished.
-    fn set_aside(&mut self, lanes: u64, rows: &mut impl Rows<Lane<P>, N>) {
-        for lane in lanes_of(lanes & self.occupied) {
-            if let Some(seat) = self.clear(lane) {
-                rows.set_aside(&seat);
-                self.spare.push(seat.into_memory());
-            }
-            self.seat_next(lane, rows);
-        }
-    }
-
-    /// Lanes that stand on a stop: a mark, a new segment, or the end.
-    #[inline(always)]
-    fn arrive(&mut self, lanes: u64, trial: &Trial<P::Lanes, N>, rows: &mut impl Rows<Lane<P>, N>) {
-        for lane in lanes_of(lanes) {
-            let Some(mut seat) = self.seats[lane].take() else { continue };
-            let t = self.stepper.t.get(lane);
-            if seat.is_at_mark(t) {
-                let integrals = lane_numbers(&self.stepper.integrals, lane);
-                let ranges = self.stepper.watch.close_window(lane, seat.lag());
-                let rest = seat.pass_marks(t, integrals, self.stepper.integrands_in(lane), ranges);
-                self.set_integrals(lane, rest);
-            }
-            if seat.is_done() {
-                self.seats[lane] = Some(seat);
-                self.vacate(lane, Status::Finished, rows);
-                self.seat_next(lane, rows);
-                continue;
-            }
-            if let Some(jumps) = seat.enter_segment(t) {
-                let row = &seat.assignment.row;
-                self.stepper.input.set_lane(lane, seat.segment(), row);
-                let mut state = self.lane_state(lane);
-                if seat.adjust_state::<M>(&mut state, trial.rates.motor_torque.get(lane)) {
-                    self.set_lane_state(lane, &state);
-                }
-                if jumps {
-                    self.step.set(lane, self.step.get(lane).min(self.first_step(&seat)));
-                    self.controller.reset_lane(lane);
-                    self.stale |= 1 << lane;
-                } else {
-                    self.bent |= 1 << lane;
-                }
-            }
-            self.stop.set(lane, seat.next_stop());
-            self.seats[lane] = Some(seat);
-        }
-    }
-
-    /// A cautious first step: a fraction of the fastest motion the row can make.
-    pub(super) fn first_step(&self, seat: &Seat<Lane<P>, N>) -> f64 {
-        (self.first_share / seat.assignment.row.mode(self.layout)).min(self.demand.max_step)
-    }
-
-    /// Seats the next row that has something to simulate.
-    fn seat_next(&mut self, lane: usize, rows: &mut impl Rows<Lane<P>, N>) {
-        let Some(assignment) = rows.next() else { return };
-        let mut seat = Seat::new(assignment, self.spare.pop().unwrap_or_default());
-        seat.load(lane, &mut self.stepper, self.harmonics);
-        self.replay.load(&seat, self.harmonics);
-        let state = self.replay.start(&seat);
-        self.set_lane_state(lane, &state);
-        self.stepper.t.set(lane, 0.0);
-        self.stepper.input.set_lane(lane, seat.segment(), &seat.assignment.row);
-        self.attempts.set(lane, 0.0);
-        self.accepted.set(lane, 0.0);
-        self.stiffness.set(lane, 0.0);
-        self.short_step.set(lane, SHORT / seat.assignment.row.mode(self.layout));
-        self.controller.reset_lane(lane);
-        self.set_integrals(lane, [Lane::<P>::zero(); INTEGRALS]);
-        self.stepper.watch.reset_lane(lane);
-        self.events.forget(lane);
-        (0..2).for_each(|shaft| self.set_direction(lane, shaft, 0.0));
-        seat.initial = state;
-        let mut sample = seat.next_sample();
-        while sample.plain() <= 0.0 {
-            sample = seat.push_sample(state);
-        }
-        self.step.set(lane, self.first_step(&seat));
-        self.stop.set(lane, seat.next_stop());
-        self.sample.set(lane, sample);
-        self.occupied |= 1 << lane;
-        self.stale |= 1 << lane;
-        self.seats[lane] = Some(seat);
-    }
-
-    /// Hands the lane's row over as it is and leaves the lane idle.
-    fn vacate(&mut self, lane: usize, status: Status, rows: &mut impl Rows<Lane<P>, N>) {
-        let state = self.lane_state(lane);
-        if let Some(mut seat) = self.clear(lane) {
-            seat.outside = self.stepper.watch.outside(lane);
-            seat.accepted = self.accepted.get(lane) as u32;
-            seat.rejected = self.attempts.get(lane) as u32 - seat.accepted;
-            self.replay.load(&seat, self.harmonics);
-            rows.finish(&seat, self.stepper.t.get(lane), &state, status, &mut self.replay);
-            self.spare.push(seat.into_memory());
-        }
-    }
-
-    /// Leaves the lane idle.
-    fn clear(&mut self, lane: usize) -> Option<Seat<Lane<P>, N>> {
-        self.occupied &= !(1 << lane);
-        self.stale &= !(1 << lane);
-        self.bent &= !(1 << lane);
-        self.stop.set(lane, f64::INFINITY);
-        self.sample.set(lane, Lane::<P>::splat(f64::INFINITY));
-        self.seats[lane].take()
-    }
-
-    fn vacate_all(&mut self, rows: &mut impl Rows<Lane<P>, N>) {
-        for lane in lanes_of(self.occupied) {
-            self.vacate(lane, Status::Cancelled, rows);
-        }
-    }
-
-    fn set_integrals(&mut self, lane: usize, values: [Lane<P>; INTEGRALS]) {
-        for (integral, value) in self.stepper.integrals.iter_mut().zip(values) {
-            integral.set(lane, value);
-        }
     }
 
     #[inline(always)]

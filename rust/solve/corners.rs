@@ -50,7 +50,7 @@ impl<P: Path, M: Model<N>, T: Method, const N: usize> Advance<'_, P, M, T, N> {
             return 0;
         }
         let number = <P::Lanes as Real>::Plain::splat;
-        let [least, most] = trial.margins;
+        let [least, most] = self.stepper.margins;
         let range = most - least;
         let dips = least.lt(self.stepper.margin.min(trial.rates.margin)) & number(self.leeway()).lt(range);
         let left = least.lt(number(-self.leeway()));

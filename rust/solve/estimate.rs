@@ -1,7 +1,8 @@
 //! How far an attempted step is off, and how stiff it looks.
 
 use super::Method;
-use super::stepper::{Stepper, Trial, plain, unrolled};
+use super::stages::unrolled;
+use super::stepper::{Stepper, Trial, plain};
 use crate::model::Model;
 use crate::real::Real;
 

@@ -2,7 +2,8 @@
 
 use super::Method;
 use super::record::{DENSE_TERMS, value_at};
-use super::stepper::{Stepper, unrolled};
+use super::stages::unrolled;
+use super::stepper::Stepper;
 use crate::model::Model;
 use crate::real::{Real, Task};
 use std::marker::PhantomData;

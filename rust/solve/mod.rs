@@ -1,6 +1,7 @@
 //! Integration in time: one adaptive step for all lanes, and the loop around it.
 
 mod advance;
+mod begin;
 mod carry;
 mod controller;
 #[cfg(test)]
@@ -12,12 +13,15 @@ mod implicit;
 mod integrals;
 mod interpolant;
 mod linear;
+mod notes;
+mod occupancy;
 mod record;
 mod replay;
 mod rodas;
 mod root;
 mod sampling;
 mod seat;
+mod stages;
 mod status;
 mod stepper;
 mod stiffness;

@@ -11,8 +11,7 @@ use crate::model::terms::Terms;
 use crate::model::{
     CORNERS, Constants, Drivetrain, Energies, Harmonics, Input, Layout, Model, Pieces, Rates, Row, Spring, SpringLaw,
 };
-use crate::real::{Mask, Real, Task};
-use std::marker::PhantomData;
+use crate::real::{Mask, Real};
 
 /// Slopes kept of a step: the largest method has 13 stages and 3 more for its dense output.
 const SLOPES: usize = 16;
@@ -34,6 +33,8 @@ pub struct Stepper<R: Real, const N: usize> {
     pub held: Option<Box<Pieces<R::Plain>>>,
     /// How much was left of the pieces at the start of the step.
     pub(super) margin: R::Plain,
+    /// The least and the most that any stage of the step last attempted found left of them.
+    pub(super) margins: [R::Plain; 2],
     /// Sizes below which relative accuracy is not asked for.
     pub(super) scales: [f64; N],
     active: usize,
@@ -44,7 +45,7 @@ pub struct Stepper<R: Real, const N: usize> {
     pub(super) slopes: [[R; N]; SLOPES],
     /// The step last interpolated, as polynomials in the elapsed share.
     pub(super) polynomials: [[R; DENSE_TERMS]; N],
-    starting: [R; INTEGRALS],
+    pub(super) starting: [R; INTEGRALS],
     pub(super) step_integrals: [R; INTEGRALS],
     pub(super) linear: Option<Box<Linear<R::Plain, N>>>,
 }
@@ -54,20 +55,7 @@ pub struct Trial<R: Real, const N: usize> {
     pub t: R::Plain,
     pub state: [R; N],
     pub rates: Rates<R, N>,
-    /// The least and the most that any stage found left of the pieces.
-    pub margins: [R::Plain; 2],
 }
-
-/// Expands `$body` for stage indices 0 to 15 as constants, so that zero weights vanish at compile time.
-macro_rules! unrolled {
-    ($index:ident => $body:block) => {
-        unrolled!(@ $index $body 0 1 2 3 4 5 6 7 8 9 10 11 12 13 14 15)
-    };
-    (@ $index:ident $body:block $($value:literal)*) => {
-        $({ const $index: usize = $value; $body })*
-    };
-}
-pub(super) use unrolled;
 
 impl<R: Real, const N: usize> Stepper<R, N> {
     pub fn new<M: Model<N>, T: Method>(
@@ -100,6 +88,7 @@ impl<R: Real, const N: usize> Stepper<R, N> {
             directions: [R::zero(); 2],
             held: cornered.then(|| Box::new([R::Plain::zero(); CORNERS])),
             margin: R::Plain::zero(),
+            margins: [R::Plain::zero(); 2],
             scales,
             active: N - unused,
             integrands,
@@ -120,7 +109,7 @@ impl<R: Real, const N: usize> Stepper<R, N> {
 
     /// The drive on the pieces of its laws that are held, or with laws that take no notice of pieces.
     #[inline(always)]
-    fn drive_on<const HELD: bool>(&self) -> Drivetrain<'_, R> {
+    pub(super) fn drive_on<const HELD: bool>(&self) -> Drivetrain<'_, R> {
         Drivetrain {
             constants: &self.constants,
             harmonics: &self.harmonics,
@@ -138,13 +127,6 @@ impl<R: Real, const N: usize> Stepper<R, N> {
         if M::HIDDEN == 0 { N } else { self.active.min(N) }
     }
 
-    /// Puts the lanes on the pieces on which they lie.
-    pub fn settle<M: Model<N>>(&mut self, lanes: R::Mask) {
-        if self.held.is_some() {
-            R::apart(Settle::<R, M, N> { stepper: self, lanes, model: PhantomData });
-        }
-    }
-
     #[inline(always)]
     pub fn rates<M: Model<N>>(&self, t: R, state: &[R; N]) -> Rates<R, N> {
         M::rates(&self.drive(), t, state)
@@ -153,42 +135,6 @@ impl<R: Real, const N: usize> Stepper<R, N> {
     #[inline(always)]
     pub fn energies<M: Model<N>>(&self, t: R, state: &[R; N]) -> Energies<R> {
         M::energies(&self.drive(), t, state)
-    }
-
-    /// Evaluates the first slope anew in the given lanes.
-    #[inline(always)]
-    pub fn refresh<M: Model<N>>(&mut self, lanes: R::Mask) -> Rates<R, N> {
-        R::apart(Refresh::<R, M, N> { stepper: self, lanes, model: PhantomData })
-    }
-
-    /// Evaluates the derivatives of the first slope anew in the given lanes, where an input bends without a jump.
-    pub fn refresh_tangents<M: Model<N>>(&mut self, lanes: R::Mask) {
-        R::apart(RefreshTangents::<R, M, N> { stepper: self, lanes, model: PhantomData });
-    }
-
-    /// The integrands at the start of the step in one lane.
-    pub fn integrands_in(&self, lane: usize) -> [f64; INTEGRALS] {
-        std::array::from_fn(|index| self.starting[index].plain().get(lane))
-    }
-
-    /// Takes rates as the first slope in the given lanes.
-    #[inline(always)]
-    fn begin<M: Model<N>, const HELD: bool>(&mut self, lanes: R::Mask, rates: &Rates<R, N>) {
-        for index in 0..self.used::<M>() {
-            self.slopes[0][index] = R::select(lanes, rates.slope[index], self.slopes[0][index]);
-        }
-        self.windup = R::select(lanes, rates.windup, self.windup);
-        if HELD && self.held.is_some() {
-            self.margin = R::Plain::select(lanes, rates.margin, self.margin);
-        }
-        self.watch.begin(lanes, rates, &self.constants);
-        if self.integrands.any() {
-            let mut values = [R::zero(); INTEGRALS];
-            self.integrands.add(R::splat(1.0), rates, &self.constants, &mut values);
-            for index in 0..INTEGRALS {
-                self.starting[index] = R::select(lanes, values[index], self.starting[index]);
-            }
-        }
     }
 
     /// Runs the stages of one step, on the pieces of the laws that are held where there are any.
@@ -203,7 +149,9 @@ impl<R: Real, const N: usize> Stepper<R, N> {
                 self.step_integrals[index] = self.starting[index] * R::splat(weights[0]);
             }
         }
-        let mut margins = if HELD { [f64::INFINITY, f64::NEG_INFINITY] } else { [0.0; 2] }.map(R::Plain::splat);
+        if HELD {
+            self.margins = [f64::INFINITY, f64::NEG_INFINITY].map(R::Plain::splat);
+        }
         let mut stage = 1;
         loop {
             let state = self.stage_state::<M, T>(stage, step);
@@ -211,13 +159,14 @@ impl<R: Real, const N: usize> Stepper<R, N> {
             let rates = M::rates(&self.drive_on::<HELD>(), R::constant(t), &state);
             self.slopes[stage] = rates.slope;
             if HELD && self.held.is_some() {
-                margins = [margins[0].min(rates.margin), margins[1].max(rates.margin)];
+                let [least, most] = self.margins;
+                self.margins = [least.min(rates.margin), most.max(rates.margin)];
             }
             if stage == T::STAGES - 1 {
                 if T::ROSENBROCK.is_some() && self.integrands.any() {
                     self.integrate::<M, T>(step);
                 }
-                return Trial { t, state, rates, margins };
+                return Trial { t, state, rates };
             }
             if let Some(method) = &T::ROSENBROCK {
                 self.solve_stage::<M>(method, stage, step);
@@ -227,54 +176,6 @@ impl<R: Real, const N: usize> Stepper<R, N> {
             }
             stage += 1;
         }
-    }
-
-    /// The time of a stage.
-    #[inline(always)]
-    pub(super) fn stage_time<T: Method>(&self, stage: usize, step: R::Plain) -> R::Plain {
-        step.mul_add(R::Plain::splat(T::NODES[stage]), self.t)
-    }
-
-    /// The state of a stage.
-    #[inline(always)]
-    pub(super) fn stage_state<M: Model<N>, T: Method>(&self, stage: usize, step: R::Plain) -> [R; N] {
-        let mut state = self.state;
-        let sum = StageState::<R, M, T, N> { stepper: self, stage, step, state: &mut state, types: PhantomData };
-        if R::DIFFERENTIATES || T::ROSENBROCK.is_some() {
-            R::apart(sum);
-        } else {
-            sum.run();
-        }
-        state
-    }
-
-    /// `step` times the sum of the slopes with these weights, added to the state. The model's own states are summed side
-    /// by side, those of terms, few of which are in use, one after the other.
-    #[inline(always)]
-    fn combine<M: Model<N>>(&self, weights: &[f64], step: R::Plain) -> [R; N] {
-        let own = N - M::HIDDEN;
-        let mut sums = [R::zero(); N];
-        unrolled!(J => {
-            if let Some(&weight) = weights.get(J) && weight != 0.0 {
-                for index in 0..own {
-                    sums[index] = self.slopes[J][index].mul_add_plain(R::Plain::splat(weight), sums[index]);
-                }
-            }
-        });
-        let mut state = self.state;
-        for index in 0..own {
-            state[index] = sums[index].mul_add_plain(step, state[index]);
-        }
-        for index in own..self.used::<M>() {
-            let mut sum = R::zero();
-            unrolled!(J => {
-                if let Some(&weight) = weights.get(J) && weight != 0.0 {
-                    sum = self.slopes[J][index].mul_add_plain(R::Plain::splat(weight), sum);
-                }
-            });
-            state[index] = sum.mul_add_plain(step, state[index]);
-        }
-        state
     }
 
     /// Takes the attempted step in the accepted lanes.
@@ -314,93 +215,4 @@ pub fn plain<R: Real, const N: usize>(numbers: &[R; N]) -> [R::Plain; N] {
         values[index] = numbers[index].plain();
     }
     values
-}
-
-struct Refresh<'a, R: Real, M, const N: usize> {
-    stepper: &'a mut Stepper<R, N>,
-    lanes: R::Mask,
-    model: PhantomData<M>,
-}
-
-impl<R: Real, M: Model<N>, const N: usize> Task for Refresh<'_, R, M, N> {
-    type Output = Rates<R, N>;
-
-    #[inline(always)]
-    fn run(self) -> Self::Output {
-        let Self { stepper, lanes, .. } = self;
-        let rates = stepper.rates::<M>(R::constant(stepper.t), &stepper.state);
-        stepper.begin::<M, true>(lanes, &rates);
-        rates
-    }
-}
-
-struct Settle<'a, R: Real, M, const N: usize> {
-    stepper: &'a mut Stepper<R, N>,
-    lanes: R::Mask,
-    model: PhantomData<M>,
-}
-
-impl<R: Real, M: Model<N>, const N: usize> Task for Settle<'_, R, M, N> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run(self) {
-        let Self { stepper, lanes, .. } = self;
-        let found = M::corners(&stepper.drive_on::<false>(), R::constant(stepper.t), &stepper.state);
-        for (piece, own) in stepper.held.iter_mut().flat_map(|pieces| pieces.iter_mut()).zip(found) {
-            *piece = R::Plain::select(lanes, own, *piece);
-        }
-    }
-}
-
-struct RefreshTangents<'a, R: Real, M, const N: usize> {
-    stepper: &'a mut Stepper<R, N>,
-    lanes: R::Mask,
-    model: PhantomData<M>,
-}
-
-impl<R: Real, M: Model<N>, const N: usize> Task for RefreshTangents<'_, R, M, N> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run(self) {
-        let Self { stepper, lanes, .. } = self;
-        let rates = stepper.rates::<M>(R::constant(stepper.t), &stepper.state);
-        for index in 0..N {
-            renew(lanes, &mut stepper.slopes[0][index], rates.slope[index]);
-        }
-        let mut values = [R::zero(); INTEGRALS];
-        stepper.integrands.add(R::splat(1.0), &rates, &stepper.constants, &mut values);
-        for index in 0..INTEGRALS {
-            renew(lanes, &mut stepper.starting[index], values[index]);
-        }
-    }
-}
-
-/// Takes over derivatives in the given lanes.
-#[inline(always)]
-fn renew<R: Real>(lanes: R::Mask, old: &mut R, new: R) {
-    *old = R::select(lanes, old.with_tangent(new.tangent()), *old);
-}
-
-struct StageState<'a, R: Real, M, T, const N: usize> {
-    stepper: &'a Stepper<R, N>,
-    stage: usize,
-    step: R::Plain,
-    state: &'a mut [R; N],
-    types: PhantomData<(M, T)>,
-}
-
-impl<R: Real, M: Model<N>, T: Method, const N: usize> Task for StageState<'_, R, M, T, N> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run(self) {
-        let Self { stepper, stage, step, state, .. } = self;
-        unrolled!(S => {
-            if S > 0 && S < T::COUPLING.len() && stage == S {
-                *state = stepper.combine::<M>(T::COUPLING[S], step);
-            }
-        });
-    }
 }

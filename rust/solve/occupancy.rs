@@ -1,0 +1,177 @@
+//! Rows take their lanes, pass their stops and leave.
+
+use super::Method;
+use super::advance::{Advance, Plain, Rows};
+use super::controller::stuck;
+use super::integrals::INTEGRALS;
+use super::record::lane_numbers;
+use super::replay::Lane;
+use super::seat::Seat;
+use super::status::Status;
+use super::stepper::{Stepper, Trial};
+use super::stiffness::SHORT;
+use crate::model::Model;
+use crate::real::{Mask, Path, Real, lanes_of};
+
+impl<P: Path, M: Model<N>, T: Method, const N: usize> Advance<'_, P, M, T, N> {
+    /// The first windows of a row that begins.
+    pub(super) fn open_windows(&mut self, lane: usize) {
+        let Some(seat) = &mut self.seats[lane] else { return };
+        if self.stepper.t.get(lane) == 0.0 {
+            self.stepper.watch.close_window(lane, 0.0);
+            let ranges = self.stepper.watch.close_window(lane, 0.0);
+            seat.pass_marks(0.0, [Lane::<P>::zero(); INTEGRALS], [0.0; INTEGRALS], ranges);
+            self.stop.set(lane, seat.next_stop());
+        }
+    }
+
+    /// Ends rows that cannot go on.
+    #[inline(always)]
+    pub(super) fn fail(
+        &mut self,
+        arrived: u64,
+        rejected: <P::Lanes as Real>::Mask,
+        step: Plain<P>,
+        trial: &Trial<P::Lanes, N>,
+        rows: &mut impl Rows<Lane<P>, N>,
+    ) {
+        let limit = Plain::<P>::splat(f64::from(self.demand.max_steps));
+        let exhausted = limit.le(self.attempts).to_bits();
+        let stuck = stuck(rejected, step, self.stepper.t);
+        let failed = (exhausted | stuck) & self.occupied & !arrived;
+        if failed == 0 {
+            return;
+        }
+        let broken = Stepper::<P::Lanes, N>::broken(trial);
+        for lane in lanes_of(failed) {
+            let status = match (stuck >> lane & 1 == 1, broken >> lane & 1 == 1) {
+                (true, true) => Status::NotFinite,
+                (true, false) => Status::StepTooSmall,
+                _ => Status::MaxSteps,
+            };
+            self.vacate(lane, status, rows);
+            self.seat_next(lane, rows);
+        }
+    }
+
+    /// Hands stiff rows over unfinished.
+    pub(super) fn set_aside(&mut self, lanes: u64, rows: &mut impl Rows<Lane<P>, N>) {
+        for lane in lanes_of(lanes & self.occupied) {
+            if let Some(seat) = self.clear(lane) {
+                rows.set_aside(&seat);
+                self.spare.push(seat.into_memory());
+            }
+            self.seat_next(lane, rows);
+        }
+    }
+
+    /// Lanes that stand on a stop: a mark, a new segment, or the end.
+    #[inline(always)]
+    pub(super) fn arrive(&mut self, lanes: u64, trial: &Trial<P::Lanes, N>, rows: &mut impl Rows<Lane<P>, N>) {
+        for lane in lanes_of(lanes) {
+            let Some(mut seat) = self.seats[lane].take() else { continue };
+            let t = self.stepper.t.get(lane);
+            if seat.is_at_mark(t) {
+                let integrals = lane_numbers(&self.stepper.integrals, lane);
+                let ranges = self.stepper.watch.close_window(lane, seat.lag());
+                let rest = seat.pass_marks(t, integrals, self.stepper.integrands_in(lane), ranges);
+                self.set_integrals(lane, rest);
+            }
+            if seat.is_done() {
+                self.seats[lane] = Some(seat);
+                self.vacate(lane, Status::Finished, rows);
+                self.seat_next(lane, rows);
+                continue;
+            }
+            if let Some(jumps) = seat.enter_segment(t) {
+                let row = &seat.assignment.row;
+                self.stepper.input.set_lane(lane, seat.segment(), row);
+                let mut state = self.lane_state(lane);
+                if seat.adjust_state::<M>(&mut state, trial.rates.motor_torque.get(lane)) {
+                    self.set_lane_state(lane, &state);
+                }
+                if jumps {
+                    self.step.set(lane, self.step.get(lane).min(self.first_step(&seat)));
+                    self.controller.reset_lane(lane);
+                    self.stale |= 1 << lane;
+                } else {
+                    self.bent |= 1 << lane;
+                }
+            }
+            self.stop.set(lane, seat.next_stop());
+            self.seats[lane] = Some(seat);
+        }
+    }
+
+    /// A cautious first step: a fraction of the fastest motion the row can make.
+    pub(super) fn first_step(&self, seat: &Seat<Lane<P>, N>) -> f64 {
+        (self.first_share / seat.assignment.row.mode(self.layout)).min(self.demand.max_step)
+    }
+
+    /// Seats the next row that has something to simulate.
+    pub(super) fn seat_next(&mut self, lane: usize, rows: &mut impl Rows<Lane<P>, N>) {
+        let Some(assignment) = rows.next() else { return };
+        let mut seat = Seat::new(assignment, self.spare.pop().unwrap_or_default());
+        seat.load(lane, &mut self.stepper, self.harmonics);
+        self.replay.load(&seat, self.harmonics);
+        let state = self.replay.start(&seat);
+        self.set_lane_state(lane, &state);
+        self.stepper.t.set(lane, 0.0);
+        self.stepper.input.set_lane(lane, seat.segment(), &seat.assignment.row);
+        self.attempts.set(lane, 0.0);
+        self.accepted.set(lane, 0.0);
+        self.stiffness.set(lane, 0.0);
+        self.short_step.set(lane, SHORT / seat.assignment.row.mode(self.layout));
+        self.controller.reset_lane(lane);
+        self.set_integrals(lane, [Lane::<P>::zero(); INTEGRALS]);
+        self.stepper.watch.reset_lane(lane);
+        self.events.forget(lane);
+        (0..2).for_each(|shaft| self.set_direction(lane, shaft, 0.0));
+        seat.initial = state;
+        let mut sample = seat.next_sample();
+        while sample.plain() <= 0.0 {
+            sample = seat.push_sample(state);
+        }
+        self.step.set(lane, self.first_step(&seat));
+        self.stop.set(lane, seat.next_stop());
+        self.sample.set(lane, sample);
+        self.occupied |= 1 << lane;
+        self.stale |= 1 << lane;
+        self.seats[lane] = Some(seat);
+    }
+
+    /// Hands the lane's row over as it is and leaves the lane idle.
+    fn vacate(&mut self, lane: usize, status: Status, rows: &mut impl Rows<Lane<P>, N>) {
+        let state = self.lane_state(lane);
+        if let Some(mut seat) = self.clear(lane) {
+            seat.outside = self.stepper.watch.outside(lane);
+            seat.accepted = self.accepted.get(lane) as u32;
+            seat.rejected = self.attempts.get(lane) as u32 - seat.accepted;
+            self.replay.load(&seat, self.harmonics);
+            rows.finish(&seat, self.stepper.t.get(lane), &state, status, &mut self.replay);
+            self.spare.push(seat.into_memory());
+        }
+    }
+
+    /// Leaves the lane idle.
+    fn clear(&mut self, lane: usize) -> Option<Seat<Lane<P>, N>> {
+        self.occupied &= !(1 << lane);
+        self.stale &= !(1 << lane);
+        self.bent &= !(1 << lane);
+        self.stop.set(lane, f64::INFINITY);
+        self.sample.set(lane, Lane::<P>::splat(f64::INFINITY));
+        self.seats[lane].take()
+    }
+
+    pub(super) fn vacate_all(&mut self, rows: &mut impl Rows<Lane<P>, N>) {
+        for lane in lanes_of(self.occupied) {
+            self.vacate(lane, Status::Cancelled, rows);
+        }
+    }
+
+    fn set_integrals(&mut self, lane: usize, values: [Lane<P>; INTEGRALS]) {
+        for (integral, value) in self.stepper.integrals.iter_mut().zip(values) {
+            integral.set(lane, value);
+        }
+    }
+}

@@ -1,0 +1,90 @@
+//! The state at which a stage is evaluated.
+
+use super::Method;
+use super::stepper::Stepper;
+use crate::model::Model;
+use crate::real::{Real, Task};
+use std::marker::PhantomData;
+
+/// Expands `$body` for stage indices 0 to 15 as constants, so that zero weights vanish at compile time.
+macro_rules! unrolled {
+    ($index:ident => $body:block) => {
+        unrolled!(@ $index $body 0 1 2 3 4 5 6 7 8 9 10 11 12 13 14 15)
+    };
+    (@ $index:ident $body:block $($value:literal)*) => {
+        $({ const $index: usize = $value; $body })*
+    };
+}
+pub(super) use unrolled;
+
+impl<R: Real, const N: usize> Stepper<R, N> {
+    /// The time of a stage.
+    #[inline(always)]
+    pub(super) fn stage_time<T: Method>(&self, stage: usize, step: R::Plain) -> R::Plain {
+        step.mul_add(R::Plain::splat(T::NODES[stage]), self.t)
+    }
+
+    /// The state of a stage.
+    #[inline(always)]
+    pub(super) fn stage_state<M: Model<N>, T: Method>(&self, stage: usize, step: R::Plain) -> [R; N] {
+        let mut state = self.state;
+        let sum = StageState::<R, M, T, N> { stepper: self, stage, step, state: &mut state, types: PhantomData };
+        if R::DIFFERENTIATES || T::ROSENBROCK.is_some() {
+            R::apart(sum);
+        } else {
+            sum.run();
+        }
+        state
+    }
+
+    /// `step` times the sum of the slopes with these weights, added to the state. The model's own states are summed side
+    /// by side, those of terms, few of which are in use, one after the other.
+    #[inline(always)]
+    fn combine<M: Model<N>>(&self, weights: &[f64], step: R::Plain) -> [R; N] {
+        let own = N - M::HIDDEN;
+        let mut sums = [R::zero(); N];
+        unrolled!(J => {
+            if let Some(&weight) = weights.get(J) && weight != 0.0 {
+                for index in 0..own {
+                    sums[index] = self.slopes[J][index].mul_add_plain(R::Plain::splat(weight), sums[index]);
+                }
+            }
+        });
+        let mut state = self.state;
+        for index in 0..own {
+            state[index] = sums[index].mul_add_plain(step, state[index]);
+        }
+        for index in own..self.used::<M>() {
+            let mut sum = R::zero();
+            unrolled!(J => {
+                if let Some(&weight) = weights.get(J) && weight != 0.0 {
+                    sum = self.slopes[J][index].mul_add_plain(R::Plain::splat(weight), sum);
+                }
+            });
+            state[index] = sum.mul_add_plain(step, state[index]);
+        }
+        state
+    }
+}
+
+struct StageState<'a, R: Real, M, T, const N: usize> {
+    stepper: &'a Stepper<R, N>,
+    stage: usize,
+    step: R::Plain,
+    state: &'a mut [R; N],
+    types: PhantomData<(M, T)>,
+}
+
+impl<R: Real, M: Model<N>, T: Method, const N: usize> Task for StageState<'_, R, M, T, N> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        let Self { stepper, stage, step, state, .. } = self;
+        unrolled!(S => {
+            if S > 0 && S < T::COUPLING.len() && stage == S {
+                *state = stepper.combine::<M>(T::COUPLING[S], step);
+            }
+        });
+    }
+}

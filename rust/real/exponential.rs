@@ -239,6 +239,9 @@ mod tests {
             assert_close("pow 1000", x, Real::powf(x, 1000.0), x.powf(1000.0));
         }
         assert!(Real::powf(-1.0, 2.0).is_nan());
+        assert!(Real::powf(-1.0, 1.0).is_nan());
+        let lanes = Lanes::splat(0.3).powf(Lanes::splat(1.0));
+        assert_eq!(lanes.get(2).to_bits(), 0.3_f64.to_bits());
     }
 
     #[test]

@@ -79,3 +79,47 @@ pub fn moving<S: Scalar>(mut function: impl FnMut(S) -> S, root: f64) -> S {
     let (held, along) = (function(root).tangent(), function(root.with_tangent(1.0)).tangent());
     root.with_tangent(-held / (along - held))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::{Search, root};
+    use crate::real::{Mask, Pair, Real};
+
+    const ROOTS: [f64; 4] = [1e-7, 0.2, 0.5, 0.93];
+
+    #[test]
+    fn against_logarithms_from_few_values() {
+        for exact in ROOTS {
+            let mut asked = 0;
+            let excess = |x: f64| {
+                asked += 1;
+                x.exp() - exact.exp()
+            };
+            let found = root(excess, 1.0 - exact.exp(), 1.0_f64.exp() - exact.exp());
+            assert!((found - exact).abs() < 1e-15, "{found} against {exact}");
+            assert!(asked <= 9, "{asked} values for {exact}");
+        }
+    }
+
+    #[test]
+    fn exact_same_bits_in_every_lane() {
+        for [one, other] in [[ROOTS[0], ROOTS[1]], [ROOTS[2], ROOTS[3]]] {
+            let mut squares = Pair::<f64>::zero();
+            squares.set(0, one * one);
+            squares.set(1, other * other);
+            let ends = [Pair::splat(0.0), Pair::splat(1.0)];
+            let all = <Pair<f64> as Real>::Mask::from_bits(3);
+            let mut search = Search::new(all, ends, ends.map(|x| x * x - squares), 1e-14);
+            while let Some(x) = search.next() {
+                search.take(x, x * x - squares);
+            }
+            for (lane, exact) in [one, other].into_iter().enumerate() {
+                let mut alone = Search::new(true, [0.0, 1.0], [0.0, 1.0].map(|x| x * x - exact * exact), 1e-14);
+                while let Some(x) = alone.next() {
+                    alone.take(x, x * x - exact * exact);
+                }
+                assert_eq!(search.found().get(lane).to_bits(), alone.found().to_bits());
+            }
+        }
+    }
+}

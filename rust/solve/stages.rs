@@ -37,10 +37,10 @@ impl<R: Real, const N: usize> Stepper<R, N> {
         state
     }
 
-    /// `step` times the sum of the slopes with these weights, added to the state. The model's own states are summed side
-    /// by side, those of terms, few of which are in use, one after the other.
+    /// Adds `step` times the sum of the slopes with these weights to the state. The model's own states are summed side by
+    /// side, those of terms, few of which are in use, one after the other.
     #[inline(always)]
-    fn combine<M: Model<N>>(&self, weights: &[f64], step: R::Plain) -> [R; N] {
+    fn combine<M: Model<N>>(&self, weights: &[f64], step: R::Plain, state: &mut [R; N]) {
         let own = N - M::HIDDEN;
         let mut sums = [R::zero(); N];
         unrolled!(J => {
@@ -50,7 +50,6 @@ impl<R: Real, const N: usize> Stepper<R, N> {
                 }
             }
         });
-        let mut state = self.state;
         for index in 0..own {
             state[index] = sums[index].mul_add_plain(step, state[index]);
         }
@@ -63,7 +62,6 @@ impl<R: Real, const N: usize> Stepper<R, N> {
             });
             state[index] = sum.mul_add_plain(step, state[index]);
         }
-        state
     }
 }
 
@@ -83,7 +81,7 @@ impl<R: Real, M: Model<N>, T: Method, const N: usize> Task for StageState<'_, R,
         let Self { stepper, stage, step, state, .. } = self;
         unrolled!(S => {
             if S > 0 && S < T::COUPLING.len() && stage == S {
-                *state = stepper.combine::<M>(T::COUPLING[S], step);
+                stepper.combine::<M>(T::COUPLING[S], step, state);
             }
         });
     }

@@ -52,7 +52,7 @@ fn solve<T: Method>(steps: u32) -> (f64, f64, f64) {
             let inside = stepper.inside(SHARE, ALL_STATES)[2];
             return (trial.state[2], inside, stepper.t + SHARE * step);
         }
-        stepper.commit(true, step, &trial);
+        stepper.commit::<TwoInertia, false>(true, step, &trial);
     }
     unreachable!("at least one step")
 }
@@ -65,7 +65,7 @@ fn exact(t: f64) -> f64 {
     for _ in 0..steps {
         let step = t / f64::from(steps);
         let trial = stepper.attempt::<TwoInertia, Dop853, false>(step);
-        stepper.commit(true, step, &trial);
+        stepper.commit::<TwoInertia, false>(true, step, &trial);
     }
     stepper.state[2]
 }

@@ -17,6 +17,37 @@ macro_rules! unrolled {
 }
 pub(super) use unrolled;
 
+/// `step` times the sum of the slopes with these weights, added to the state. The model's own states are summed side by
+/// side, those of terms, few of which are in use, one after the other. A function instead of a macro would copy states:
+/// 2 % of the instructions.
+macro_rules! combine {
+    ($stepper:expr, $weights:expr, $step:expr) => {{
+        let own = N - M::HIDDEN;
+        let mut sums = [R::zero(); N];
+        unrolled!(J => {
+            if let Some(&weight) = $weights.get(J) && weight != 0.0 {
+                for index in 0..own {
+                    sums[index] = $stepper.slopes[J][index].mul_add_plain(R::Plain::splat(weight), sums[index]);
+                }
+            }
+        });
+        let mut state = $stepper.state;
+        for index in 0..own {
+            state[index] = sums[index].mul_add_plain($step, state[index]);
+        }
+        for index in own..$stepper.used::<M>() {
+            let mut sum = R::zero();
+            unrolled!(J => {
+                if let Some(&weight) = $weights.get(J) && weight != 0.0 {
+                    sum = $stepper.slopes[J][index].mul_add_plain(R::Plain::splat(weight), sum);
+                }
+            });
+            state[index] = sum.mul_add_plain($step, state[index]);
+        }
+        state
+    }};
+}
+
 impl<R: Real, const N: usize> Stepper<R, N> {
     /// The time of a stage.
     #[inline(always)]
@@ -36,33 +67,6 @@ impl<R: Real, const N: usize> Stepper<R, N> {
         }
         state
     }
-
-    /// Adds `step` times the sum of the slopes with these weights to the state. The model's own states are summed side by
-    /// side, those of terms, few of which are in use, one after the other.
-    #[inline(always)]
-    fn combine<M: Model<N>>(&self, weights: &[f64], step: R::Plain, state: &mut [R; N]) {
-        let own = N - M::HIDDEN;
-        let mut sums = [R::zero(); N];
-        unrolled!(J => {
-            if let Some(&weight) = weights.get(J) && weight != 0.0 {
-                for index in 0..own {
-                    sums[index] = self.slopes[J][index].mul_add_plain(R::Plain::splat(weight), sums[index]);
-                }
-            }
-        });
-        for index in 0..own {
-            state[index] = sums[index].mul_add_plain(step, state[index]);
-        }
-        for index in own..self.used::<M>() {
-            let mut sum = R::zero();
-            unrolled!(J => {
-                if let Some(&weight) = weights.get(J) && weight != 0.0 {
-                    sum = self.slopes[J][index].mul_add_plain(R::Plain::splat(weight), sum);
-                }
-            });
-            state[index] = sum.mul_add_plain(step, state[index]);
-        }
-    }
 }
 
 struct StageState<'a, R: Real, M, T, const N: usize> {
@@ -81,7 +85,7 @@ impl<R: Real, M: Model<N>, T: Method, const N: usize> Task for StageState<'_, R,
         let Self { stepper, stage, step, state, .. } = self;
         unrolled!(S => {
             if S > 0 && S < T::COUPLING.len() && stage == S {
-                stepper.combine::<M>(T::COUPLING[S], step, state);
+                *state = combine!(stepper, T::COUPLING[S], step);
             }
         });
     }

@@ -171,7 +171,8 @@ impl<R: Real, M: Model<N>, const N: usize> Task for FindTurns<'_, R, M, N> {
             place = R::Plain::select(on_corner, number(AWAY), place);
             before = R::Plain::select(on_corner, self.margin(place), before);
         }
-        let lanes = lanes & R::Plain::zero().lt(before);
+        // An input that bends may bring a corner into play that was none where the step before ended.
+        let lanes = lanes & R::Plain::zero().lt(before) & before.le(number(f64::MAX));
         let mut search = Search::new(lanes, [place, number(1.0)], [before + aim, self.end + aim], 0.5 * leeway);
         while let Some(share) = search.next() {
             search.take(share, self.margin(share) + aim);

@@ -82,13 +82,14 @@ def _who(proof: dict[str, Any]) -> list[str]:
 
 
 def markdown(proof: dict[str, Any]) -> str:
-    """The table of scores for a README."""
+    """Scores and every failure as Markdown."""
     lines = [f"Blind benchmark, {len(proof['cases'])} cases, tool `{proof['tool']}`, {_machine(proof)}.", ""]
     lines += _markdown_table(SCORE_HEADER, score_rows(proof))
     if proof["compared"]:
         lines += ["", *_markdown_table(_compared_header(proof), compared_rows(proof))]
         lines += ["", *(f"- {who}" for who in _who(proof))]
-    lines += ["", f"{len(proof['failures'])} failures, all listed on the page."]
+    lines += ["", f"## Every failure ({len(proof['failures'])})", ""]
+    lines += _markdown_table(FAILURE_HEADER, failure_rows(proof))
     return "\n".join(lines) + "\n"
 
 

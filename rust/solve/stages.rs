@@ -17,11 +17,10 @@ macro_rules! unrolled {
 }
 pub(super) use unrolled;
 
-/// `step` times the sum of the slopes with these weights, added to the state. The model's own states are summed side by
-/// side, those of terms, few of which are in use, one after the other. A function instead of a macro would copy states:
-/// 2 % of the instructions.
-macro_rules! combine {
-    ($stepper:expr, $weights:expr, $step:expr) => {{
+/// Adds `step` times the sum of the slopes with these weights to the model's own states. A function that takes or returns
+/// states copies them: up to a quarter of the time of a step.
+macro_rules! add_to_own {
+    ($state:ident, $stepper:expr, $weights:expr, $step:expr) => {{
         let own = N - M::HIDDEN;
         let mut sums = [R::zero(); N];
         unrolled!(J => {
@@ -31,20 +30,9 @@ macro_rules! combine {
                 }
             }
         });
-        let mut state = $stepper.state;
         for index in 0..own {
-            state[index] = sums[index].mul_add_plain($step, state[index]);
+            $state[index] = sums[index].mul_add_plain($step, $state[index]);
         }
-        for index in own..$stepper.used::<M>() {
-            let mut sum = R::zero();
-            unrolled!(J => {
-                if let Some(&weight) = $weights.get(J) && weight != 0.0 {
-                    sum = $stepper.slopes[J][index].mul_add_plain(R::Plain::splat(weight), sum);
-                }
-            });
-            state[index] = sum.mul_add_plain($step, state[index]);
-        }
-        state
     }};
 }
 
@@ -67,6 +55,24 @@ impl<R: Real, const N: usize> Stepper<R, N> {
         }
         state
     }
+
+    /// The state plus `step` times the sum of the slopes with these weights. The states of terms, few of which are in use,
+    /// are summed one after the other.
+    #[inline(always)]
+    fn combine<M: Model<N>>(&self, weights: &[f64], step: R::Plain) -> [R; N] {
+        let mut state = self.state;
+        add_to_own!(state, self, weights, step);
+        for index in N - M::HIDDEN..self.used::<M>() {
+            let mut sum = R::zero();
+            unrolled!(J => {
+                if let Some(&weight) = weights.get(J) && weight != 0.0 {
+                    sum = self.slopes[J][index].mul_add_plain(R::Plain::splat(weight), sum);
+                }
+            });
+            state[index] = sum.mul_add_plain(step, state[index]);
+        }
+        state
+    }
 }
 
 struct StageState<'a, R: Real, M, T, const N: usize> {
@@ -85,7 +91,13 @@ impl<R: Real, M: Model<N>, T: Method, const N: usize> Task for StageState<'_, R,
         let Self { stepper, stage, step, state, .. } = self;
         unrolled!(S => {
             if S > 0 && S < T::COUPLING.len() && stage == S {
-                *state = combine!(stepper, T::COUPLING[S], step);
+                if M::HIDDEN == 0 {
+                    let mut moved = stepper.state;
+                    add_to_own!(moved, stepper, T::COUPLING[S], step);
+                    *state = moved;
+                } else {
+                    *state = stepper.combine::<M>(T::COUPLING[S], step);
+                }
             }
         });
     }

@@ -9,7 +9,7 @@ import numpy as np
 
 from hdfast.checks import Floats
 from hdfast.diagnosis.evidence import Layout, Weights, limited, weigh
-from hdfast.diagnosis.plant import TORQUE_SCALE, Plant, Structure
+from hdfast.diagnosis.plant import TORQUE, TORQUE_SCALE, Plant, Structure
 from hdfast.diagnosis.whiten import Whitener, whiten
 
 STEP = 2e-3
@@ -18,7 +18,6 @@ CHORDS = 2
 SHRINK = (1.0, 0.25)
 SETTLED = 0.05
 NEAR = 1.5
-TORQUE = "motor_torque"
 ACCELERATED = ("J_m", "J_l", TORQUE_SCALE, "load_dependent_friction_c_drive", "load_dependent_friction_c_back")
 
 

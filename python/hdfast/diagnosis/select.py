@@ -266,16 +266,18 @@ def _failed(
         failed.append("A5 resolution")
     if special(candidate, joint):
         failed.append("A6 special case")
-    bound = [free.name for free in candidate.free if not free.low < joint.value(free.name) < free.high]
-    failed += [f"A4 {name}" for name in [*bound, *_strained(joint, current, gained)][:1]]
+    failed += [f"A4 {name}" for name in [*_at_bounds(candidate, joint), *_strained(joint, current, gained)][:1]]
     return tuple(failed)
 
 
 def special(candidate: Candidate, fitted: Fit) -> bool:
     """Whether nothing but a special case is left of a general law: a parameter ends at its bound."""
-    return bool(candidate.contains) and any(
-        not free.low < fitted.value(free.name) < free.high for free in candidate.free
-    )
+    return bool(candidate.contains and _at_bounds(candidate, fitted))
+
+
+def _at_bounds(candidate: Candidate, fitted: Fit) -> list[str]:
+    """The effect's own parameters that end at a bound."""
+    return [free.name for free in candidate.free if not free.low < fitted.value(free.name) < free.high]
 
 
 def _strained(joint: Fit, current: Fit, gained: Gain) -> list[str]:

@@ -10,8 +10,9 @@ from hdfast.diagnosis.evidence import Layout, Weights
 from hdfast.diagnosis.fit import Fit
 from hdfast.diagnosis.lines import Line, snapped
 from hdfast.diagnosis.plant import Free, Structure
+from hdfast.diagnosis.projector import Projector
 from hdfast.diagnosis.score import Gain, left_out, nrmse, weights_of
-from hdfast.diagnosis.screen import Projector, statistics
+from hdfast.diagnosis.statistics import statistics
 from hdfast.diagnosis.whiten import Whitener, whiten
 from hdfast.model import Model
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
@@ -115,15 +116,15 @@ class Weights:
 
     Attributes:
         scale: standard deviation by channel, in the channel's unit, shape (C,).
-        colour: samples per independent sample by channel, shape (C,).
+        colour: samples per independent sample, the same for all channels.
     """
 
     scale: Floats
-    colour: Floats
+    colour: float
 
     def normalise(self, layout: Layout, stacked: Floats) -> Floats:
         """Divide (..., N) by scale and root of colour, so that a sum of squares counts independent samples."""
-        return stacked / (self.scale * np.sqrt(self.colour))[layout.channel]
+        return stacked / (self.scale * math.sqrt(self.colour))[layout.channel]
 
 
 def limited(values: Floats) -> tuple[Floats, Floats]:
@@ -142,14 +143,18 @@ def spread_of(values: Floats) -> float:
 
 
 def weigh(layout: Layout, stacked: Floats, floor: Floats) -> Weights:
-    """Robust scale and colour of a mismatch (N,), not below the floor per channel."""
+    """Robust scale and colour of a mismatch (N,), not below the floor per channel.
+
+    The colour is the channels' geometric mean: with its own, a channel whose mismatch is large and smooth would count
+    as a few samples, and a fit would leave it as it is.
+    """
     scale, colours = np.ones(len(layout.channels)), np.ones(len(layout.channels))
     for index in range(len(layout.channels)):
         own = stacked[layout.channel == index]
         if own.size:
             scale[index] = max(spread_of(own), floor[index], 1e-300)
             colours[index] = colour(layout, stacked, layout.channels[index])
-    return Weights(scale, colours)
+    return Weights(scale, math.exp(float(np.mean(np.log(colours)))))
 
 
 def colour(layout: Layout, stacked: Floats, channel: str) -> float:

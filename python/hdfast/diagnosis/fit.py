@@ -81,15 +81,16 @@ class Bench:
     floor: Floats
 
     def commanded(self, fitted: Fit) -> Bench:
-        """The same with the slow part of the torque that a fitted model needs in place of the recorded one.
+        """The same with the quiet part of the torque that a fitted model needs in place of the recorded one.
 
-        The fast part carries the noise of the angle, which a controller answers to: it would look like a late actuator.
+        The rest carries the noise of the angle, which a controller answers to: it would look like a late actuator, or
+        like a gain that varies.
         """
         torques = self.plant.needed(fitted.structure, fitted.coordinates)
         if not all(np.isfinite(torque).all() for torque in torques):
             return self
-        slow = self.plant.band.slow
-        units = [unit.commanded(slow(torque)) for unit, torque in zip(self.plant.units, torques, strict=True)]
+        quiet = self.plant.band.quiet
+        units = [unit.commanded(quiet(torque)) for unit, torque in zip(self.plant.units, torques, strict=True)]
         return replace(self, plant=replace(self.plant, units=units))
 
     def mismatch(self, structure: Structure, coordinates: Floats) -> Floats:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -131,12 +132,17 @@ class Plant:
         """Channels of at least one recording."""
         return list(dict.fromkeys(channel for unit in self.units for channel in unit.measured))
 
+    @cached_property
+    def asked(self) -> list[Floats]:
+        """Torque that each unit's actuator is asked for, as simulated signals are seen [N m], per unit (n,)."""
+        return [self.band.simulated(np.interp(unit.fine, unit.t, unit.command), TORQUE) for unit in self.units]
+
     def mismatch(self, structure: Structure, coordinates: Floats) -> list[dict[str, Floats]]:
         """Measured minus simulated, per unit and channel (M, n); NaN where a row could not be simulated.
 
         What an actuator changes is computed on the units' command, which carries none of the recording's noise, and
-        added to the recorded torque; what a torque sensor changes, on the slow part of the torque. A filter must not
-        win by quieting noise, nor a gain by shrinking it.
+        added to the recorded torque; what a torque sensor changes, on the quiet part of the torque. A filter must not
+        win by quieting noise.
 
         Args:
             structure: the equations.
@@ -169,14 +175,13 @@ class Plant:
             needed = (signals["tau_m"] + offset) / scale
             needed = needed + lead * np.gradient(self.band.slow(needed), 1.0 / self.band.rate, axis=1)
             needed = needed - impulse * unit.reversing
-            asked = self.band.simulated(np.interp(unit.fine, unit.t, unit.command), TORQUE)
-            changed = signals["tau_drive"] - asked
+            changed = signals["tau_drive"] - self.asked[index]
             delivered = unit.measured["motor_torque"] + changed
             if "motor_torque" in stage.channels:
-                slow = self.band.slow(needed)
-                read = stage.apply(unit.t, {"motor_torque": slow}, sensed)["motor_torque"]
-                needed = np.asarray(needed - slow + read)
-            differences = {"motor_torque": (delivered - needed) / _gain(unit.command, changed)}
+                quiet = self.band.quiet(needed)
+                read = stage.apply(unit.t, {"motor_torque": quiet}, sensed)["motor_torque"]
+                needed = np.asarray(needed - quiet + read)
+            differences = {"motor_torque": delivered - needed}
             if "te" in unit.measured:
                 differences["te"] = unit.measured["te"] - _te(unit, signals["te"], stage, sensed)
             if "output_torque" in unit.measured:
@@ -235,10 +240,3 @@ def _te(unit: Unit, error: Floats, stage: SensorStage, sensed: Mapping[str, Floa
     load = unit.turned - error
     read: Floats = stage.apply(unit.t, {"load_angle": load}, sensed)["load_angle"]
     return error + load - read
-
-
-def _gain(command: Floats, changed: Floats) -> Floats:
-    """Size of a command (n,) after a change (M, n) against before, (M, 1): a mismatch counts in the recorded unit."""
-    before = max(float(np.sqrt(np.mean(command**2))), 1e-300)
-    after: Floats = np.sqrt(np.mean((command + changed) ** 2, axis=1, keepdims=True))
-    return np.maximum(after / before, 1e-3)

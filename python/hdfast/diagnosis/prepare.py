@@ -23,7 +23,7 @@ PASS_SHARE = 0.4
 NARROWEST = 0.05
 NOISE_SHARE = 0.01
 DROWNED = 4.0
-SLOW_SHARE = 0.5
+SLOW_SHARE, QUIET_SHARE = 0.5, 0.25
 TOP_SHARES = (0.75, 0.95)
 SEGMENT = 256
 SHORTEST = 32
@@ -74,8 +74,12 @@ class Band:
         return np.asarray(np.gradient(direction, t))
 
     def slow(self, values: Floats) -> Floats:
-        """Their slow part: without the noise that a filter could win by removing."""
+        """Their slow part: motion rather than noise."""
         return _passed(values, SLOW_SHARE * self.motion, self.rate)
+
+    def quiet(self, values: Floats) -> Floats:
+        """The part of a torque so slow that a filter or a gain has no noise of the angle to win by removing."""
+        return _passed(values, QUIET_SHARE * self.motion, self.rate)
 
 
 @dataclass(frozen=True, eq=False)
@@ -209,7 +213,7 @@ def prepare(source: Source, band: Band, ratio: float) -> Unit:
     if "output_torque" in recording:
         measured["output_torque"] = bring(recording["output_torque"], "output_torque")
     load = bring(recording["load_torque"]) if "load_torque" in recording else np.zeros_like(t)
-    command = band.slow(measured["motor_torque"])
+    command = band.quiet(measured["motor_torque"])
     usable = _usable(source, clock, t, band)
     slowest = _slowest(clock, recording["motor_angle"], speed, band)
     turning = np.diff(np.sign(speed), prepend=np.sign(speed[0]), append=np.sign(speed[-1])) != 0.0

@@ -62,6 +62,11 @@ class Gain:
         return float(self.limited / max(error, 1e-9 + 0.05 * CONVINCING))
 
     @property
+    def spared(self) -> float:
+        """Limited sum without the block that speaks most for it."""
+        return float(self.limited - self._clipped.max(initial=0.0))
+
+    @property
     def _clipped(self) -> Floats:
         return np.clip(self.by_block, -CONVINCING, CONVINCING)
 

@@ -12,7 +12,7 @@ import numpy as np
 from scipy.stats import chi2
 
 from hdfast.checks import Floats
-from hdfast.diagnosis import holdout, score, screen, select, whiten
+from hdfast.diagnosis import holdout, projector, score, screen, select, whiten
 from hdfast.diagnosis.evidence import Index, Layout
 from hdfast.diagnosis.fit import Fit
 
@@ -34,7 +34,7 @@ class Ablation:
     instead: Any
 
 
-def _as_they_are(_: screen.Projector, values: Floats) -> Floats:
+def _as_they_are(_: projector.Projector, values: Floats) -> Floats:
     return values
 
 
@@ -60,8 +60,8 @@ ABLATIONS: Mapping[str, Ablation] = {
         "screen",
         lambda bench, fit, found, rng: _each_alone(_screen(bench, fit, found, rng), found),
     ),
-    "no_leverage": Ablation("null without leverage correction", screen.Projector, "levered", _as_they_are),
-    "no_projection": Ablation("signatures as they are before a refit", screen.Projector, "left", _as_they_are),
+    "no_leverage": Ablation("null without leverage correction", projector.Projector, "levered", _as_they_are),
+    "no_projection": Ablation("signatures as they are before a refit", projector.Projector, "left", _as_they_are),
     "no_left_out": Ablation("gain and error on the recordings that were fitted", score, "left_out", _fitted),
     "no_holdout": Ablation("every improvement taken for proven", holdout.Proof, "holds", True),
 }

@@ -12,6 +12,7 @@ import numpy as np
 
 from hdfast.checks import Floats
 from hdfast.diagnosis.candidate import Candidate
+from hdfast.diagnosis.changes import changes
 from hdfast.diagnosis.evidence import Layout
 from hdfast.diagnosis.fit import Bench, Fit, fit
 from hdfast.diagnosis.screen import Signature, signatures
@@ -29,7 +30,8 @@ def answer(setup: Setup, calibrated: Fit) -> Said:
     while len(named) < MOST_EFFECTS:
         bench = bench.commanded(current)
         pool = [one for one in candidates(bench, current, ratio) if fits_in(one, [n.candidate for n in named], current)]
-        tried = [(one.candidate, added(bench, current, one)) for one in shortlist(signatures(bench, current, pool))]
+        found = signatures(bench, current, changes(bench, current, pool))
+        tried = [(one.candidate, added(bench, current, one)) for one in shortlist(found)]
         trials = [(candidate, trial) for candidate, trial in tried if trial is not None]
         scores = [bic(bench.layout, trial) for _, trial in trials]
         before = bic(bench.layout, current)

@@ -18,8 +18,10 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from hdfast.checks import Floats
+from hdfast.diagnosis.changes import changes
 from hdfast.diagnosis.fit import Bench, Fit, fit
-from hdfast.diagnosis.screen import Projector, Signature, signatures
+from hdfast.diagnosis.projector import Projector
+from hdfast.diagnosis.screen import Signature, signatures
 from hdfast.diagnosis.session import Setup, candidates
 from hdfast.diagnosis.whiten import Whitener
 from hdfast.errors import require_package
@@ -41,7 +43,7 @@ def answer(setup: Setup, calibrated: Fit) -> Said:
     bench = setup.bench
     plain = replace(calibrated, white=unfiltered(bench, calibrated))
     pool = [one for one in candidates(bench, plain, plain.value("ratio")) if fits_in(one, [], plain)]
-    found = best_shapes(signatures(bench, plain, pool))
+    found = best_shapes(signatures(bench, plain, changes(bench, plain, pool)))
     if not found:
         return Said("no_evidence", calibrated)
     target = Projector(plain, bench.layout).left(plain.white(bench.layout, plain.mismatch))

@@ -1,0 +1,46 @@
+"""What a refit of a model's parameters takes out of a signal, and what it leaves."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from hdfast.checks import Floats
+from hdfast.diagnosis.evidence import CAP, Layout
+from hdfast.diagnosis.fit import Fit
+
+
+class Projector:
+    """Takes out of a signal what a refit of the model's parameters would absorb, priors included."""
+
+    def __init__(self, fit: Fit, layout: Layout) -> None:
+        self.layout = layout
+        self.A = fit.white(layout, fit.slopes)
+        self.inverse = np.linalg.inv(self.A.T @ self.A + np.diag(fit.structure.sigma**-2))
+
+    def absorbed(self, signal: Floats) -> Floats:
+        """Coordinates (P, ...) that a refit gives to a whitened signal (N, ...)."""
+        coordinates: Floats = self.inverse @ (self.A.T @ signal)
+        return coordinates
+
+    def left(self, signal: Floats) -> Floats:
+        """A whitened signal (N, ...) without what is absorbed."""
+        remaining: Floats = signal - self.A @ self.absorbed(signal)
+        return remaining
+
+    def residual(self, fit: Fit) -> Floats:
+        """The whitened mismatch (N,) without what is absorbed; no sample counts for more than `CAP` of them."""
+        return self.left(np.clip(fit.white(self.layout, fit.mismatch), -CAP, CAP))
+
+    def levered(self, residual: Floats) -> Floats:
+        """(I - P_bb)^(-1/2) r block by block: undoes how much the fit followed each block."""
+        root = np.linalg.cholesky(self.inverse)
+        corrected = residual.copy()
+        order = np.argsort(self.layout.block, kind="stable")
+        bounds = np.flatnonzero(np.diff(self.layout.block[order])) + 1
+        for rows in np.split(order, bounds):
+            B = self.A[rows] @ root
+            values, vectors = np.linalg.eigh(B.T @ B)
+            values = np.clip(values, 0.0, 1.0 - 1e-6)
+            factor = np.where(values > 1e-10, (1.0 / np.sqrt(1.0 - values) - 1.0) / np.maximum(values, 1e-10), 0.5)
+            corrected[rows] += B @ (vectors @ (factor * (vectors.T @ (B.T @ residual[rows]))))
+        return corrected

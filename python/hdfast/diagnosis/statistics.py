@@ -1,0 +1,109 @@
+"""How far a mismatch reaches along signatures, and how far it would if nothing were left out."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from hdfast.checks import Floats
+from hdfast.diagnosis.evidence import Layout
+from hdfast.diagnosis.projector import Projector
+
+DRAWS = 999
+BORROWED = 20.0
+QUIETEST = 1.0
+
+
+@dataclass(frozen=True, eq=False)
+class Statistics:
+    """Of C signatures in a mismatch.
+
+    Attributes:
+        observed: length of the mismatch along each signature, over its spread, shape (C,).
+        spread: standard deviation of that length where nothing is left out, shape (C,).
+        rare: 1 % point of each under the null, shape (C,).
+        largest: largest ratio of statistic and 1 % point in each draw of the null, shape (DRAWS,).
+    """
+
+    observed: Floats
+    spread: Floats
+    rare: Floats
+    largest: Floats
+
+    @property
+    def p(self) -> Floats:
+        """Family-wise p values (C,)."""
+        ratios = (self.observed / self.rare)[:, None]
+        found: Floats = (1.0 + np.sum(self.largest >= ratios, axis=1)) / (len(self.largest) + 1.0)
+        return found
+
+
+def statistics(
+    layout: Layout,
+    projector: Projector,
+    left: Sequence[Floats],
+    residual: Floats,
+    rng: np.random.Generator,
+    one_sided: Sequence[bool] | None = None,
+) -> Statistics:
+    """How far the mismatch reaches along each projected signature, in units of what noise does.
+
+    White residuals of unit variance reach 1 along each direction. What is left of their colour shows in the scores of
+    whole blocks, taken about the fitted amplitude so that an effect does not hide itself; a signature that lives in few
+    blocks says little of that, so its variance is drawn towards the median of all signatures as if that were known from
+    `BORROWED` blocks. The null draws normal scores with the covariance of the signatures and the uncertainty of their
+    variances; signs of whole blocks cannot be flipped for this, as few blocks have few signs. Each signature counts in
+    units of its own 1 % point.
+
+    Args:
+        layout: of the stack.
+        projector: of the fitted model.
+        left: the signatures (N, d).
+        residual: whitened and projected mismatch (N,).
+        rng: of the null.
+        one_sided: signatures of effects that cannot be negative, which a mismatch of the other sign does not support.
+    """
+    corrected = projector.levered(residual)
+    sides = np.zeros(len(left), dtype=bool) if one_sided is None else np.asarray(one_sided)
+    unit = [_orthonormal(one) for one in left]
+    scores = [one.T @ residual for one in unit]
+    variance, blocks = np.array([_inflation(layout, one, corrected) for one in unit]).T
+    freedom = blocks + BORROWED
+    typical = max(float(np.median(variance)), QUIETEST)
+    spread = np.sqrt(np.maximum((blocks * variance + BORROWED * typical) / freedom, QUIETEST))
+    whole = np.concatenate(unit, axis=1)
+    values, vectors = np.linalg.eigh(whole.T @ whole)
+    root = vectors * np.sqrt(np.maximum(values, 0.0))
+    drawn = rng.standard_normal((DRAWS, len(values))) @ root.T
+    estimated = rng.chisquare(freedom, size=(DRAWS, len(left))) / freedom
+    observed, rare, largest = np.zeros(len(left)), np.ones(len(left)), np.zeros(DRAWS)
+    begin = 0
+    for j, score in enumerate(scores):
+        null = drawn[:, begin : begin + len(score)]
+        begin += len(score)
+        reached = np.linalg.norm(null, axis=1) / np.sqrt(estimated[:, j])
+        observed[j] = np.linalg.norm(score) / spread[j]
+        if sides[j]:
+            observed[j] *= score[0] > 0.0
+            reached *= null[:, 0] > 0.0
+        rare[j] = np.quantile(reached, 0.99)
+        largest = np.maximum(largest, reached / rare[j])
+    return Statistics(observed, spread, rare, largest)
+
+
+def _orthonormal(signature: Floats) -> Floats:
+    """Columns (N, d) of unit length at right angles, the first along the first."""
+    basis, triangle = np.linalg.qr(signature)
+    return np.asarray(basis * np.sign(np.diag(triangle) + (np.diag(triangle) == 0.0)))
+
+
+def _inflation(layout: Layout, unit: Floats, residual: Floats) -> tuple[float, float]:
+    """Variance of a residual (N,) along orthonormal columns (N, d) as its blocks show it, and from how many of them."""
+    grams = layout.grams(unit)
+    own = layout.sums(unit * residual[:, None])
+    about = own - np.einsum("bij,j->bi", grams, own.sum(axis=0))
+    shared = float(np.einsum("bij,bji->", grams, grams))
+    expected = max(unit.shape[1] - shared, 1e-12)
+    return float(np.sum(about**2)) / expected, max(unit.shape[1] / shared - 1.0, 1e-12)

@@ -74,11 +74,19 @@ class Fit:
 
 @dataclass(frozen=True, eq=False)
 class Bench:
-    """What a fit needs besides the structure: the plant, its stacking and the noise floor per channel."""
+    """What a fit needs besides the structure.
+
+    Attributes:
+        plant: the recordings.
+        layout: their stacking.
+        floor: standard deviation of each channel's noise as its highest frequencies show it, shape (C,).
+        stated: the same as its sensors state it, shape (C,).
+    """
 
     plant: Plant
     layout: Layout
     floor: Floats
+    stated: Floats
 
     def commanded(self, fitted: Fit) -> Bench:
         """The same with the quiet part of the torque that a fitted model needs in place of the recorded one.
@@ -139,7 +147,7 @@ class Metric:
         """For the noise that a mismatch (N,) shows."""
         layout = bench.layout
         weights = weigh(layout, mismatch, bench.floor)
-        near = np.minimum(1.0, NEAR * bench.floor / weights.scale) ** 4
+        near = np.minimum(1.0, NEAR * bench.stated / weights.scale) ** 4
         return cls(weights, whiten(layout, mismatch, bench.floor), 0.5 * near)
 
     def of_columns(self, layout: Layout, stacked: Floats) -> Floats:

@@ -51,6 +51,11 @@ class Proof:
             return self.expected >= TELLS and self.gain.total > 0.0
         return self.gain.total > PART * self.expected
 
+    @property
+    def refutes(self) -> bool:
+        """Whether the recordings would have shown the improvement, and speak for the baseline."""
+        return not self.holds and self.expected >= POWERED and self.gain.total < 0.0
+
 
 def replayed(bench: Bench, frozen: Fit) -> Floats:
     """Mismatch (N,) of a frozen model on recordings it was not fitted to."""

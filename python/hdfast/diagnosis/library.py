@@ -9,7 +9,7 @@ from fractions import Fraction
 
 from hdfast.diagnosis.candidate import Candidate
 from hdfast.diagnosis.plant import Free
-from hdfast.terms import terms
+from hdfast.terms import Term, terms
 
 FRICTION = ("coulomb_friction", "stribeck_friction", "presliding_friction")
 SLOTS, MOST_DETENTS = (12.0, 24.0, 36.0), 9
@@ -85,7 +85,7 @@ def _one(
     def own(name: str) -> str:
         return f"{effect}_{name}"
 
-    named = tuple(replace(one, name=own(one.name)) for one in free)
+    named = tuple(_allowed(one, term, own(one.name)) for one in free)
     taken = {one.name for one in named}
     values = {p.name: p.default for p in term.parameters} | (fixed or {})
     return Candidate(
@@ -103,6 +103,12 @@ def _one(
         order=(fixed or {}).get("order", order),
         stiffness=stiffness,
     )
+
+
+def _allowed(free: Free, term: Term, name: str) -> Free:
+    """A parameter of a term under its long name, within its allowed range."""
+    low, high = next(one.allowed for one in term.parameters if one.name == free.name)
+    return replace(free, name=name, low=max(low, free.low), high=min(high, free.high))
 
 
 def _positive(
@@ -388,7 +394,7 @@ def _sensed(effect: str, channel: str, free: Iterable[Free], *, waves: tuple[str
     def own(name: str) -> str:
         return f"{channel}_{effect}_{name}"
 
-    named = tuple(replace(one, name=own(one.name)) for one in free)
+    named = tuple(_allowed(one, term, own(one.name)) for one in free)
     amplitude = term.amplitude if own(term.amplitude) in {one.name for one in named} else "drift"
     fixed = {own(p.name): 0.0 if p.name in ("offset", "clock_offset", "psi") else p.default for p in term.parameters}
     return Candidate(

@@ -36,6 +36,19 @@ def floors(
     return np.array([found[channel] for channel in channels])
 
 
+def stated(channels: Sequence[str], sensors: Mapping[str, SensorFacts], ratio: float, floor: Floats) -> Floats:
+    """Standard deviation of the noise that the sensors state for each channel, not below the floor, shape (C,).
+
+    Noise that falls with frequency is larger in the band than its highest frequencies show.
+    """
+    of_a_sample = {
+        "motor_torque": _stated(sensors.get("motor_torque")),
+        "te": math.hypot(_stated(sensors.get("motor_angle")) / ratio, _stated(sensors.get("load_angle"))),
+        "output_torque": _stated(sensors.get("output_torque")),
+    }
+    return np.maximum(floor, [of_a_sample[channel] for channel in channels])
+
+
 def _of(column: str, sources: Sequence[Source], sensors: Mapping[str, SensorFacts]) -> float:
     """Noise of one sample of a column: as stated or as its third differences show, whichever is less, 0 without any.
 
@@ -44,10 +57,14 @@ def _of(column: str, sources: Sequence[Source], sensors: Mapping[str, SensorFact
     seen = [_white(source.recording[column]) for source in sources if column in source.recording]
     if not seen:
         return 0.0
-    facts = sensors.get(column)
-    stated = math.hypot((facts.resolution or 0.0) / math.sqrt(12.0), facts.noise or 0.0) if facts else 0.0
+    said = _stated(sensors.get(column))
     shown = float(np.median(seen))
-    return min(stated, shown) if stated > 0.0 and shown > 0.0 else max(stated, shown)
+    return min(said, shown) if said > 0.0 and shown > 0.0 else max(said, shown)
+
+
+def _stated(facts: SensorFacts | None) -> float:
+    """What a sensor states, its resolution included; 0 for nothing."""
+    return math.hypot((facts.resolution or 0.0) / math.sqrt(12.0), facts.noise or 0.0) if facts else 0.0
 
 
 def _white(values: Floats) -> float:

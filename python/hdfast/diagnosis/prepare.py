@@ -29,6 +29,7 @@ SEGMENT = 256
 SHORTEST = 32
 LEAD_IN = 0.25
 SLOWEST_SHARE = 0.005
+MARGIN, REVERSED = 3.0, 1.5
 
 
 @dataclass(frozen=True)
@@ -218,7 +219,7 @@ def prepare(source: Source, band: Band, ratio: float) -> Unit:
     slowest = _slowest(clock, recording["motor_angle"], speed, band)
     turning = np.diff(np.sign(speed), prepend=np.sign(speed[0]), append=np.sign(speed[-1])) != 0.0
     moving = (np.abs(speed) > slowest) & ~turning[1:] & ~turning[:-1]
-    judged = {"motor_torque": usable & _eroded(moving, round(0.5 * band.rate / band.motion))}
+    judged = {"motor_torque": usable & _eroded(moving, round(REVERSED * band.rate / band.motion))}
     settled = usable & (t >= min(LEAD_IN, 0.1 * t[-1]))
     judged |= {channel: settled for channel in measured if channel != "motor_torque"}
     return Unit(
@@ -282,7 +283,7 @@ def _eroded(mask: Mask, width: int) -> Mask:
 
 def _usable(source: Source, clock: Floats, t: Floats, band: Band) -> Mask:
     """Samples away from gaps, from samples the health checks rejected, and from both ends."""
-    margin = 1.0 / band.motion
+    margin = MARGIN / band.motion
     spans = np.diff(clock)
     wide = np.flatnonzero(spans > 1.5 * np.median(spans) + 1.0 / band.rate)
     bad = [(clock[i], clock[i + 1]) for i in wide] + [(time, time) for time in clock[~source.good]]

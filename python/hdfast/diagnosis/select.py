@@ -26,11 +26,12 @@ ALARM, NOTICED = 0.01, 0.05
 GAIN_ERRORS, SPARED = 2.0, 4.0
 FALL = 0.05
 NEAR_FLOOR, SINGLED_OUT = 1.3, 4.0
-AMPLITUDE_SIGMAS = 3.0
+AMPLITUDE_SIGMAS = 2.0
 PULL, PRICE = 3.0, 0.2
 GENERAL_ERRORS, GENERAL_FALL = 3.0, 0.10
 DISPLACED = 2.0
 RISE, TELLING = 0.01, 10.0
+USELESS = 1.5
 TIMING = ("actuator_lag", "delay", "sensor_delay", "sensor_lowpass")
 DRIFTS = ("sensor_offset_drift", "clock_skew", "ratio_error")
 AMPLITUDES = (0.3, 1.0, 3.0)
@@ -257,6 +258,8 @@ def _failed(
     waived = rules.waived(seen, candidate, before) and gained.total >= TELLING
     if after > (1.0 + RISE) * before or not (gained.fall >= FALL or waived):
         failed.append("A2 error")
+    if after > USELESS:
+        failed.append("A8 prediction")
     covariance = joint.covariance(bench.layout)
     names = joint.structure.names
     where = [names.index(name) for name in candidate.sizes]

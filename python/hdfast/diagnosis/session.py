@@ -15,7 +15,7 @@ from hdfast.diagnosis.fit import Bench, Fit, fit
 from hdfast.diagnosis.holdout import Proof, replayed, weigh_up
 from hdfast.diagnosis.library import Sizes, library
 from hdfast.diagnosis.lines import order_lines, snapped, tone_lines
-from hdfast.diagnosis.noise import floors
+from hdfast.diagnosis.noise import floors, stated
 from hdfast.diagnosis.plant import Plant, Structure
 from hdfast.diagnosis.prepare import Source, choose_band, prepare
 from hdfast.diagnosis.score import folds_of
@@ -105,7 +105,8 @@ def set_up(campaign: Campaign, sources: Sequence[Source], threads: int | None) -
 
     def bench(role: str) -> Bench:
         plant = Plant([unit for unit in units if unit.role == role], band, threads)
-        return Bench(plant, lay_out(plant), floors(sources, plant.channels, band, campaign.sensors, ratio, inertia))
+        floor = floors(sources, plant.channels, band, campaign.sensors, ratio, inertia)
+        return Bench(plant, lay_out(plant), floor, stated(plant.channels, campaign.sensors, ratio, floor))
 
     held = bench("heldout") if any(unit.role == "heldout" for unit in units) else None
     period = max(float(np.median(np.diff(source.recording["t"]))) for source in sources)
@@ -166,7 +167,7 @@ def _run(setup: Setup, seed: int, stages: Stages) -> Session:
 def proven(held: Bench, found: Search) -> tuple[Search, Proof]:
     """The search up to the first effect, after one that held, that does not show on what was held out; its proof.
 
-    Every model is simulated there once.
+    A first effect stays, to be told as undecided, unless it is refuted. Every model is simulated there once.
     """
     floor = noise_floor(held)
     models = [*(one.before for one in found.rounds if one.accepted is not None), found.final]
@@ -176,6 +177,8 @@ def proven(held: Bench, found: Search) -> tuple[Search, Proof]:
         return weigh_up(held.layout, models[last].white, mismatches[first], mismatches[last], floor)
 
     holding = next((n for n in range(len(models) - 1) if not between(n, n + 1).holds), 0)
+    if holding == 0 and len(models) > 1 and between(0, 1).refutes:
+        return found.until(0), between(0, 0)
     if holding == 0:
         return found, between(0, len(models) - 1)
     return found.until(holding), between(0, holding)

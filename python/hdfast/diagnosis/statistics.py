@@ -14,6 +14,7 @@ from hdfast.diagnosis.projector import Projector
 DRAWS = 999
 BORROWED = 20.0
 QUIETEST = 1.0
+OCTAVES = 14
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,7 +73,9 @@ def statistics(
     variance, blocks = np.array([_inflation(layout, one, corrected) for one in unit]).T
     freedom = blocks + BORROWED
     typical = max(float(np.median(variance)), QUIETEST)
-    spread = np.sqrt(np.maximum((blocks * variance + BORROWED * typical) / freedom, QUIETEST))
+    drawn_towards = (blocks * variance + BORROWED * typical) / freedom
+    slow = np.array([_colour(layout, one, residual) for one in unit])
+    spread = np.sqrt(np.maximum(drawn_towards, np.maximum(slow, QUIETEST)))
     whole = np.concatenate(unit, axis=1)
     values, vectors = np.linalg.eigh(whole.T @ whole)
     root = vectors * np.sqrt(np.maximum(values, 0.0))
@@ -107,3 +110,24 @@ def _inflation(layout: Layout, unit: Floats, residual: Floats) -> tuple[float, f
     shared = float(np.einsum("bij,bji->", grams, grams))
     expected = max(unit.shape[1] - shared, 1e-12)
     return float(np.sum(about**2)) / expected, max(unit.shape[1] / shared - 1.0, 1e-12)
+
+
+def _colour(layout: Layout, unit: Floats, residual: Floats) -> float:
+    """Variance of a residual (N,) along orthonormal columns (N, d) as the spectrum of what they leave shows it.
+
+    Noise that falls with frequency over seconds is longer than a block and longer than a whitening filter. The spectrum
+    is that of all recordings of a channel, in octaves.
+    """
+    about = residual - unit @ (unit.T @ residual)
+    power = np.zeros((len(layout.channels), OCTAVES))
+    share, count = np.zeros_like(power), np.zeros_like(power)
+    for _, channel, where in layout.pieces:
+        n = where.stop - where.start
+        octave = np.minimum(np.log2(n / (2.0 * np.arange(1, n // 2 + 1))).astype(np.int64), OCTAVES - 1)
+        row = layout.channels.index(channel)
+        for values, into in ((about[where, None], power), (unit[where], share)):
+            squares = np.sum(np.abs(np.fft.rfft(values, axis=0)[1 : n // 2 + 1]) ** 2, axis=1)
+            into[row] += np.bincount(octave, squares, minlength=OCTAVES)
+        count[row] += n * np.bincount(octave, minlength=OCTAVES)
+    density = power / np.maximum(count, 1.0)
+    return float(np.sum(share * density) / max(float(np.sum(share)), 1e-300))

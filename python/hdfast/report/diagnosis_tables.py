@@ -44,6 +44,7 @@ FAILURES = {
     "A5": "beyond what is resolved",
     "A6": "its special case is all that is left",
     "A7": "does not show on what was held out",
+    "A8": "predicts worse than no model",
 }
 
 

@@ -40,7 +40,7 @@ WORDS = {
 FAILURES = {
     "A1": "gain within chance",
     "A2": "error hardly falls",
-    "A3": "amplitude within 3 σ of 0",
+    "A3": "amplitude within 2 σ of 0",
     "A5": "beyond what is resolved",
     "A6": "its special case is all that is left",
     "A7": "does not show on what was held out",

@@ -22,6 +22,7 @@ TORQUE_SCALE, TORQUE_OFFSET, TORQUE_LEAD = "torque_scale", "torque_offset", "tor
 REVERSAL = "reversal_impulse"
 NUISANCE = (TORQUE_SCALE, TORQUE_OFFSET, TORQUE_LEAD, REVERSAL)
 RTOL = 1e-5
+LARGEST = 700.0
 
 
 @dataclass(frozen=True)
@@ -51,7 +52,8 @@ class Free:
 
     def from_coordinate(self, coordinate: Floats) -> Floats:
         """Values of coordinates, within the bounds."""
-        return np.clip(np.exp(coordinate) if self.positive else coordinate, self.low, self.high)
+        value = np.exp(np.minimum(coordinate, LARGEST)) if self.positive else coordinate
+        return np.clip(value, self.low, self.high)
 
 
 @dataclass(frozen=True)
@@ -133,7 +135,7 @@ class Plant:
         return list(dict.fromkeys(channel for unit in self.units for channel in unit.measured))
 
     @cached_property
-    def asked(self) -> list[Floats]:
+    def _asked(self) -> list[Floats]:
         """Torque that each unit's actuator is asked for, as simulated signals are seen [N m], per unit (n,)."""
         return [self.band.simulated(np.interp(unit.fine, unit.t, unit.command), TORQUE) for unit in self.units]
 
@@ -175,7 +177,7 @@ class Plant:
             needed = (signals["tau_m"] + offset) / scale
             needed = needed + lead * np.gradient(self.band.slow(needed), 1.0 / self.band.rate, axis=1)
             needed = needed - impulse * unit.reversing
-            changed = signals["tau_drive"] - self.asked[index]
+            changed = signals["tau_drive"] - self._asked[index]
             delivered = unit.measured["motor_torque"] + changed
             if "motor_torque" in stage.channels:
                 quiet = self.band.quiet(needed)

@@ -56,7 +56,7 @@ def statistics(
     blocks says little of that, so its variance is drawn towards the median of all signatures as if that were known from
     `BORROWED` blocks. The null draws normal scores with the covariance of the signatures and the uncertainty of their
     variances; signs of whole blocks cannot be flipped for this, as few blocks have few signs. Each signature counts in
-    units of its own 1 % point.
+    units of its own 1 % point. The variance is never below what the spectrum of the rest gives the signature.
 
     Args:
         layout: of the stack.
@@ -73,9 +73,9 @@ def statistics(
     variance, blocks = np.array([_inflation(layout, one, corrected) for one in unit]).T
     freedom = blocks + BORROWED
     typical = max(float(np.median(variance)), QUIETEST)
-    drawn_towards = (blocks * variance + BORROWED * typical) / freedom
-    slow = np.array([_colour(layout, one, residual) for one in unit])
-    spread = np.sqrt(np.maximum(drawn_towards, np.maximum(slow, QUIETEST)))
+    shrunk = (blocks * variance + BORROWED * typical) / freedom
+    heard = np.array([_by_octave(layout, one, residual) for one in unit])
+    spread = np.sqrt(np.maximum.reduce([shrunk, heard, np.full(len(unit), QUIETEST)]))
     whole = np.concatenate(unit, axis=1)
     values, vectors = np.linalg.eigh(whole.T @ whole)
     root = vectors * np.sqrt(np.maximum(values, 0.0))
@@ -112,7 +112,7 @@ def _inflation(layout: Layout, unit: Floats, residual: Floats) -> tuple[float, f
     return float(np.sum(about**2)) / expected, max(unit.shape[1] / shared - 1.0, 1e-12)
 
 
-def _colour(layout: Layout, unit: Floats, residual: Floats) -> float:
+def _by_octave(layout: Layout, unit: Floats, residual: Floats) -> float:
     """Variance of a residual (N,) along orthonormal columns (N, d) as the spectrum of what they leave shows it.
 
     Noise that falls with frequency over seconds is longer than a block and longer than a whitening filter. The spectrum

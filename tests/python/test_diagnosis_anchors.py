@@ -17,7 +17,11 @@ MET = {
     "ur10e_j1": (DRY,),
     "ur10e_j2": (DRY, GRAVITY),
     "ur10e_j4": (DRY, GRAVITY, RIPPLE),
+    "kinova": (RIPPLE,),
+    "tx40": (DRY,),
+    "article": (DRY,),
 }
+PUBLISHED = [name for name in MET if EXPECTED[name].heldout_percent is not None]
 QUIET_TWINS = ("emps", "ur10e_j1", "ur10e_j2", "ur10e_j4", "kinova", "bam", "brfd", "hej90", "tx40", "heads", "article")
 
 Verdicts = Callable[[str], dict[str, Any]]
@@ -46,7 +50,7 @@ def test_against_known_effects(diagnosed: Verdicts, name: str) -> None:
     assert not named & EXPECTED[name].must_not_name
 
 
-@pytest.mark.parametrize("name", MET)
+@pytest.mark.parametrize("name", PUBLISHED)
 def test_against_published_error_on_what_was_held_out(diagnosed: Verdicts, name: str) -> None:
     after = diagnosed(name)["fit"]["heldout"]["channels"]["motor_torque"]["extended_nrmse"]
     assert 100.0 * after <= EXPECTED[name].heldout_percent

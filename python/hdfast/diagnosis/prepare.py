@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -257,8 +258,14 @@ def _passed(values: Floats, corner: float, rate: float) -> Floats:
     """Zero-phase low-pass of (..., n); too short a series as it is."""
     if values.shape[-1] < SHORTEST:
         return values
-    filtered: Floats = signal.sosfiltfilt(signal.butter(4, corner, fs=rate, output="sos"), values, axis=-1)
+    filtered: Floats = signal.sosfiltfilt(_sections(corner, rate), values, axis=-1)
     return filtered
+
+
+@lru_cache(maxsize=32)
+def _sections(corner: float, rate: float) -> Floats:
+    """Second-order sections of the low-pass."""
+    return np.asarray(signal.butter(4, corner, fs=rate, output="sos"))
 
 
 def _step(values: Floats) -> float:

@@ -80,8 +80,9 @@ def styled(draw: Callable[Arguments, Figure]) -> Callable[Arguments, Figure]:
 def svg(figure: Figure) -> str:
     """A figure as SVG text without XML header, the same bytes for the same figure."""
     buffer = io.StringIO()
+    box = "tight" if figure.get_layout_engine() is None else None
     with mpl.rc_context(STYLE):
-        figure.savefig(buffer, format="svg", bbox_inches="tight", metadata={"Date": None})
+        figure.savefig(buffer, format="svg", bbox_inches=box, metadata={"Date": None})
     text = buffer.getvalue()
     return text[text.index("<svg") :]
 

@@ -31,7 +31,7 @@ def linear(
     slopes = rng.standard_normal((samples, parameters))
     y = rng.standard_normal(samples)
     estimate = np.linalg.solve(slopes.T @ slopes + np.eye(parameters) / sigma**2, slopes.T @ y)
-    weights = Weights(np.ones(1), np.ones(1))
+    weights = Weights(np.ones(1), 1.0)
     return layout, Fit(
         Structure(Model(), {}, free),
         estimate,
@@ -62,6 +62,22 @@ def test_exact_leverage_correction_is_the_inverse_root_of_each_block() -> None:
         values, vectors = np.linalg.eigh(np.eye(len(rows)) - hat[np.ix_(rows, rows)])
         expected = vectors @ ((vectors.T @ fit.mismatch[rows]) / np.sqrt(values))
         np.testing.assert_allclose(corrected[rows], expected, rtol=1e-8, atol=1e-10)
+
+
+def test_exact_whitening_skips_recordings_shorter_than_its_filter() -> None:
+    rng = np.random.default_rng(4)
+    samples, short = 600, 9
+    numbers = np.arange(samples)
+    layout = Layout(
+        ("motor_torque",), np.zeros_like(numbers), (numbers >= short).astype(np.int64), numbers // 50, numbers,
+        ((0, "motor_torque", slice(0, short)), (1, "motor_torque", slice(short, samples))), np.ones(samples),
+    )  # fmt: skip
+    mismatch = rng.standard_normal(samples)
+    white = whiten(layout, mismatch, np.zeros(1))
+    filtered = white(layout, mismatch)
+    assert len(white.taps["motor_torque"]) > short
+    assert not filtered[:short].any()
+    assert np.std(filtered[short + 16 :]) == pytest.approx(1.0, abs=0.1)
 
 
 def test_exact_left_out_mismatch_is_that_of_a_refit() -> None:

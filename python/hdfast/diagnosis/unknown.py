@@ -18,7 +18,7 @@ from hdfast.diagnosis.whiten import whiten
 
 SPREAD = 3.0
 FALL = 0.30
-GAIN_ERRORS = 4.0
+GAIN_ERRORS = 5.0
 
 
 @dataclass(frozen=True, eq=False)

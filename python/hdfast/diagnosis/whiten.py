@@ -36,7 +36,8 @@ class Whitener:
             past = len(taps) - 1
             sample = layout.sample[where]
             complete = np.zeros(len(sample), dtype=bool)
-            complete[past:] = sample[past:] - sample[: len(sample) - past] == past * stride_of(sample)
+            if len(sample) > past:
+                complete[past:] = sample[past:] - sample[: len(sample) - past] == past * stride_of(sample)
             found[where] = own * (complete if stacked.ndim == 1 else complete[:, None])
         return found
 
@@ -75,7 +76,7 @@ def _predictor(pieces: list[tuple[Index, Floats]]) -> Floats:
     lags = np.zeros(order + 1)
     for sample, own in pieces:
         centred, stride = own - own.mean(), stride_of(sample)
-        for lag in range(order + 1):
+        for lag in range(min(order + 1, len(own))):
             paired = sample[lag:] - sample[: len(sample) - lag] == lag * stride
             lags[lag] += float(centred[lag:][paired] @ centred[: len(own) - lag][paired])
     if order == 0 or lags[0] <= 0.0:

@@ -81,3 +81,14 @@ def test_exact_rejected_recordings_give_the_reason(tmp_path: Path) -> None:
     assert found.verdict == "data_rejected"
     assert "run0.npz" in found.to_dict()["sentence"]
     json.dumps(found.to_dict(), allow_nan=False)
+
+
+def test_exact_motion_that_nothing_can_be_judged_on_is_refused(tmp_path: Path) -> None:
+    path = small_campaign.write(tmp_path)
+    rng = np.random.default_rng(2)
+    t = np.arange(0.0, 3.0, 0.01)
+    for number in range(4):
+        shaken = 0.5 * np.sin(2.0 * np.pi * 8.0 * t) + 0.02 * rng.standard_normal(len(t))
+        np.savez(tmp_path / f"r{number}.npz", t=t, motor_angle=shaken, motor_torque=rng.standard_normal(len(t)))
+    with pytest.raises(hdfast.InputError, match=r"r0\.npz, r1\.npz, r2\.npz: no sample can be judged"):
+        hdfast.diagnose(path)

@@ -96,6 +96,9 @@ def set_up(campaign: Campaign, sources: Sequence[Source], threads: int | None) -
         campaign: the checked campaign.
         sources: its usable recordings.
         threads: threads of the engine.
+
+    Raises:
+        InputError: no sample of what is fitted can be judged.
     """
     ratio = campaign.priors["ratio"].value
     inertia = campaign.priors["J_m"].value + campaign.priors["J_l"].value / ratio**2
@@ -108,9 +111,16 @@ def set_up(campaign: Campaign, sources: Sequence[Source], threads: int | None) -
         floor = floors(sources, plant.channels, band, campaign.sensors, ratio, inertia)
         return Bench(plant, lay_out(plant), floor, stated(plant.channels, campaign.sensors, ratio, floor))
 
+    fitted = bench("fit")
+    if not fitted.layout.size:
+        raise InputError(
+            f"{', '.join(unit.name for unit in fitted.plant.units)}: no sample can be judged: near standstill and near "
+            f"reversals nothing is, and with the band of {band.motion:.3g} Hz that clock and noise of the angle leave, "
+            "that is all of the motion; record longer strokes, or with a faster clock"
+        )
     held = bench("heldout") if any(unit.role == "heldout" for unit in units) else None
     period = max(float(np.median(np.diff(source.recording["t"]))) for source in sources)
-    return Setup(campaign, bench("fit"), held, weaker, period)
+    return Setup(campaign, fitted, held, weaker, period)
 
 
 def set_up_usable(campaign: Campaign, threads: int | None) -> Setup:

@@ -11,6 +11,8 @@ from hdfast.checks import Floats
 from hdfast.diagnosis.prepare import Band, Source
 from hdfast.sensors import SensorFacts
 
+COLUMNS = ("motor_angle", "load_angle", "motor_torque", "output_torque")
+
 
 def floors(
     sources: Sequence[Source],
@@ -21,16 +23,12 @@ def floors(
     inertia: float,
 ) -> Floats:
     """Standard deviation of the noise of each channel in the working band, in the channel's unit, shape (C,)."""
-    angle = _of("motor_angle", sources, sensors)
+    seen = {column: _of(column, sources, sensors) for column in COLUMNS}
     rate = float(np.median([1.0 / np.median(np.diff(source.recording["t"])) for source in sources]))
     share = {channel: math.sqrt(min(1.0, 2.0 * band.of(channel) / rate)) for channel in channels}
     moved = math.sqrt(min(1.0, 2.0 * band.motion / rate) / 5.0)
-    inertial = inertia * angle * (2.0 * math.pi * band.motion) ** 2 * moved
-    of_a_sample = {
-        "motor_torque": _of("motor_torque", sources, sensors),
-        "te": math.hypot(angle / ratio, _of("load_angle", sources, sensors)),
-        "output_torque": _of("output_torque", sources, sensors),
-    }
+    inertial = inertia * seen["motor_angle"] * (2.0 * math.pi * band.motion) ** 2 * moved
+    of_a_sample = _by_channel(seen, ratio)
     found = {channel: share[channel] * of_a_sample[channel] for channel in channels}
     found["motor_torque"] = math.hypot(found["motor_torque"], inertial)
     return np.array([found[channel] for channel in channels])
@@ -41,12 +39,17 @@ def stated(channels: Sequence[str], sensors: Mapping[str, SensorFacts], ratio: f
 
     Noise that falls with frequency is larger in the band than its highest frequencies show.
     """
-    of_a_sample = {
-        "motor_torque": _stated(sensors.get("motor_torque")),
-        "te": math.hypot(_stated(sensors.get("motor_angle")) / ratio, _stated(sensors.get("load_angle"))),
-        "output_torque": _stated(sensors.get("output_torque")),
-    }
+    of_a_sample = _by_channel({column: _stated(sensors.get(column)) for column in COLUMNS}, ratio)
     return np.maximum(floor, [of_a_sample[channel] for channel in channels])
+
+
+def _by_channel(noise: Mapping[str, float], ratio: float) -> dict[str, float]:
+    """Noise of one sample of each compared channel, from that of the columns."""
+    return {
+        "motor_torque": noise["motor_torque"],
+        "te": math.hypot(noise["motor_angle"] / ratio, noise["load_angle"]),
+        "output_torque": noise["output_torque"],
+    }
 
 
 def _of(column: str, sources: Sequence[Source], sensors: Mapping[str, SensorFacts]) -> float:

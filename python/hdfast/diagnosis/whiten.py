@@ -36,8 +36,7 @@ class Whitener:
             past = len(taps) - 1
             sample = layout.sample[where]
             complete = np.zeros(len(sample), dtype=bool)
-            if len(sample) > past:
-                complete[past:] = sample[past:] - sample[: len(sample) - past] == past * stride_of(sample)
+            complete[past + _followed(sample, past, stride_of(sample))] = True
             found[where] = own * (complete if stacked.ndim == 1 else complete[:, None])
         return found
 
@@ -45,6 +44,12 @@ class Whitener:
 def stride_of(sample: Index) -> int:
     """Smallest distance of sample numbers (n,)."""
     return int(np.diff(sample).min(initial=1 if len(sample) < 2 else sample[-1]))
+
+
+def _followed(sample: Index, lag: int, stride: int) -> Index:
+    """Positions in sample numbers (n,) whose next `lag` ones follow without a gap; none in a shorter piece."""
+    begin = sample[: max(len(sample) - lag, 0)]
+    return np.flatnonzero(sample[lag:] - begin == lag * stride)
 
 
 def whiten(layout: Layout, stacked: Floats, floor: Floats) -> Whitener:
@@ -76,9 +81,9 @@ def _predictor(pieces: list[tuple[Index, Floats]]) -> Floats:
     lags = np.zeros(order + 1)
     for sample, own in pieces:
         centred, stride = own - own.mean(), stride_of(sample)
-        for lag in range(min(order + 1, len(own))):
-            paired = sample[lag:] - sample[: len(sample) - lag] == lag * stride
-            lags[lag] += float(centred[lag:][paired] @ centred[: len(own) - lag][paired])
+        for lag in range(order + 1):
+            first = _followed(sample, lag, stride)
+            lags[lag] += float(centred[first + lag] @ centred[first])
     if order == 0 or lags[0] <= 0.0:
         return np.ones(1)
     lags[0] *= 1.0 + 1e-6

@@ -83,6 +83,15 @@ def test_exact_rejected_recordings_give_the_reason(tmp_path: Path) -> None:
     json.dumps(found.to_dict(), allow_nan=False)
 
 
+def test_exact_a_campaign_that_holds_everything_out_is_told_what_is_missing(tmp_path: Path) -> None:
+    path = small_campaign.write(tmp_path)
+    entries = path.read_text().replace('role = "fit"\n', "").replace('role = "heldout"\n', "")
+    path.write_text(entries.replace("[[recording]]\n", '[[recording]]\nrole = "heldout"\n'))
+    found = hdfast.diagnose(path)
+    assert found.verdict == "data_rejected"
+    assert 'No recording has the role "fit"' in found.to_dict()["sentence"]
+
+
 def test_exact_motion_that_nothing_can_be_judged_on_is_refused(tmp_path: Path) -> None:
     path = small_campaign.write(tmp_path)
     rng = np.random.default_rng(2)

@@ -14,6 +14,7 @@ from hdfast.proof.generator.case import build, motion, simulate, sized_within_li
 from hdfast.proof.generator.control import NO_NOTCH, Controller
 from hdfast.proof.generator.effects import EFFECTS, TWELVE, Drive
 from hdfast.proof.generator.linear import linearise, size
+from hdfast.proof.generator.oracle import oracle
 from hdfast.proof.generator.plant import ABSENT, Plant, empty_arrays
 from hdfast.proof.generator.recipe import Bench, Recipe
 from hdfast.proof.generator.rig import draw_rig
@@ -294,3 +295,23 @@ def test_exact_the_same_seed_gives_the_same_bytes(case, tmp_path):
 def test_exact_plant_and_sensor_faults_share_no_name():
     assert not set(Plant._fields) & set(sensors.Faults._fields)
     assert all((e.amplitude in Plant._fields) != (e.amplitude in sensors.Faults._fields) for e in EFFECTS.values())
+
+
+def test_exact_error_of_the_true_structure_below_a_corner_is_that_share_of_white_noise():
+    rng = np.random.default_rng(7)
+    rig = draw_rig(rng, Recipe(("null",), {}, 5))
+    rig = replace(rig, chain=rig.chain._replace(averaged=True))
+    t = np.arange(80_000) * stepping.GRID
+    noise = {"motor_angle": 0.0, "load_angle": 1e-5, "motor_torque": 2e-2, "output_torque": 0.5}
+    clean = {
+        name: np.sin(2.0 * np.pi * 2.0 * t) * (rig.plant.ratio if name == "motor_angle" else 1.0) for name in noise
+    }
+    clean["load_angle"] = 0.5 * clean["load_angle"]
+    noisy = {name: clean[name] + noise[name] * rng.standard_normal(t.size) for name in noise}
+    noisy["motor_torque"] = 1.03 * noisy["motor_torque"] + 0.2
+    found = oracle(rig, [clean], [noisy])["oracle_heldout"]
+    assert set(found) <= {"motor_torque", "te", "output_torque"}
+    for name, level, spread in (("motor_torque", 2e-2, np.sqrt(0.5)), ("te", 1e-5, 0.5 * np.sqrt(0.5))):
+        corner, share = np.array(found[name])[-6:].T
+        white = level / spread * np.sqrt(2.0 * corner * stepping.GRID)
+        np.testing.assert_allclose(share, white, rtol=0.08)

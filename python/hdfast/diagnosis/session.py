@@ -131,7 +131,7 @@ def set_up_usable(campaign: Campaign, threads: int | None) -> Setup:
     """
     health = check(campaign)
     if not health.usable:
-        raise InputError("; ".join(f"{name}: {reason}" for name, reason in health.rejected.items()))
+        raise InputError(health.complaint)
     return set_up(campaign, usable(health), threads)
 
 

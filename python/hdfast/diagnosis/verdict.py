@@ -159,11 +159,10 @@ def _findings(health: Health) -> list[dict[str, Any]]:
 
 def rejected(health: Health, seed: int, version: str) -> dict[str, Any]:
     """The content of verdict.json when the recordings cannot be used."""
-    reason = " ".join(f"{name}: {reason}" for name, reason in health.rejected.items())
     content: dict[str, Any] = _finite(
         {
             "verdict": "data_rejected",
-            "sentence": f"The recordings cannot be used. {reason}",
+            "sentence": f"The recordings cannot be used. {health.complaint}",
             "effects": [],
             "where": NOWHERE,
             "fit": {
@@ -333,9 +332,10 @@ def _fit(session: Session, unknown: Unknown | None) -> dict[str, Any]:
 
 
 def _channels(bench: Bench, before: Floats, after: Floats) -> dict[str, dict[str, float]]:
-    """Errors by channel."""
+    """Errors by channel, and the corner of the low-pass through which they are seen."""
     return {
         channel: {
+            "band_hz": bench.plant.band.of(channel),
             "baseline_nrmse": nrmse(bench.layout, before, channel),
             "extended_nrmse": nrmse(bench.layout, after, channel),
         }

@@ -78,6 +78,15 @@ class Health:
         """True when a recording for fitting is left."""
         return any(item.usable and item.source.role == "fit" for item in self.recordings)
 
+    @property
+    def complaint(self) -> str:
+        """Why nothing is left to be fitted, empty when something is."""
+        if self.usable:
+            return ""
+        if not any(item.source.role == "fit" for item in self.recordings):
+            return 'No recording has the role "fit": without one there is nothing to calibrate the model on.'
+        return " ".join(f"{name}: {reason}" for name, reason in self.rejected.items())
+
     def __iter__(self) -> Iterator[RecordingHealth]:
         return iter(self.recordings)
 

@@ -10,18 +10,19 @@ from numpy.random import Generator
 
 from hdfast.proof.generator import sensors, stepping
 from hdfast.proof.generator.campaign_file import measured, write_case
-from hdfast.proof.generator.certificate import angle_share, hiding, likeness, oracle_nrmse
+from hdfast.proof.generator.certificate import angle_share, hiding, likeness
 from hdfast.proof.generator.effects import EFFECTS, Drive
 from hdfast.proof.generator.imposed import SKIP
 from hdfast.proof.generator.linear import UNDETECTABLE, Linearisation, Sized, linearise, size
 from hdfast.proof.generator.nuisance import draw_nuisance
+from hdfast.proof.generator.oracle import oracle
 from hdfast.proof.generator.plant import Array
 from hdfast.proof.generator.programme import Run
 from hdfast.proof.generator.recipe import Recipe
 from hdfast.proof.generator.responses import Motion
 from hdfast.proof.generator.rig import Rig, draw_rig
 
-VERSION = "2"
+VERSION = "3"
 ATTEMPTS = 40
 ABSORBED_RATIO, ABSORBED_LOW, ABSORBED_HIGH = 1.15, 0.05, 0.30
 UNDECIDABLE, STRANGE = 0.98, 0.95
@@ -73,7 +74,7 @@ def _attempt(recipe: Recipe, folder: Path, rng: Generator) -> dict[str, Any]:
     if not all(np.isfinite(values).all() for _, noisy in grids for values in noisy.values()):
         raise UnfitError(f"{recipe}: the drive ran away")
     heldout = [pair for pair, run in zip(grids, rig.runs, strict=True) if run.role == "heldout"]
-    certificate["oracle_heldout_nrmse"] = oracle_nrmse(lin, [a for a, _ in heldout], [b for _, b in heldout])
+    certificate |= oracle(rig, [a for a, _ in heldout], [b for _, b in heldout])
     tables = [
         sensors.sample(shown(rig, run, noisy, rng), rig.chain, rng)
         for (_, noisy), run in zip(grids, rig.runs, strict=True)

@@ -7,10 +7,9 @@ from typing import Any
 import numpy as np
 
 from hdfast.proof.generator.effects import EFFECTS, Drive
-from hdfast.proof.generator.imposed import SKIP
 from hdfast.proof.generator.linear import Linearisation, Sized
 from hdfast.proof.generator.plant import Array
-from hdfast.proof.generator.responses import RATE, channels, sampled
+from hdfast.proof.generator.responses import RATE
 
 SEPARABLE = 0.8
 RIVAL = 0.8
@@ -18,7 +17,6 @@ BIN = 0.05
 SHARE = 0.8
 GAP = 0.25
 MOVED = 0.1
-TINY = 1e-30
 NEED_DRY = ("presliding_friction", "asymmetric_friction", "position_dependent_friction")
 NOTHING: dict[str, Any] = {
     "refit_nrmse_over_noise": 1.0, "visibility": None, "absorption": {}, "closest_rival": None, "rivals": [],
@@ -152,25 +150,6 @@ def _joined(places: list[int], gap: int) -> list[tuple[int, int]]:
         else:
             out.append((k, k))
     return out
-
-
-def oracle_nrmse(lin: Linearisation, clean: list[dict[str, Array]], noisy: list[dict[str, Array]]) -> float:
-    """Noise over signal of held-out recordings with the true structure.
-
-    Root mean square over channels (motor torque, transmission error, output torque) and recordings of
-    rms(noise) / std(measured).
-    """
-    ratio = lin.rig.plant.ratio
-    shares = []
-    for true, seen in zip(clean, noisy, strict=True):
-        for name in channels(lin.rig):
-            if name == "load_angle":
-                pair = [x["motor_angle"] / ratio - x["load_angle"] for x in (true, seen)]
-            else:
-                pair = [x["motor_torque" if name == "torque" else name] for x in (true, seen)]
-            a, b = (sampled(lin.rig, x[: x.size // SKIP * SKIP : SKIP]) for x in pair)
-            shares.append(float(np.std(b - a) / (np.std(b) + TINY)))
-    return float(np.sqrt(np.mean(np.square(shares))))
 
 
 def angle_share(bare: list[Array], full: list[Array]) -> float:

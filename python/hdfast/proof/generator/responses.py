@@ -40,6 +40,11 @@ def channels(rig: Rig) -> tuple[str, ...]:
     return tuple(names)
 
 
+def rate_of(rig: Rig) -> float:
+    """Samples per second of the linear statistics."""
+    return 1.0 / (_every(rig) * COARSE)
+
+
 def _every(rig: Rig) -> int:
     return round(1.0 / (min(RATE, rig.chain.rate) * COARSE))
 
@@ -54,7 +59,7 @@ def sampled(rig: Rig, x: Array) -> Array:
     return np.asarray(whole.mean(axis=1))
 
 
-def _second(x: Array, inertia: float, step: float) -> Array:
+def inertial_torque(x: Array, inertia: float, step: float) -> Array:
     """Torque that an error of the motor angle looks like."""
     return np.asarray(inertia * np.gradient(np.gradient(x, step), step))
 
@@ -67,7 +72,7 @@ def responses(rig: Rig, drive: Drive, motions: list[Motion]) -> Iterator[list[Ar
         traces = impose(drive.plant, m.angle, m.speed, m.pull, m.load, m.temperature, m.start)
         seen = {name: sampled(rig, x) for name, x in sensors.clean(traces, drive.faults, COARSE).items()}
         wrong = seen["motor_angle"] - sampled(rig, m.angle)
-        out = [seen["motor_torque"] - (_second(wrong, inertia, step) if wrong.any() else 0.0)]
+        out = [seen["motor_torque"] - (inertial_torque(wrong, inertia, step) if wrong.any() else 0.0)]
         if not rig.motor_only:
             out.append(seen["load_angle"] - wrong / drive.plant.ratio)
         if rig.has_output_torque:
@@ -85,8 +90,8 @@ def noises(rig: Rig, motions: list[Motion], rng: Generator, inertia: float) -> l
             "motor_angle": angle, "load_angle": angle / rig.plant.ratio, "motor_torque": still, "output_torque": still,
         }  # fmt: skip
         grid = sensors.disturb(true, rig.chain, rng)
-        off = {name: sampled(rig, _halved(rig, noisy - true[name])) for name, noisy in grid.items()}
-        row = [off["motor_torque"] - _second(off["motor_angle"], inertia, _every(rig) * COARSE)]
+        off = {name: sampled(rig, halved(rig, noisy - true[name])) for name, noisy in grid.items()}
+        row = [off["motor_torque"] - inertial_torque(off["motor_angle"], inertia, _every(rig) * COARSE)]
         if not rig.motor_only:
             row.append(off["load_angle"] - off["motor_angle"] / rig.plant.ratio)
         if rig.has_output_torque:
@@ -95,7 +100,9 @@ def noises(rig: Rig, motions: list[Motion], rng: Generator, inertia: float) -> l
     return out
 
 
-def _halved(rig: Rig, x: Array) -> Array:
+def halved(rig: Rig, x: Array) -> Array:
+    """A signal of the grid in steps of `COARSE`, as the chain samples."""
+    x = x[: x.size // SKIP * SKIP]
     return np.asarray(x.reshape(-1, SKIP).mean(axis=1) if rig.chain.averaged else x[::SKIP])
 
 

@@ -23,7 +23,7 @@ def scores(cases: list[Case]) -> list[Score]:
     displaced = [e for c in right for e in _displaced_errors(c)]
     fits = [fit for c in cases if c.claimed and c.ids and (fit := _heldout(c)) is not None]
     closed = [_gap_closed(fit) for fit in fits if fit["baseline_nrmse"] > fit["floor"] * 1.02]
-    own = "the tool's own figures; the noise floor is the smaller of its own and the certificate's"
+    own = "the tool's own figures; the floor is the error of the true structure in the tool's band"
     return [
         statistic("effect parameter", errors, _median, "<= 10 %", lambda v: v <= 0.1, "median abs log ratio"),
         share("effect parameter: 90 % interval", covered, "85-95 %", lambda v: 0.85 <= v <= 0.95),
@@ -73,8 +73,23 @@ def _heldout(case: Case) -> dict[str, float] | None:
     found: dict[str, Any] = (case.answer.verdict.get("fit") or {}).get("heldout") or {}
     if not all(isinstance(found.get(k), int | float) for k in ("baseline_nrmse", "extended_nrmse")):
         return None
-    floors = [v for v in (found.get("noise_floor_nrmse"), case.label.get("oracle_heldout_nrmse")) if v is not None]
-    return {**{k: float(found[k]) for k in ("baseline_nrmse", "extended_nrmse")}, "floor": min(floors, default=0.0)}
+    return {**{k: float(found[k]) for k in ("baseline_nrmse", "extended_nrmse")}, "floor": _floor(case.label, found)}
+
+
+def _floor(label: dict[str, Any], found: dict[str, Any]) -> float:
+    """Error of the true structure in the band of the answer; where that is not stated, the smaller of two floors."""
+    spectra: dict[str, list[list[float]]] = label.get("oracle_heldout") or {}
+    corners = {name: own.get("band_hz") for name, own in (found.get("channels") or {}).items()}
+    if spectra and set(spectra) == set(corners) and all(isinstance(f, int | float) for f in corners.values()):
+        shares = [np.interp(np.log(corners[name]), *_columns(pairs)) for name, pairs in spectra.items()]
+        return float(np.sqrt(np.mean(np.square(shares))))
+    floors = [v for v in (found.get("noise_floor_nrmse"), label.get("oracle_heldout_nrmse")) if v is not None]
+    return min(floors, default=0.0)
+
+
+def _columns(pairs: list[list[float]]) -> tuple[Any, Any]:
+    corner, share = np.array(pairs).T
+    return np.log(corner), share
 
 
 def _gap_closed(fit: dict[str, float]) -> float:

@@ -25,7 +25,7 @@ def linear(
     block = np.arange(samples) * blocks // samples
     layout = Layout(
         ("motor_torque",), zeros, zeros, block, np.arange(samples), ((0, "motor_torque", slice(0, samples)),),
-        np.ones(samples),
+        np.ones(samples), np.ones(1),
     )  # fmt: skip
     free = tuple(Free(f"p{j}", 0.0, sigma, False, "1") for j in range(parameters))
     slopes = rng.standard_normal((samples, parameters))
@@ -71,6 +71,7 @@ def test_exact_whitening_skips_recordings_shorter_than_its_filter() -> None:
     layout = Layout(
         ("motor_torque",), np.zeros_like(numbers), (numbers >= short).astype(np.int64), numbers // 50, numbers,
         ((0, "motor_torque", slice(0, short)), (1, "motor_torque", slice(short, samples))), np.ones(samples),
+        np.ones(2),
     )  # fmt: skip
     mismatch = rng.standard_normal(samples)
     white = whiten(layout, mismatch, np.zeros(1))
@@ -78,6 +79,18 @@ def test_exact_whitening_skips_recordings_shorter_than_its_filter() -> None:
     assert len(white.taps["motor_torque"]) > short
     assert not filtered[:short].any()
     assert np.std(filtered[short + 16 :]) == pytest.approx(1.0, abs=0.1)
+
+
+def test_exact_of_a_mean_counts_what_is_certain_of_it() -> None:
+    numbers = np.arange(40)
+    pieces = ((0, "motor_torque", slice(0, 20)), (0, "te", slice(20, 40)))
+    layout = Layout(
+        ("motor_torque", "te"), numbers // 20, np.zeros_like(numbers), numbers // 20, numbers % 20, pieces,
+        np.ones(40), np.array([0.1, 0.0]),
+    )  # fmt: skip
+    wave = np.sin(2.0 * np.pi * np.arange(20) / 20.0)
+    stacked = layout.stack([{"motor_torque": (wave + 3.0)[None], "te": (wave - 7.0)[None]}])
+    np.testing.assert_allclose(stacked[0], np.concatenate([wave + 0.3, wave]), atol=1e-12)
 
 
 def test_exact_left_out_mismatch_is_that_of_a_refit() -> None:

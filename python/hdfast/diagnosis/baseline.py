@@ -6,19 +6,19 @@ from dataclasses import replace
 
 import numpy as np
 
-from hdfast.diagnosis.plant import REVERSAL, TORQUE_LEAD, TORQUE_OFFSET, TORQUE_SCALE, Free, Structure
+from hdfast.diagnosis.plant import REVERSAL, TORQUE_LEAD, TORQUE_SCALE, Free, Structure
 from hdfast.params import params
 from hdfast.recordings import Campaign
 from hdfast.sensors import SensorFacts, stage_of
 from hdfast.terms import terms
 
-OFFSET_SHARE, LEAD_SHARE = 0.05, 0.5
+LEAD_SHARE = 0.5
 REVERSAL_LAG = 1e-3
 SIGNED = ("k2", "k3", "k4", "k5")
 
 
 def baseline(campaign: Campaign, torque_spread: float, period: float) -> Structure:
-    """The campaign's model; what its priors leave open is fitted, and so are scale, zero and clock of the torque.
+    """The campaign's model; what its priors leave open is fitted, and so are scale and clock of the torque.
 
     A command that is held from one sample to the next, and sensors that average, shift the torque against the motion
     by up to a sample; more is physics. Where the motion is smoothed or the wheel stands behind a coupling, dry friction
@@ -33,7 +33,6 @@ def baseline(campaign: Campaign, torque_spread: float, period: float) -> Structu
     shift = max(period, campaign.controller.period if campaign.controller else 0.0)
     free = [
         Free(TORQUE_SCALE, 1.0, max(campaign.channel_sigma["motor_torque"], 1e-6), False, "1", 0.1, 10.0),
-        Free(TORQUE_OFFSET, 0.0, OFFSET_SHARE * torque_spread, False, "N m"),
         Free(TORQUE_LEAD, 0.0, LEAD_SHARE * shift, False, "s", -shift, shift),
         Free(REVERSAL, 0.0, REVERSAL_LAG * torque_spread, False, "N m s"),
     ]

@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hdfast.checks import Floats
-from hdfast.diagnosis.plant import Plant
+from hdfast.diagnosis.plant import TORQUE, Plant
 
-FREE_OFFSET = ("te", "output_torque")
+ZERO_SHARE = 0.02
 SHORTEST_BLOCK = 0.4
 MOST_BLOCKS = 120
 CAP = 4.0
@@ -28,7 +28,8 @@ class Layout:
         channels: channel names.
         channel, unit, block, sample: per stacked sample, the channel, recording, block and position in the recording.
         pieces: (unit, channel, slice into the stack) in stacking order.
-        scale: standard deviation of the measured channel in its recording, per stacked sample.
+        spread: standard deviation of the measured channel in its recording, per stacked sample.
+        certain: share of a piece's mean that counts, shape (len(pieces),).
     """
 
     channels: tuple[str, ...]
@@ -38,6 +39,7 @@ class Layout:
     sample: Index = field(repr=False)
     pieces: tuple[tuple[int, str, slice], ...] = field(repr=False)
     spread: Floats = field(repr=False)
+    certain: Floats = field(repr=False)
 
     @property
     def blocks(self) -> int:
@@ -57,11 +59,11 @@ class Layout:
         return found
 
     def stack(self, found: Sequence[Mapping[str, Floats]]) -> Floats:
-        """Stack mismatches (M, n) per unit and channel to (M, N); unknown sensor zeros are removed."""
+        """Stack mismatches (M, n) per unit and channel to (M, N); of a mean counts what is certain of it."""
         parts = []
-        for unit, channel, where in self.pieces:
+        for (unit, channel, where), certain in zip(self.pieces, self.certain.tolist(), strict=True):
             values = found[unit][channel][:, self.sample[where]]
-            parts.append(values - values.mean(axis=1, keepdims=True) if channel in FREE_OFFSET else values)
+            parts.append(values - (1.0 - certain) * values.mean(axis=1, keepdims=True))
         return np.concatenate(parts, axis=1)
 
     def sums(self, values: Floats) -> Floats:
@@ -76,14 +78,24 @@ class Layout:
         return self.sums(products.reshape(len(values), -1)).reshape(-1, values.shape[1], values.shape[1])
 
 
-def lay_out(plant: Plant) -> Layout:
-    """Stack the judged samples of a plant, as many as its band holds; blocks are stretches of one recording."""
+def lay_out(plant: Plant, stated: Floats) -> Layout:
+    """Stack the judged samples of a plant, as many as its band holds; blocks are stretches of one recording.
+
+    The zero of a torque sensor is not the same in every recording: of a mean counts what is left where the zero may be
+    off by `ZERO_SHARE` of the torque's spread. The other sensors' zeros are unknown.
+
+    Args:
+        plant: recordings.
+        stated: standard deviation of one sample of each channel, in the channel's unit, shape (C,).
+    """
     channels = tuple(plant.channels)
     total = sum(unit.t[-1] for unit in plant.units)
     length = max(SHORTEST_BLOCK, total / MOST_BLOCKS)
     columns: list[list[Floats]] = [[], [], [], [], []]
-    pieces = []
+    pieces, certain = [], []
     begin, first_block = 0, 0
+    noise = max(float(stated[channels.index(TORQUE)]), 1e-300)
+    zero = ZERO_SHARE * float(np.median([np.std(unit.measured[TORQUE]) for unit in plant.units]))
     for index, unit in enumerate(plant.units):
         count = max(1, round(unit.t[-1] / length))
         block = np.minimum((unit.t / unit.t[-1] * count).astype(np.int64), count - 1) + first_block
@@ -99,6 +111,7 @@ def lay_out(plant: Plant) -> Layout:
             for column, entry in zip(columns, entries, strict=True):
                 column.append(np.broadcast_to(entry, n))
             pieces.append((index, channel, slice(begin, begin + n)))
+            certain.append(1.0 / math.hypot(1.0, zero * math.sqrt(n) / noise) if channel == TORQUE else 0.0)
             begin += n
     channel_, unit_, block_, sample_, spread_ = (
         np.concatenate(column) if column else np.zeros(0) for column in columns
@@ -106,7 +119,7 @@ def lay_out(plant: Plant) -> Layout:
     blocks = np.unique(block_, return_inverse=True)[1]
     return Layout(
         channels, channel_.astype(np.int64), unit_.astype(np.int64), blocks, sample_.astype(np.int64),
-        tuple(pieces), spread_,
+        tuple(pieces), spread_, np.array(certain),
     )  # fmt: skip
 
 

@@ -106,7 +106,7 @@ def _imagined(bench: Bench, contest: Contest, manoeuvres: Sequence[Manoeuvre]) -
     ratio = contest.fits[0].value("ratio")
     slowest = _slowest(bench)
     plant = replace(plant, units=[one.unit(plant.band, ratio, like, slowest) for one in manoeuvres])
-    return Bench(plant, lay_out(plant), bench.floor, bench.stated).commanded(contest.fits[0])
+    return Bench(plant, lay_out(plant, bench.stated), bench.floor, bench.stated).commanded(contest.fits[0])
 
 
 def _slowest(bench: Bench) -> float:

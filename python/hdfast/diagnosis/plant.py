@@ -18,9 +18,9 @@ from hdfast.sweep import sweep
 SIGNALS = {"te": "te", "output_torque": "gear_torque"}
 CHANNEL_OF = {"te": "te", "gear_torque": "output_torque", "tau_m": "motor_torque", "tau_drive": "motor_torque"}
 TORQUE = "motor_torque"
-TORQUE_SCALE, TORQUE_OFFSET, TORQUE_LEAD = "torque_scale", "torque_offset", "torque_lead"
+TORQUE_SCALE, TORQUE_LEAD = "torque_scale", "torque_lead"
 REVERSAL = "reversal_impulse"
-NUISANCE = (TORQUE_SCALE, TORQUE_OFFSET, TORQUE_LEAD, REVERSAL)
+NUISANCE = (TORQUE_SCALE, TORQUE_LEAD, REVERSAL)
 RTOL = 1e-5
 LARGEST = 700.0
 
@@ -154,7 +154,6 @@ class Plant:
         stage = SensorStage(structure.sensors, rate=self.band.rate)
         ones = np.ones(len(coordinates))
         scale = values.get(TORQUE_SCALE, ones)[:, None]
-        offset = values.get(TORQUE_OFFSET, 0.0 * ones)[:, None]
         lead = values.get(TORQUE_LEAD, 0.0 * ones)[:, None]
         impulse = values.get(REVERSAL, 0.0 * ones)[:, None]
         every: dict[str, Floats | float] = {**structure.fixed, **values}
@@ -174,7 +173,7 @@ class Plant:
                 name: self.band.simulated(np.where(wrong, 0.0, sample[rows, :n]), CHANNEL_OF[name])
                 for name, sample in result.samples.items()
             }
-            needed = (signals["tau_m"] + offset) / scale
+            needed = signals["tau_m"] / scale
             needed = needed + lead * np.gradient(self.band.slow(needed), 1.0 / self.band.rate, axis=1)
             needed = needed - impulse * unit.reversing
             changed = signals["tau_drive"] - self._asked[index]
@@ -199,9 +198,9 @@ class Plant:
         left = {*NUISANCE, *structure.sensed}
         fixed = {name: value for name, value in {**structure.fixed, **values}.items() if name not in left}
         result = self._simulate(structure.model, fixed, {}, 1)
-        scale, offset = values.get(TORQUE_SCALE, 1.0), values.get(TORQUE_OFFSET, 0.0)
+        scale = values.get(TORQUE_SCALE, 1.0)
         return [
-            np.asarray((self.band.simulated(result.samples["tau_m"][index, : len(unit.fine)], TORQUE) + offset) / scale)
+            np.asarray(self.band.simulated(result.samples["tau_m"][index, : len(unit.fine)], TORQUE) / scale)
             for index, unit in enumerate(self.units)
         ]
 

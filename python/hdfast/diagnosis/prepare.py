@@ -29,6 +29,7 @@ TOP_SHARES = (0.75, 0.95)
 SEGMENT = 256
 SHORTEST = 32
 LEAD_IN = 0.25
+AT_REST, RESTING = 0.02, 0.02
 SLOWEST_SHARE = 0.005
 MARGIN, REVERSED = 3.0, 1.5
 
@@ -221,7 +222,8 @@ def prepare(source: Source, band: Band, ratio: float) -> Unit:
     turning = np.diff(np.sign(speed), prepend=np.sign(speed[0]), append=np.sign(speed[-1])) != 0.0
     moving = (np.abs(speed) > slowest) & ~turning[1:] & ~turning[:-1]
     judged = {"motor_torque": usable & _eroded(moving, round(REVERSED * band.rate / band.motion))}
-    settled = usable & (t >= min(LEAD_IN, 0.1 * t[-1]))
+    resting = bool(np.all(np.abs(speed[t <= AT_REST]) <= min(slowest, RESTING * np.max(np.abs(speed)))))
+    settled = usable & (resting | (t >= min(LEAD_IN, 0.1 * t[-1])))
     judged |= {channel: settled for channel in measured if channel != "motor_torque"}
     return Unit(
         name=source.name,

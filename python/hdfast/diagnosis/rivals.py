@@ -10,7 +10,7 @@ import numpy as np
 
 from hdfast.diagnosis.evidence import Index
 from hdfast.diagnosis.fit import Bench, Fit, fit
-from hdfast.diagnosis.score import Gain, gain, weights_of
+from hdfast.diagnosis.score import Gain, folds_near, gain, nrmse, weights_of
 from hdfast.diagnosis.screen import Signature
 from hdfast.diagnosis.select import Round, Search, Trial, special, without
 
@@ -71,10 +71,11 @@ class Standing:
     lesser: Fit = field(repr=False)
 
 
-def stand(bench: Bench, search: Search, folds: Index, rng: np.random.Generator) -> list[Standing]:
+def stand(bench: Bench, search: Search, floor: float, rng: np.random.Generator) -> list[Standing]:
     """Put rivals in the place of each accepted effect, refit, and weigh them."""
     found = []
-    bench = bench.commanded(search.final)
+    error = nrmse(bench.layout, search.final.mismatch)
+    bench, folds = bench.commanded(search.final), folds_near(bench, error, floor)
     names = {trial.candidate.effect for trial in search.accepted}
     for trial in search.accepted:
         seen = next(one for one in search.rounds if one.accepted is trial)

@@ -15,6 +15,7 @@ from hdfast.diagnosis.whiten import Whitener
 
 FOLDS = 6
 FEWEST_GROUPS = 3
+NEAR_NOISE = 4.0
 CONVINCING = 10.0
 FARTHEST = 3.0
 SHARE = 0.2
@@ -71,7 +72,19 @@ class Gain:
         return np.clip(self.by_block, -CONVINCING, CONVINCING)
 
 
-def folds_of(plant: Plant, layout: Layout) -> Index:
+def folds_near(bench: Bench, error: float, floor: float) -> Index:
+    """Fold of every stacked sample by how far an nrmse is from that of the noise.
+
+    Near it one block after the other, so that each fold is spread over all recordings: what tells an effect from the
+    parameters that swallow it may be one recording's alone. Far from it whole recordings: what else is wrong with a
+    model differs from one to the next.
+    """
+    if error <= NEAR_NOISE * floor:
+        return bench.layout.block % FOLDS
+    return groups(bench.plant, bench.layout)
+
+
+def groups(plant: Plant, layout: Layout) -> Index:
     """Fold of every stacked sample: whole groups, else whole recordings, else stretches of blocks."""
     names = [unit.group for unit in plant.units]
     if len(set(names)) < FEWEST_GROUPS:

@@ -1,4 +1,4 @@
-"""Forward search: one effect after another, each refitted with everything else and judged on left-out recordings."""
+"""Forward search: one effect after another, each refitted with everything else and judged on left-out stretches."""
 
 from __future__ import annotations
 
@@ -15,17 +15,17 @@ from hdfast.diagnosis.evidence import Index
 from hdfast.diagnosis.fit import Bench, Fit, Metric, fit
 from hdfast.diagnosis.plant import Structure
 from hdfast.diagnosis.resolution import unresolved
-from hdfast.diagnosis.score import Gain, gain, nrmse
+from hdfast.diagnosis.score import NEAR_NOISE, Gain, folds_near, gain, nrmse
 from hdfast.diagnosis.screen import Screen, Signature, screen, signatures
 from hdfast.diagnosis.stages import Stages
 
 MOST_EFFECTS = 4
 SHORTLIST = 5
 FAINTEST = 0.03
-ALARM, NOTICED = 0.01, 0.05
+ALARM, NOTICED, ALONE = 0.01, 0.05, 0.005
 GAIN_ERRORS, SPARED = 2.0, 4.0
 FALL = 0.05
-NEAR_FLOOR, SINGLED_OUT = 1.3, 4.0
+NEAR_FLOOR = 1.3
 AMPLITUDE_SIGMAS = 2.0
 PULL, PRICE = 3.0, 0.2
 GENERAL_ERRORS, GENERAL_FALL = 3.0, 0.10
@@ -99,6 +99,10 @@ class Rules:
     noisy: float
     folds: Index = field(repr=False)
 
+    def near(self, bench: Bench, current: Fit) -> Rules:
+        """The rules for what a fit leaves."""
+        return replace(self, folds=folds_near(bench, nrmse(bench.layout, current.mismatch), self.floor))
+
     def waived(self, seen: Screen, candidate: Candidate, error: float) -> bool:
         """Whether an error need not fall much: the screen singles the candidate out, and it is not far from noise.
 
@@ -107,7 +111,7 @@ class Rules:
         if candidate.effect in TIMING:
             return False
         p = seen.p.get(candidate.label, 1.0)
-        return (p <= ALARM and error <= SINGLED_OUT * self.floor) or (p <= NOTICED and error <= NEAR_FLOOR * self.floor)
+        return (p <= ALONE and error <= NEAR_NOISE * self.floor) or (p <= NOTICED and error <= NEAR_FLOOR * self.floor)
 
 
 def search(
@@ -124,7 +128,7 @@ def search(
     current = start
     while True:
         present = [trial.candidate.effect for trial in accepted]
-        bench = bench.commanded(current)
+        bench, rules = bench.commanded(current), rules.near(bench, current)
         stages.expect(1)
         pool = [one for one in library(current) if _possible(one, accepted, current)]
         changed = changes(bench, current, pool)
@@ -251,7 +255,7 @@ def _failed(
         return ("A0 simulation",)
     failed = []
     steady = gained.over(bench.layout.unit_of_block) if candidate.effect in DRIFTS else gained
-    concentrated = seen.p.get(candidate.label, 1.0) <= ALARM and steady.spared >= SPARED
+    concentrated = seen.p.get(candidate.label, 1.0) <= ALONE and steady.spared >= SPARED
     if not (steady.ratio > GAIN_ERRORS or concentrated):
         failed.append("A1 gain")
     after, before = gained.nrmse

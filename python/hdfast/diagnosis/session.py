@@ -10,7 +10,7 @@ from threadpoolctl import threadpool_limits
 
 from hdfast.diagnosis.baseline import baseline
 from hdfast.diagnosis.candidate import Candidate
-from hdfast.diagnosis.evidence import Index, lay_out
+from hdfast.diagnosis.evidence import lay_out
 from hdfast.diagnosis.fit import Bench, Fit, fit
 from hdfast.diagnosis.holdout import Proof, replayed, weigh_up
 from hdfast.diagnosis.library import Sizes, library
@@ -18,7 +18,7 @@ from hdfast.diagnosis.lines import order_lines, snapped, tone_lines
 from hdfast.diagnosis.noise import floors, stated
 from hdfast.diagnosis.plant import Plant, Structure
 from hdfast.diagnosis.prepare import Source, choose_band, prepare
-from hdfast.diagnosis.score import folds_of
+from hdfast.diagnosis.score import groups
 from hdfast.diagnosis.select import Rules, Search, search
 from hdfast.diagnosis.stages import Stages
 from hdfast.errors import InputError
@@ -45,7 +45,6 @@ class Session:
         proof: baseline and extended model on held-out recordings, or None.
         floor: nrmse of the sensor noise on the fitted recordings.
         noisy: nrmse up to which a mismatch may be noise.
-        folds: fold of every stacked sample.
         weaker: sentence that says how held-out data were made when the campaign names none.
     """
 
@@ -57,7 +56,6 @@ class Session:
     proof: Proof | None
     floor: float
     noisy: float
-    folds: Index = field(repr=False)
     weaker: str | None
 
 
@@ -109,7 +107,8 @@ def set_up(campaign: Campaign, sources: Sequence[Source], threads: int | None) -
     def bench(role: str) -> Bench:
         plant = Plant([unit for unit in units if unit.role == role], band, threads)
         floor = floors(sources, plant.channels, band, campaign.sensors, ratio, inertia)
-        return Bench(plant, lay_out(plant), floor, stated(plant.channels, campaign.sensors, ratio, floor))
+        noise = stated(plant.channels, campaign.sensors, ratio, floor)
+        return Bench(plant, lay_out(plant, noise), floor, noise)
 
     fitted = bench("fit")
     if not fitted.layout.size:
@@ -164,14 +163,14 @@ def _run(setup: Setup, seed: int, stages: Stages) -> Session:
     calibrated = fit(bench, nominal(setup))
     stages.done("calibrated the nominal model")
     floor = noise_floor(bench)
-    rules = Rules(floor, NOISY * floor, folds_of(bench.plant, bench.layout))
+    rules = Rules(floor, NOISY * floor, groups(bench.plant, bench.layout))
     rng = np.random.default_rng([seed, 1])
     ratio = calibrated.value("ratio")
     found = search(bench, calibrated, lambda current: candidates(bench, current, ratio), rules, rng, stages)
     proof = None
     if held is not None:
         found, proof = proven(held, found)
-    return Session(setup.campaign, bench, held, calibrated, found, proof, floor, rules.noisy, rules.folds, setup.weaker)
+    return Session(setup.campaign, bench, held, calibrated, found, proof, floor, rules.noisy, setup.weaker)
 
 
 def proven(held: Bench, found: Search) -> tuple[Search, Proof]:

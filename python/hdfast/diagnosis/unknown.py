@@ -8,12 +8,11 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from hdfast.checks import Floats
-from hdfast.diagnosis.evidence import Index
 from hdfast.diagnosis.features import Feature, slowed
 from hdfast.diagnosis.fit import Bench, Fit
 from hdfast.diagnosis.holdout import Proof, weigh_up
 from hdfast.diagnosis.plant import Free
-from hdfast.diagnosis.score import Gain, gain
+from hdfast.diagnosis.score import Gain, gain, groups
 from hdfast.diagnosis.whiten import whiten
 
 SPREAD = 3.0
@@ -51,9 +50,7 @@ class Unknown:
         return self.gain.ratio > GAIN_ERRORS and after <= (1.0 - FALL) * before
 
 
-def describe(
-    bench: Bench, held: Bench | None, fitted: Fit, found: Sequence[Feature], folds: Index, floor: float
-) -> Unknown | None:
+def describe(bench: Bench, held: Bench | None, fitted: Fit, found: Sequence[Feature], floor: float) -> Unknown | None:
     """The state variable that predicts the mismatch best, None without any; proven on what is held out.
 
     Args:
@@ -61,11 +58,10 @@ def describe(
         held: the recordings kept for the proof, or None.
         fitted: the model without it.
         found: the variables to try.
-        folds: fold of every stacked sample.
         floor: nrmse of the sensor noise on the held-out recordings.
     """
     tried = []
-    slow = slowed(bench)
+    slow, folds = slowed(bench), groups(bench.plant, bench.layout)
     for feature in found:
         augmented = _augmented(bench, fitted, feature.columns(bench.layout, slow))
         tried.append((feature, augmented, gain(bench, augmented, fitted, folds)))

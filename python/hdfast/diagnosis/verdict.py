@@ -69,7 +69,7 @@ def conclude(session: Session, seed: int) -> Verdict:
     """Weigh what the session found."""
     bench, search = session.bench, session.search
     rng = np.random.default_rng([seed, 2])
-    standings = stand(bench, search, session.folds, rng)
+    standings = stand(bench, search, session.floor, rng)
     unknown = _unknown(session)
     where = locate(bench, session.baseline, search.final)
     rigid = session.baseline.structure.model.base == "one_inertia"
@@ -90,7 +90,7 @@ def _unknown(session: Session) -> Unknown | None:
     ratio = final.value("ratio")
     found = features(session.bench, ratio, final.value("J_l"))
     floor = session.proof.floor if session.proof else session.floor
-    return describe(session.bench, session.held, final, found, session.folds, floor)
+    return describe(session.bench, session.held, final, found, floor)
 
 
 def _decide(

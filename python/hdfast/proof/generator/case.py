@@ -13,7 +13,7 @@ from hdfast.proof.generator.campaign_file import measured, write_case
 from hdfast.proof.generator.certificate import angle_share, hiding, likeness
 from hdfast.proof.generator.effects import EFFECTS, Drive
 from hdfast.proof.generator.imposed import SKIP
-from hdfast.proof.generator.linear import UNDETECTABLE, Linearisation, Sized, linearise, size
+from hdfast.proof.generator.linear import Linearisation, linearise
 from hdfast.proof.generator.nuisance import draw_nuisance
 from hdfast.proof.generator.oracle import oracle
 from hdfast.proof.generator.plant import Array
@@ -21,8 +21,9 @@ from hdfast.proof.generator.programme import Run
 from hdfast.proof.generator.recipe import Recipe
 from hdfast.proof.generator.responses import Motion
 from hdfast.proof.generator.rig import Rig, draw_rig
+from hdfast.proof.generator.sizing import UNDETECTABLE, Sized, size
 
-VERSION = "3"
+VERSION = "4"
 ATTEMPTS = 40
 ABSORBED_RATIO, ABSORBED_LOW, ABSORBED_HIGH = 1.15, 0.05, 0.30
 UNDECIDABLE, STRANGE = 0.98, 0.95
@@ -59,9 +60,10 @@ def _attempt(recipe: Recipe, folder: Path, rng: Generator) -> dict[str, Any]:
     for s in named:
         full = s.on(full)
     files = [f"{x:08x}" for x in rng.integers(0, 2**32, len(rig.runs))]
-    hidden = hiding(lin, full) if named else {}
+    refit = lin.refit(full)
+    hidden = hiding(lin, refit) if named else {}
     check_hiding(recipe, hidden)
-    certificate = hidden | likeness(lin, full, named, [files[k] for k in fit])
+    certificate = hidden | likeness(lin, refit, named, [files[k] for k in fit])
     check_likeness(recipe, named, certificate)
     if "masked_by_controller" in recipe.kinds:
         certificate["speed_change"] = _speed_change(rig, full, traces, fit, rng)

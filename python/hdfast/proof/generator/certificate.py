@@ -6,10 +6,11 @@ from typing import Any
 
 import numpy as np
 
-from hdfast.proof.generator.effects import EFFECTS, Drive
-from hdfast.proof.generator.linear import Linearisation, Sized
+from hdfast.proof.generator.effects import EFFECTS
+from hdfast.proof.generator.linear import Linearisation, Refit
 from hdfast.proof.generator.plant import Array
 from hdfast.proof.generator.responses import RATE
+from hdfast.proof.generator.sizing import Sized
 
 SEPARABLE = 0.8
 RIVAL = 0.8
@@ -24,31 +25,28 @@ NOTHING: dict[str, Any] = {
 }  # fmt: skip
 
 
-def hiding(lin: Linearisation, full: Drive) -> dict[str, Any]:
+def hiding(lin: Linearisation, refit: Refit) -> dict[str, Any]:
     """How much of the effects a refit of the baseline leaves, and which parameters it would move."""
-    whitened, raw = lin.signature(full)
-    left, shift = lin.left(whitened), lin.refit(whitened)
-    moved = {name: round(float(s), 3) for name, s in zip(lin.names, shift, strict=True) if abs(s) > MOVED}
+    moved = {name: round(float(s), 3) for name, s in zip(lin.names, refit.shift, strict=True) if abs(s) > MOVED}
     return {
-        "refit_nrmse_over_noise": refit_over_noise(lin, raw - lin.raw @ shift),
-        "visibility": float(left @ left / (whitened @ whitened)),
+        "refit_nrmse_over_noise": refit_over_noise(lin, refit.raw),
+        "visibility": refit.visibility,
         "absorption": {name: s for name, s in moved.items() if not name.startswith("offset")},
     }
 
 
-def likeness(lin: Linearisation, full: Drive, named: list[Sized], files: list[str]) -> dict[str, Any]:
+def likeness(lin: Linearisation, refit: Refit, named: list[Sized], files: list[str]) -> dict[str, Any]:
     """Which rivals the remaining signature resembles, where it is and what it follows; empty fields without effects."""
     if not named:
         return dict(NOTHING)
-    left = lin.left(lin.signature(full)[0])
-    looks = rivals(lin, left, named)
+    looks = rivals(lin, refit.left, named)
     first = EFFECTS[named[0].id]
     elsewhere = [r["abs_cos"] for r in looks if EFFECTS[r["id"]].place != first.place]
     return {
         "closest_rival": looks[0],
         "rivals": [r for r in looks if r["abs_cos"] > RIVAL],
         "separable_place": max(elsewhere, default=0.0) < SEPARABLE,
-        "windows": windows(lin, left, files),
+        "windows": windows(lin, refit.left, files),
         "orders": [order for s in named if (order := _order(s)) is not None],
         "depends_on": list(first.depends_on),
         "memory": first.memory,

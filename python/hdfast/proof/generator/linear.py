@@ -1,27 +1,56 @@
-"""The generator's own linear statistics: what an effect leaves after the baseline has been refitted.
+"""The generator's own statistics: what an effect leaves after the baseline has been refitted.
 
 All signatures are differences of `imposed.impose` on the true motion, whitened by the noise of their channel.
+A refit is that of the moved plant: a stiffness that follows a resonance takes up more than its derivative says.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from itertools import chain
+from typing import NamedTuple
 
 import numpy as np
 from numpy.random import Generator
 from scipy import linalg
 
-from hdfast.proof.generator.effects import EFFECTS, Drive, Shape
+from hdfast.proof.generator.effects import Drive
 from hdfast.proof.generator.plant import Array, Plant
 from hdfast.proof.generator.responses import Motion, channels, noises, responses
 from hdfast.proof.generator.rig import Rig
 from hdfast.proof.generator.whitening import Channels, fit_filters, whiten
 
 REALISATIONS = 8
-QUIET = 1e-12
-UNDETECTABLE = 1e6
-THRESHOLD = 3.66 + 0.84  # two-sided 1 % over 40 candidates, and 80 % power
+SMALL = 0.01
+STEPS, SHARES, SETTLED = 16, (1.0, 0.5, 0.25, 0.06), 0.02
+FIELDS = {"J_m": ("J_r", "J_w"), "J_l": ("J_f", "J_p")}
+
+
+class Refit(NamedTuple):
+    """A refit of the baseline to a drive it cannot describe.
+
+    Attributes:
+        left: what it leaves, whitened (rows,).
+        raw: the same in the units of the channels.
+        shift: of the baseline quantities, in prior sigma (P,).
+        whole: norm of the whitened signature before the refit.
+    """
+
+    left: Array
+    raw: Array
+    shift: Array
+    whole: float
+
+    @property
+    def cost(self) -> float:
+        """Square of what is left, and of the shift in prior sigma."""
+        return float(self.left @ self.left + self.shift @ self.shift)
+
+    @property
+    def visibility(self) -> float:
+        """Share of the signature's energy that is left."""
+        return float(self.left @ self.left / self.whole**2)
 
 
 @dataclass(frozen=True)
@@ -34,7 +63,7 @@ class Linearisation:
         motions: of the recordings used.
         filters: whitening filter and noise level per channel.
         columns: whitened baseline columns, scaled to their prior (rows, P).
-        names: of the columns.
+        names: of the columns; those of the plant are `moved`'s, the others are linear.
         raw: the same columns unwhitened.
         noise: whitened noise realisations (rows, R).
         level: raw noise rms per channel.
@@ -65,12 +94,50 @@ class Linearisation:
         )
 
     def left(self, whitened: Array) -> Array:
-        """What a refit of the baseline, held by its priors, leaves."""
-        return np.asarray(whitened - self.columns @ self.refit(whitened))
+        """What a refit of the baseline, linear and held by its priors, leaves."""
+        return np.asarray(whitened - self.columns @ self.shift(whitened))
 
-    def refit(self, whitened: Array) -> Array:
-        """Shift of the baseline parameters in prior sigma."""
+    def shift(self, whitened: Array) -> Array:
+        """Shift of the baseline parameters in such a refit, in prior sigma."""
         return np.asarray(linalg.cho_solve((self.basis, True), self.columns.T @ whitened))
+
+    def refit(self, drive: Drive) -> Refit:
+        """Refit of the baseline to `drive` with the plant itself moved: damped Gauss-Newton steps.
+
+        Slopes are those of the unmoved plant as long as they keep half of what they promise.
+        """
+        signature, here = self.signature(drive), self
+        best = Refit(*signature, np.zeros(len(self.names)), float(np.linalg.norm(signature[0])))
+        for _ in range(STEPS):
+            pull = here.columns.T @ best.left - best.shift
+            step = linalg.cho_solve((here.basis, True), pull)
+            promised, before = float(pull @ step), best.cost
+            tries = (self._refitted(signature, best, share * step) for share in SHARES)
+            best = next((tried for tried in tries if tried.cost < before), best)
+            kept = before - best.cost
+            if min(promised, promised if here is self else kept) < SETTLED * best.cost:
+                break
+            if kept < 0.5 * promised:
+                here = self._sloped(best.shift)
+        return best
+
+    def _refitted(self, signature: tuple[Array, Array], last: Refit, step: Array) -> Refit:
+        """One step further, with the channels of the plant that it gives."""
+        shift = last.shift + step
+        plant = moved(self.rig, self.drive.plant, shift)
+        white, raw = self.signature(self.drive._replace(plant=plant))
+        linear = slice(len(self.rig.sigma) + 2 * plant.te_order.size, None)
+        white, raw = (x + columns[:, linear] @ shift[linear] for x, columns in ((white, self.columns), (raw, self.raw)))
+        return Refit(signature[0] - white, signature[1] - raw, shift, last.whole)
+
+    def _sloped(self, shift: Array) -> Linearisation:
+        """The same with the plant's columns at a shifted plant."""
+        drive = self.drive._replace(plant=moved(self.rig, self.drive.plant, shift))
+        there = replace(self, drive=drive, base=list(responses(self.rig, drive, self.motions)))
+        columns = self.columns.copy()
+        for k, (_, change) in enumerate(_plant_columns(there)):
+            columns[:, k] = whiten(self.rig, self.motions, self.filters, change)
+        return replace(there, columns=columns, basis=_basis(columns))
 
     def inflation(self, left: Array) -> float:
         """Variance of the noise along a direction, in units of white noise."""
@@ -90,39 +157,52 @@ def linearise(rig: Rig, drive: Drive, motions: list[Motion], rng: Generator) -> 
     base = list(responses(rig, drive, motions))
     lin = Linearisation(rig, drive, motions, filters, empty, [], empty, empty, level, empty, base)
     names, white, raw = [], [], []
-    for name, column in _columns(rig, drive, motions, base):
+    for name, column in chain(_plant_columns(lin), _linear_columns(rig, base)):
         names.append(name)
         white.append(whiten(rig, motions, filters, column))
         raw.append(np.concatenate([x for recording in column for x in recording]))
     columns = np.column_stack(white)
     noise = np.column_stack([whiten(rig, motions, filters, realisation) for realisation in realisations])
-    basis = linalg.cholesky(columns.T @ columns + np.eye(columns.shape[1]), lower=True)
-    return replace(lin, columns=columns, names=names, raw=np.column_stack(raw), noise=noise, basis=basis)
+    return replace(lin, columns=columns, names=names, raw=np.column_stack(raw), noise=noise, basis=_basis(columns))
 
 
-def _columns(rig: Rig, drive: Drive, motions: list[Motion], base: Channels) -> Iterator[tuple[str, Channels]]:
-    """Change of the channels by one prior sigma of each baseline quantity."""
+def moved(rig: Rig, plant: Plant, shift: Array) -> Plant:
+    """The plant with its baseline quantities shifted by so many prior sigma: parameters, then lines of the error."""
+    factors = zip(rig.sigma.items(), shift, strict=False)
+    scaled = {
+        field: getattr(plant, field) * np.exp(sigma * x)
+        for (name, sigma), x in factors
+        for field in FIELDS.get(name, (name,))
+    }
+    first, lines = len(rig.sigma), plant.te_order.size
+    cos, sin = shift[first : first + 2 * lines].reshape(lines, 2).T
+    vector = plant.te_amplitude * np.exp(1j * plant.te_phase) + rig.error_sigma * (cos - 1j * sin)
+    return plant._replace(**scaled, te_amplitude=np.abs(vector), te_phase=np.angle(vector))
 
-    def change(plant: Plant, scale: float) -> Channels:
-        new = responses(rig, drive._replace(plant=plant), motions)
-        return [[(a - b) * scale for a, b in zip(x, y, strict=True)] for x, y in zip(new, base, strict=True)]
 
-    p, small = drive.plant, 0.01
-    fields = {"J_m": ("J_r", "J_w"), "J_l": ("J_f", "J_p")}
-    for name, sigma in rig.sigma.items():
-        group = fields.get(name, (name,))
-        yield name, change(p._replace(**{f: getattr(p, f) * (1 + small) for f in group}), sigma / small)
-    for n, order in enumerate(p.te_order):
-        for part, quarter in (("cos", 0.0), ("sin", np.pi / 2)):
-            vector = p.te_amplitude[n] * np.exp(1j * p.te_phase[n]) + rig.error_sigma * np.exp(-1j * quarter)
-            amplitude, phase = p.te_amplitude.copy(), p.te_phase.copy()
-            amplitude[n], phase[n] = abs(vector), np.angle(vector)
-            yield f"te_{part}_{order:g}", change(p._replace(te_amplitude=amplitude, te_phase=phase), 1.0)
+def _basis(columns: Array) -> Array:
+    return np.asarray(linalg.cholesky(columns.T @ columns + np.eye(columns.shape[1]), lower=True))
+
+
+def _plant_columns(lin: Linearisation) -> Iterator[tuple[str, Channels]]:
+    """Change of the channels by one prior sigma of each quantity of the plant."""
+    rig, plant = lin.rig, lin.drive.plant
+    names = [*rig.sigma, *(f"te_{part}_{order:g}" for order in plant.te_order for part in ("cos", "sin"))]
+    for k, name in enumerate(names):
+        shift = np.zeros(len(names))
+        shift[k] = SMALL / rig.sigma.get(name, SMALL)
+        new = responses(rig, lin.drive._replace(plant=moved(rig, plant, shift)), lin.motions)
+        pairs = zip(new, lin.base, strict=True)
+        yield name, [[(a - b) / shift[k] for a, b in zip(x, y, strict=True)] for x, y in pairs]
+
+
+def _linear_columns(rig: Rig, base: Channels) -> Iterator[tuple[str, Channels]]:
+    """Change of the channels by one prior sigma of the torque's scale and of each zero."""
     scaled = [[rig.torque_sigma * x[0]] + [0 * y for y in x[1:]] for x in base]
     yield "torque_scale", scaled
     wide = (0.01, 1e-3, 1.0)
     for index, name in enumerate(channels(rig)):
-        for k in range(len(motions)):
+        for k in range(len(base)):
             yield (
                 f"offset_{name}_{k}",
                 [
@@ -130,52 +210,3 @@ def _columns(rig: Rig, drive: Drive, motions: list[Motion], base: Channels) -> I
                     for r, x in enumerate(base)
                 ],
             )
-
-
-@dataclass(frozen=True)
-class Sized:
-    """An effect at its amplitude.
-
-    Attributes:
-        id: of the effect.
-        amplitude: in its own unit.
-        detectable: smallest detectable amplitude.
-        visibility: share of the signature's energy that a refit leaves, at the detectable amplitude.
-        shape: its other fields.
-    """
-
-    id: str
-    amplitude: float
-    detectable: float
-    visibility: float
-    shape: Shape
-
-    def on(self, drive: Drive) -> Drive:
-        """The drive with this effect."""
-        return EFFECTS[self.id].on(drive, self.amplitude, self.shape)
-
-
-def size(lin: Linearisation, effect_id: str, multiple: float, rng: Generator) -> Sized:
-    """Draw the shape of an effect and give it a multiple of its detectable amplitude, whatever its physical limit.
-
-    The detectable amplitude is that whose signature, after a refit, has the length `THRESHOLD` in the noise along it.
-    It is sought by secants in the logarithm, as play and stiction have no derivative at zero.
-    """
-    effect = EFFECTS[effect_id]
-    shape = effect.shape(rng)
-    amplitude, visible = effect.typical, 0.0
-    for _ in range(8):
-        whitened, _ = lin.signature(effect.on(lin.drive, amplitude, shape))
-        left = lin.left(whitened)
-        length = float(np.linalg.norm(left))
-        if not length > QUIET:
-            amplitude *= 30.0
-            continue
-        visible = float(length**2 / (whitened @ whitened))
-        ratio = THRESHOLD * np.sqrt(lin.inflation(left)) / length
-        amplitude *= float(np.clip(ratio, 0.03, 30.0))
-        if abs(np.log(ratio)) < 0.03 or amplitude > 100.0 * effect.limit:
-            break
-    else:
-        amplitude = amplitude if visible > 0.0 else UNDETECTABLE
-    return Sized(effect_id, float(multiple * amplitude), float(amplitude), visible, shape)

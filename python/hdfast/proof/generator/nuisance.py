@@ -6,7 +6,8 @@ import numpy as np
 from numpy.random import Generator
 
 from hdfast.proof.generator.effects import EFFECTS
-from hdfast.proof.generator.linear import Linearisation, Sized, size
+from hdfast.proof.generator.linear import Linearisation
+from hdfast.proof.generator.sizing import Sized, size
 
 MINOR = (
     "minor_friction_field", "minor_phase_drift", "minor_tooth_mesh", "asymmetric_friction", "nonlinear_viscous",

@@ -115,7 +115,7 @@ class Linearisation:
             tries = (self._refitted(signature, best, share * step) for share in SHARES)
             best = next((tried for tried in tries if tried.cost < before), best)
             kept = before - best.cost
-            if min(promised, promised if here is self else kept) < SETTLED * best.cost:
+            if min(promised, promised if here is self else kept) <= SETTLED * best.cost:
                 break
             if kept < 0.5 * promised:
                 here = self._sloped(best.shift)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import diagnosed
@@ -10,7 +11,9 @@ import hdfast
 import numpy as np
 import pytest
 import small_campaign
-from hdfast.diagnosis.fit import STEP, linearise
+from hdfast.checks import Floats
+from hdfast.diagnosis.fit import STEP, Bench, fit, linearise, quieted, without_own_noise
+from hdfast.diagnosis.holdout import replayed
 from hdfast.diagnosis.session import nominal, set_up_usable
 from hdfast.recordings import load_campaign
 
@@ -34,7 +37,9 @@ def test_regress_a_single_effect_is_named_with_its_size(tmp_path: Path, effect: 
     assert [one["effect"] for one in found.effects] == [effect]
     estimated = found.effects[0]["parameters"]
     for name, value in EFFECTS[effect].items():
-        assert estimated[name]["value"] == pytest.approx(value, rel=0.1)
+        sigma = estimated[name]["sigma"]
+        assert estimated[name]["value"] == pytest.approx(value, rel=0.1, abs=2.0 * sigma)
+        assert sigma < 0.4 * value
     errors = found.to_dict()["fit"]["heldout"]
     assert errors["extended_nrmse"] < 0.5 * errors["baseline_nrmse"]
 
@@ -61,6 +66,29 @@ def test_exact_the_slope_of_an_inertia_holds_no_noise_of_the_acceleration(tmp_pa
     where = next(where for _, channel, where in bench.layout.pieces if channel == "motor_torque")
     bends = [np.median(np.abs(np.diff(column[where, j], 2))) for column in (slopes, rough)]
     assert bends[0] < 0.3 * bends[1]
+
+
+def test_exact_models_with_other_inertias_are_compared_with_the_same_noise(tmp_path: Path) -> None:
+    """What another inertia changes in the fast part of the torque is taken back; its slow part stays."""
+    setup = set_up_usable(load_campaign(small_campaign.write(tmp_path, angle_noise=1e-4)), None)
+    bench, structure = setup.bench, nominal(setup)
+    one = fit(bench, structure)
+    heavier = one.coordinates + 0.2 * (np.array(structure.names) == "J_m")
+    mismatch, slopes, rough = linearise(bench, structure, heavier)
+    other = replace(one, coordinates=heavier, mismatch=mismatch, slopes=slopes, rough=rough)
+    lighter = quieted(bench, other, one)
+    assert np.max(heavier - lighter) > 0.02
+    rows = np.stack([heavier, lighter])
+
+    def fast(bench: Bench) -> Floats:
+        return np.subtract(*bench.mismatch(structure, rows)) - np.subtract(*bench.steady(structure, rows))
+
+    taken = fast(bench)
+    np.testing.assert_allclose(
+        without_own_noise(bench, other, one), mismatch - taken, atol=0.02 * np.max(np.abs(taken)), rtol=0.0
+    )
+    found = replayed(bench, other, one)
+    np.testing.assert_allclose(found.alike, found.mismatch - fast(bench.commanded(other)), atol=1e-12)
 
 
 def test_exact_same_bytes_on_any_number_of_threads(tmp_path: Path) -> None:

@@ -81,8 +81,9 @@ class Layout:
 def lay_out(plant: Plant, stated: Floats) -> Layout:
     """Stack the judged samples of a plant, as many as its band holds; blocks are stretches of one recording.
 
-    The zero of a torque sensor is not the same in every recording: of a mean counts what is left where the zero may be
-    off by `ZERO_SHARE` of the torque's spread. The other sensors' zeros are unknown.
+    The zero of a torque sensor is not the same in every recording, so recordings that move give up their means: a zero
+    may be off by as much as the torque varies. Where all hold their levels, levels are all there is; zeros are taken as
+    known to `ZERO_SHARE` of them. The other sensors' zeros are unknown.
 
     Args:
         plant: recordings.
@@ -95,7 +96,10 @@ def lay_out(plant: Plant, stated: Floats) -> Layout:
     pieces, certain = [], []
     begin, first_block = 0, 0
     noise = max(float(stated[channels.index(TORQUE)]), 1e-300)
-    zero = ZERO_SHARE * float(np.median([np.std(unit.measured[TORQUE]) for unit in plant.units]))
+    torques = [unit.measured[TORQUE][unit.judged[TORQUE]] for unit in plant.units if unit.judged[TORQUE].any()]
+    levels, varied = [float(np.mean(one)) for one in torques], [float(np.std(one)) for one in torques]
+    moved = math.sqrt(max(max(varied, default=0.0) ** 2 - noise**2, 0.0))
+    zero = max(moved, ZERO_SHARE * math.sqrt(float(np.mean(np.square(levels)))) if levels else 0.0)
     for index, unit in enumerate(plant.units):
         count = max(1, round(unit.t[-1] / length))
         block = np.minimum((unit.t / unit.t[-1] * count).astype(np.int64), count - 1) + first_block

@@ -18,6 +18,7 @@ CHORDS = 2
 SHRINK = (1.0, 0.25)
 SETTLED = 0.05
 NEAR = 1.5
+NOTHING = -30.0
 ACCELERATED = ("J_m", "J_l", TORQUE_SCALE, "load_dependent_friction_c_drive", "load_dependent_friction_c_back")
 
 
@@ -147,8 +148,8 @@ class Metric:
         """For the noise that a mismatch (N,) shows."""
         layout = bench.layout
         weights = weigh(layout, mismatch, bench.floor)
-        near = np.minimum(1.0, NEAR * bench.stated / weights.scale) ** 4
-        return cls(weights, whiten(layout, mismatch, bench.floor), 0.5 * near)
+        fine = 0.5 * _near(bench, weights.scale)
+        return cls(weights, whiten(layout, mismatch, bench.floor), fine)
 
     def of_columns(self, layout: Layout, stacked: Floats) -> Floats:
         """Both parts of (N,) or (N, P), one after the other: (2N,) or (2N, P)."""
@@ -161,6 +162,11 @@ class Metric:
         half, _ = limited(self.of_columns(layout, mismatch))
         pull = (x - structure.start) / structure.sigma
         return float(np.sum(half) + 0.5 * pull @ pull)
+
+
+def _near(bench: Bench, scale: Floats) -> Floats:
+    """How far mismatches of this scale are noise, by channel, 0 to 1, shape (C,)."""
+    return np.asarray(np.minimum(1.0, NEAR * bench.stated / scale) ** 4)
 
 
 def fit(bench: Bench, structure: Structure, start: Floats | None = None, known: Fit | None = None) -> Fit:
@@ -204,14 +210,29 @@ def fit(bench: Bench, structure: Structure, start: Floats | None = None, known: 
     return Fit(structure, x, mismatch, slopes, rough, metric.weights, metric.white, cost)
 
 
-def without_own_noise(one: Fit, other: Fit) -> Floats:
-    """Mismatch (N,) of a fit without the noise of the acceleration that another fit's model does not hold.
+def quieted(bench: Bench, one: Fit, other: Fit) -> Floats:
+    """Coordinates (P,) of a fit whose acceleration is as noisy as another's: the parameters that multiply it are its.
 
-    Noise that only one of two models brings along says nothing about which is right. A parameter that multiplies an
-    acceleration and that the other does not have brings its whole share.
+    Noise that only one of two models brings along says nothing about which is right, and the smaller of two inertias is
+    quieter, right or wrong. What the other model does not have is left out whole. Far from the noise, what is fast in a
+    mismatch is no noise: what both models have then stays as it is.
     """
-    own = [float(name in ACCELERATED and name not in other.structure.names) for name in one.structure.names]
-    return np.asarray(one.mismatch + one.rough @ np.array(own))
+    index = bench.layout.channels.index(TORQUE)
+    near = float(min(_near(bench, own.weights.scale)[index] for own in (one, other)))
+    found = one.coordinates.copy()
+    for j, name in enumerate(one.structure.names):
+        if name in ACCELERATED:
+            known = name in other.structure.names
+            theirs = other.coordinates[other.structure.names.index(name)] if known else NOTHING
+            found[j] += (near if known else 1.0) * (theirs - found[j])
+    return found
+
+
+def without_own_noise(bench: Bench, one: Fit, other: Fit) -> Floats:
+    """Mismatch (N,) of a fit with the noise of the acceleration that another fit's model holds."""
+    away = quieted(bench, one, other) - one.coordinates
+    positive = [free.positive for free in one.structure.free]
+    return np.asarray(one.mismatch - one.rough @ np.where(positive, np.expm1(away), away))
 
 
 def linearise(bench: Bench, structure: Structure, x: Floats, kept: int = 0) -> tuple[Floats, Floats, Floats]:

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 
 from hdfast.checks import Floats
 from hdfast.diagnosis.evidence import Layout, limited
-from hdfast.diagnosis.fit import Bench, Fit
+from hdfast.diagnosis.fit import Bench, Fit, quieted
 from hdfast.diagnosis.score import Gain, nrmse
 from hdfast.diagnosis.whiten import Whitener
 
@@ -57,19 +58,38 @@ class Proof:
         return not self.holds and self.expected >= POWERED and self.gain.total < 0.0
 
 
-def replayed(bench: Bench, frozen: Fit) -> Floats:
-    """Mismatch (N,) of a frozen model on recordings it was not fitted to."""
-    return np.asarray(bench.commanded(frozen).mismatch(frozen.structure, frozen.coordinates[None])[0])
+class Replay(NamedTuple):
+    """Mismatch (N,) of a frozen model on recordings it was not fitted to.
+
+    Attributes:
+        mismatch: as it is.
+        alike: with the noise of the acceleration that the model compared with holds.
+    """
+
+    mismatch: Floats
+    alike: Floats
+
+
+def replayed(bench: Bench, frozen: Fit, reference: Fit) -> Replay:
+    """Simulate recordings with a frozen model, and once more with the inertias of a reference for their noise alone."""
+    rows = np.stack([frozen.coordinates, quieted(bench, frozen, reference)])
+    found, slow = bench.commanded(frozen).both(frozen.structure, rows, [0, 1])
+    return Replay(found[0], found[1] + slow[0] - slow[1])
 
 
 def prove(bench: Bench, baseline: Fit, extended: Fit, floor: float) -> Proof:
     """Simulate the held-out recordings once with each frozen model."""
-    return weigh_up(bench.layout, extended.white, replayed(bench, baseline), replayed(bench, extended), floor)
+    before, after = (replayed(bench, one, baseline) for one in (baseline, extended))
+    return weigh_up(bench.layout, extended.white, before, after, floor)
 
 
-def weigh_up(layout: Layout, white: Whitener, before: Floats, after: Floats, floor: float) -> Proof:
-    """The proof from the mismatches (N,) of baseline and extended model, the latter's noise whitened by `white`."""
-    loud, quiet = (limited(white(layout, mismatch))[0] for mismatch in (before, after))
-    errors = nrmse(layout, after), nrmse(layout, before)
-    expected = 0.5 * float(np.sum(white(layout, before - after) ** 2))
-    return Proof(errors[1], errors[0], floor, Gain(layout.sums(loud - quiet), errors), expected, (before, after))
+def weigh_up(layout: Layout, white: Whitener, before: Replay, after: Replay, floor: float) -> Proof:
+    """The proof from the replays of baseline and extended model, the latter's noise whitened by `white`.
+
+    Errors are those of the models as they are; the gain is between models that hold the same noise.
+    """
+    loud, quiet = (limited(white(layout, one.alike))[0] for one in (before, after))
+    errors = nrmse(layout, after.mismatch), nrmse(layout, before.mismatch)
+    expected = 0.5 * float(np.sum(white(layout, before.alike - after.alike) ** 2))
+    mismatch = before.mismatch, after.mismatch
+    return Proof(errors[1], errors[0], floor, Gain(layout.sums(loud - quiet), errors), expected, mismatch)

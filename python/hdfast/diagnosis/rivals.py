@@ -14,7 +14,7 @@ from hdfast.diagnosis.score import Gain, folds_near, gain, nrmse, weights_of
 from hdfast.diagnosis.screen import Signature
 from hdfast.diagnosis.select import Round, Search, Trial, special, without
 
-ALIKE = 0.95
+ALIKE, BESIDE = 0.95, 0.3
 UNKNOWN_FLOOR = 0.02
 SURE = 0.75
 MOST_RIVALS = 3
@@ -112,7 +112,8 @@ def _owned(trial: Trial) -> list[str]:
 def _challengers(trial: Trial, seen: Round, names: set[str]) -> list[Trial]:
     """The best other effects of the round that are neither special cases, nor generalisations, nor accepted as well.
 
-    One whose gain or amplitude is uncertain may still be what it was, if it looks alike.
+    One whose gain or amplitude is uncertain may still be what it was, if it looks alike. One that looks like something
+    else entirely does not stand in the place of the effect but beside it.
     """
     own = trial.candidate
     others = [
@@ -121,6 +122,7 @@ def _challengers(trial: Trial, seen: Round, names: set[str]) -> list[Trial]:
         if one.candidate.effect not in names
         and one.candidate.effect not in own.contains
         and own.effect not in one.candidate.contains
+        and alike(_signature(seen, trial), _signature(seen, one)) > BESIDE
         and (not one.failed or _uncertain(one, trial, seen))
     ]
     return sorted(others, key=lambda one: -one.gain.total)[:MOST_RIVALS]

@@ -122,9 +122,8 @@ def left_out(fit: Fit, white: Whitener, layout: Layout, folds: Index) -> tuple[F
 def gain(bench: Bench, better: Fit, lesser: Fit, folds: Index) -> Gain:
     """Gain of one fit over another on left-out folds, both seen through the filter that whitens the better one."""
     layout = bench.layout
-    pairs = ((better, lesser), (lesser, better))
-    alike = [replace(one, mismatch=without_own_noise(one, other)) for one, other in pairs]
-    (after, quiet), (before, loud) = (left_out(one, better.white, layout, folds) for one in alike)
+    alike = replace(better, mismatch=without_own_noise(bench, better, lesser))
+    (after, quiet), (before, loud) = (left_out(one, better.white, layout, folds) for one in (alike, lesser))
     errors = nrmse(layout, after), nrmse(layout, before)
     return Gain(layout.sums(limited(loud)[0] - limited(quiet)[0]), errors, fall(layout, after, before))
 

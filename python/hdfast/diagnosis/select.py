@@ -22,7 +22,7 @@ from hdfast.diagnosis.stages import Stages
 MOST_EFFECTS = 4
 SHORTLIST = 5
 FAINTEST = 0.03
-ALARM, NOTICED, ALONE = 0.01, 0.05, 0.005
+ALARM, NOTICED, ALONE = 0.01, 0.05, 0.002
 GAIN_ERRORS, SPARED = 2.0, 4.0
 FALL = 0.05
 NEAR_FLOOR = 1.3
@@ -30,7 +30,7 @@ AMPLITUDE_SIGMAS = 2.0
 PULL, PRICE = 3.0, 0.2
 GENERAL_ERRORS, GENERAL_FALL = 3.0, 0.10
 DISPLACED = 2.0
-RISE, TELLING = 0.01, 10.0
+RISE, TELLING = 0.01, 8.0
 USELESS = 1.5
 TIMING = ("actuator_lag", "delay", "sensor_delay", "sensor_lowpass")
 DRIFTS = ("sensor_offset_drift", "clock_skew", "ratio_error")
@@ -111,7 +111,7 @@ class Rules:
         if candidate.effect in TIMING:
             return False
         p = seen.p.get(candidate.label, 1.0)
-        return (p <= ALONE and error <= NEAR_NOISE * self.floor) or (p <= NOTICED and error <= NEAR_FLOOR * self.floor)
+        return (p <= ALARM and error <= NEAR_NOISE * self.floor) or (p <= NOTICED and error <= NEAR_FLOOR * self.floor)
 
 
 def search(

@@ -180,10 +180,10 @@ def proven(held: Bench, found: Search) -> tuple[Search, Proof]:
     """
     floor = noise_floor(held)
     models = [*(one.before for one in found.rounds if one.accepted is not None), found.final]
-    mismatches = [replayed(held, model) for model in models]
+    replays = [replayed(held, model, models[0]) for model in models]
 
     def between(first: int, last: int) -> Proof:
-        return weigh_up(held.layout, models[last].white, mismatches[first], mismatches[last], floor)
+        return weigh_up(held.layout, models[last].white, replays[first], replays[last], floor)
 
     holding = next((n for n in range(len(models) - 1) if not between(n, n + 1).holds), 0)
     if holding == 0 and len(models) > 1 and between(0, 1).refutes:

@@ -56,7 +56,8 @@ def statistics(
     blocks says little of that, so its variance is drawn towards the median of all signatures as if that were known from
     `BORROWED` blocks. The null draws normal scores with the covariance of the signatures and the uncertainty of their
     variances; signs of whole blocks cannot be flipped for this, as few blocks have few signs. Each signature counts in
-    units of its own 1 % point. The variance is never below what the spectrum of the rest gives the signature.
+    units of its own 1 % point. The variance is never below what the spectrum of the rest gives the signature, in
+    the draws neither.
 
     Args:
         layout: of the stack.
@@ -75,18 +76,20 @@ def statistics(
     typical = max(float(np.median(variance)), QUIETEST)
     shrunk = (blocks * variance + BORROWED * typical) / freedom
     heard = np.array([_by_octave(layout, one, residual) for one in unit])
-    spread = np.sqrt(np.maximum.reduce([shrunk, heard, np.full(len(unit), QUIETEST)]))
+    least = np.maximum(heard, QUIETEST)
+    spread = np.sqrt(np.maximum(shrunk, least))
     whole = np.concatenate(unit, axis=1)
     values, vectors = np.linalg.eigh(whole.T @ whole)
     root = vectors * np.sqrt(np.maximum(values, 0.0))
     drawn = rng.standard_normal((DRAWS, len(values))) @ root.T
     estimated = rng.chisquare(freedom, size=(DRAWS, len(left))) / freedom
+    taken = np.sqrt(np.maximum(estimated, least / spread**2))
     observed, rare, largest = np.zeros(len(left)), np.ones(len(left)), np.zeros(DRAWS)
     begin = 0
     for j, score in enumerate(scores):
         null = drawn[:, begin : begin + len(score)]
         begin += len(score)
-        reached = np.linalg.norm(null, axis=1) / np.sqrt(estimated[:, j])
+        reached = np.linalg.norm(null, axis=1) / taken[:, j]
         observed[j] = np.linalg.norm(score) / spread[j]
         if sides[j]:
             observed[j] *= score[0] > 0.0

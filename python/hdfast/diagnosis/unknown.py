@@ -10,7 +10,7 @@ import numpy as np
 from hdfast.checks import Floats
 from hdfast.diagnosis.features import Feature, slowed
 from hdfast.diagnosis.fit import Bench, Fit
-from hdfast.diagnosis.holdout import Proof, weigh_up
+from hdfast.diagnosis.holdout import Proof, Replay, weigh_up
 from hdfast.diagnosis.plant import Free
 from hdfast.diagnosis.score import Gain, gain, groups
 from hdfast.diagnosis.whiten import whiten
@@ -80,7 +80,8 @@ def _proven(held: Bench, fitted: Fit, unknown: Unknown, floor: float) -> Proof:
     bench = held.commanded(fitted)
     before, after = bench.mismatch(fitted.structure, np.stack([fitted.coordinates, unknown.fit.coordinates[:known]]))
     columns = unknown.feature.columns(held.layout, slowed(held))
-    return weigh_up(held.layout, unknown.fit.white, before, after - columns @ unknown.fit.coordinates[known:], floor)
+    after = after - columns @ unknown.fit.coordinates[known:]
+    return weigh_up(held.layout, unknown.fit.white, Replay(before, before), Replay(after, after), floor)
 
 
 def _augmented(bench: Bench, fitted: Fit, columns: Floats) -> Fit:

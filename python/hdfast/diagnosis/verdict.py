@@ -18,8 +18,8 @@ from hdfast.diagnosis.limits import Limit, limits, without_windup
 from hdfast.diagnosis.locate import Where, locate
 from hdfast.diagnosis.masking import Masked, masked, pulled
 from hdfast.diagnosis.rivals import ALIKE, CLOSE_ERRORS, SURE, Standing, stand
-from hdfast.diagnosis.score import nrmse
-from hdfast.diagnosis.select import ALARM, TIMING
+from hdfast.diagnosis.score import CONVINCING, nrmse
+from hdfast.diagnosis.select import ALONE, TIMING
 from hdfast.diagnosis.session import Session
 from hdfast.diagnosis.unknown import Unknown, describe
 from hdfast.health import Health
@@ -107,7 +107,8 @@ def _decide(
             for trial in first.trials
             if trial.failed == ("A2 error",)
             and trial.candidate.effect not in TIMING
-            and first.screen.p[trial.candidate.label] <= ALARM
+            and first.screen.p[trial.candidate.label] <= ALONE
+            and trial.gain.total >= CONVINCING
         ]
         if near:
             best = max(near, key=lambda trial: trial.gain.total)

@@ -16,6 +16,7 @@ EXTENSION := $(VENV)/.extension
 export VIRTUAL_ENV := $(CURDIR)/$(VENV)
 export PYO3_PYTHON := $(CURDIR)/$(PY)
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
+export PIP_QUIET := 1
 
 .PHONY: help setup demo test proof-subset bench bench-peers profile clean lint
 

@@ -10,7 +10,7 @@ import numpy as np
 from hdfast.checks import Floats
 from hdfast.diagnosis.evidence import Layout, limited
 from hdfast.diagnosis.fit import Bench, Fit, quieted
-from hdfast.diagnosis.score import Gain, nrmse
+from hdfast.diagnosis.score import CONVINCING, Gain, nrmse
 from hdfast.diagnosis.whiten import Whitener
 
 PROOF_ERRORS = 2.0
@@ -28,6 +28,7 @@ class Proof:
         floor: nrmse of the sensor noise.
         gain: of the extended model over the baseline, block by block.
         expected: the total gain if the extended model is right.
+        margin: left-out gain on the recordings that were fitted, less two of its errors.
         mismatch: stacked mismatches (N,) of baseline and extended model.
     """
 
@@ -36,26 +37,45 @@ class Proof:
     floor: float
     gain: Gain
     expected: float
+    margin: float
     mismatch: tuple[Floats, Floats] = field(repr=False)
 
     @property
-    def holds(self) -> bool:
-        """Whether the extended model is better: by more than chance, or by what so few recordings can tell.
+    def shows(self) -> bool:
+        """Whether these recordings show that the extended model is better, by more than chance or as far as they can.
 
         If nothing were left out, the gain would be minus the expected one, with a variance of twice that.
         """
-        if self.extended > WORSE * self.baseline:
+        if self._worse:
             return False
-        if self.gain.ratio > PROOF_ERRORS or self.extended < CLEARLY * self.baseline:
+        if self._clear:
             return True
-        if self.expected < POWERED:
-            return self.expected >= TELLS and self.gain.total > 0.0
-        return self.gain.total > PART * self.expected
+        least = PART * self.expected if self.expected >= POWERED else 0.0
+        return self.expected >= TELLS and self.gain.total > least
 
     @property
     def refutes(self) -> bool:
         """Whether the recordings would have shown the improvement, and speak for the baseline."""
-        return not self.holds and self.expected >= POWERED and self.gain.total < 0.0
+        return not self.shows and self.expected >= POWERED and self.gain.total < 0.0
+
+    @property
+    def holds(self) -> bool:
+        """Whether the extended model stands.
+
+        Recordings that can hardly show an effect, or show it at another size, leave standing what convinces on the
+        others by more than they speak against it.
+        """
+        if self.shows:
+            return True
+        return not (self._worse or self.refutes) and self.margin + min(self.gain.total, 0.0) >= CONVINCING
+
+    @property
+    def _worse(self) -> bool:
+        return self.extended > WORSE * self.baseline
+
+    @property
+    def _clear(self) -> bool:
+        return self.gain.ratio > PROOF_ERRORS or self.extended < CLEARLY * self.baseline
 
 
 class Replay(NamedTuple):
@@ -83,7 +103,9 @@ def prove(bench: Bench, baseline: Fit, extended: Fit, floor: float) -> Proof:
     return weigh_up(bench.layout, extended.white, before, after, floor)
 
 
-def weigh_up(layout: Layout, white: Whitener, before: Replay, after: Replay, floor: float) -> Proof:
+def weigh_up(
+    layout: Layout, white: Whitener, before: Replay, after: Replay, floor: float, margin: float = 0.0
+) -> Proof:
     """The proof from the replays of baseline and extended model, the latter's noise whitened by `white`.
 
     Errors are those of the models as they are; the gain is between models that hold the same noise.
@@ -92,4 +114,4 @@ def weigh_up(layout: Layout, white: Whitener, before: Replay, after: Replay, flo
     errors = nrmse(layout, after.mismatch), nrmse(layout, before.mismatch)
     expected = 0.5 * float(np.sum(white(layout, before.alike - after.alike) ** 2))
     mismatch = before.mismatch, after.mismatch
-    return Proof(errors[1], errors[0], floor, Gain(layout.sums(loud - quiet), errors), expected, mismatch)
+    return Proof(errors[1], errors[0], floor, Gain(layout.sums(loud - quiet), errors), expected, margin, mismatch)

@@ -14,7 +14,7 @@ from hdfast.terms import Term, terms
 FRICTION = ("coulomb_friction", "stribeck_friction", "presliding_friction")
 SLOTS, MOST_DETENTS = (12.0, 24.0, 36.0), 9
 HIGHEST_INTEGER = 16
-STIFFEST = 15.0
+STIFFEST = 10.0
 MOST_LINES = 26
 
 

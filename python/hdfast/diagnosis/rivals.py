@@ -14,7 +14,7 @@ from hdfast.diagnosis.score import Gain, folds_near, gain, nrmse, weights_of
 from hdfast.diagnosis.screen import Signature
 from hdfast.diagnosis.select import Round, Search, Trial, special, without
 
-ALIKE, BESIDE = 0.95, 0.3
+INDISTINCT, ALIKE, BESIDE = 0.98, 0.95, 0.3
 UNKNOWN_FLOOR = 0.02
 SURE = 0.75
 MOST_RIVALS = 3

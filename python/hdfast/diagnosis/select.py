@@ -32,6 +32,7 @@ GENERAL_ERRORS, GENERAL_FALL = 3.0, 0.10
 DISPLACED = 2.0
 RISE, TELLING = 0.01, 8.0
 USELESS = 1.5
+SHORT = "A1 gain"
 TIMING = ("actuator_lag", "delay", "sensor_delay", "sensor_lowpass")
 DRIFTS = ("sensor_offset_drift", "clock_skew", "ratio_error")
 AMPLITUDES = (0.3, 1.0, 3.0)
@@ -256,8 +257,8 @@ def _failed(
     failed = []
     steady = gained.over(bench.layout.unit_of_block) if candidate.effect in DRIFTS else gained
     concentrated = seen.p.get(candidate.label, 1.0) <= ALONE and steady.spared >= SPARED
-    if not (steady.ratio > GAIN_ERRORS or concentrated):
-        failed.append("A1 gain")
+    if not (steady.ratio > GAIN_ERRORS or concentrated) or steady.total < SPARED:
+        failed.append(SHORT)
     after, before = gained.nrmse
     waived = rules.waived(seen, candidate, before) and gained.total >= TELLING
     if after > (1.0 + RISE) * before or not (gained.fall >= FALL or waived):
@@ -308,20 +309,22 @@ def _best(bench: Bench, trials: Sequence[Trial], accepted: Sequence[Trial], seen
     """The best trial that breaks no rule.
 
     A general law has to beat its special case clearly, and other generalisations of that case as well; else the
-    special case goes first.
+    special case goes first, also where it alone would gain too little: the law speaks for it.
     """
     passed = sorted((one for one in trials if not one.failed), key=lambda one: -one.gain.limited)
-    known = {one.candidate.effect for one in (*passed, *accepted)}
+    known = {one.candidate.effect for one in (*trials, *accepted) if not set(one.failed) - {SHORT}}
     for best in passed:
         shared = [effect for effect in best.candidate.contains if effect in known]
-        cases = [one for one in passed if one.candidate.effect in shared]
+        cases = [one for one in trials if one.candidate.effect in shared and not set(one.failed) - {SHORT}]
         others = [
             one
             for one in passed
             if one.candidate.effect != best.candidate.effect and set(one.candidate.contains) & set(shared)
         ]
-        ahead = all(_clearly(bench, best, one, seen, rules) for one in cases)
-        if ahead and all(gain(bench, best.fit, one.fit, rules.folds).ratio > GAIN_ERRORS for one in others):
+        close = [one for one in cases if not _clearly(bench, best, one, seen, rules)]
+        if close:
+            return max(close, key=lambda one: one.gain.limited)
+        if all(gain(bench, best.fit, one.fit, rules.folds).ratio > GAIN_ERRORS for one in others):
             return best
     return None
 

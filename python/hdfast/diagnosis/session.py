@@ -179,11 +179,15 @@ def proven(held: Bench, found: Search) -> tuple[Search, Proof]:
     A first effect stays, to be told as undecided, unless it is refuted. Every model is simulated there once.
     """
     floor = noise_floor(held)
-    models = [*(one.before for one in found.rounds if one.accepted is not None), found.final]
+    taken = [one for one in found.rounds if one.accepted is not None]
+    models = [*(one.before for one in taken), found.final]
+    gains = [one.accepted.gain for one in taken if one.accepted is not None]
     replays = [replayed(held, model, models[0]) for model in models]
 
     def between(first: int, last: int) -> Proof:
-        return weigh_up(held.layout, models[last].white, replays[first], replays[last], floor)
+        total = sum(one.total for one in gains[first:last])
+        margin = total - 2.0 * float(np.linalg.norm([one.error for one in gains[first:last]]))
+        return weigh_up(held.layout, models[last].white, replays[first], replays[last], floor, margin)
 
     holding = next((n for n in range(len(models) - 1) if not between(n, n + 1).holds), 0)
     if holding == 0 and len(models) > 1 and between(0, 1).refutes:

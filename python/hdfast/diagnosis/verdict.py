@@ -17,7 +17,7 @@ from hdfast.diagnosis.fit import Bench
 from hdfast.diagnosis.limits import Limit, limits, without_windup
 from hdfast.diagnosis.locate import Where, locate
 from hdfast.diagnosis.masking import Masked, masked, pulled
-from hdfast.diagnosis.rivals import ALIKE, CLOSE_ERRORS, SURE, Standing, stand
+from hdfast.diagnosis.rivals import ALIKE, CLOSE_ERRORS, INDISTINCT, SURE, Standing, stand
 from hdfast.diagnosis.score import CONVINCING, nrmse
 from hdfast.diagnosis.select import ALONE, TIMING
 from hdfast.diagnosis.session import Session
@@ -123,7 +123,7 @@ def _decide(
     if leading.probability < SURE:
         reason = f"{leading.name} cannot be told from {rivals[0].effect}"
         return "undecided", reason, Contest((leading.name, rivals[0].effect), (search.final, rivals[0].fit))
-    close = [rival for rival in rivals if rival.alike > ALIKE and rival.behind < CLOSE_ERRORS]
+    close = [rival for rival in rivals if rival.alike > INDISTINCT and rival.behind < CLOSE_ERRORS]
     if close:
         reason = f"{leading.name} looks like {close[0].effect} on these recordings"
         return "undecided", reason, Contest((leading.name, close[0].effect), (search.final, close[0].fit))
@@ -149,6 +149,15 @@ def _sentence(name: str, standings: Sequence[Standing], unknown: Unknown | None,
     if name == "undecided":
         return f"Undecided: {reason}{better}."
     return "No evidence of left-out physics in these recordings."
+
+
+def _notes(session: Session) -> list[str]:
+    """What weakens the proof."""
+    notes = [session.weaker] if session.weaker else []
+    proof = session.proof
+    if session.search.accepted and proof is not None and proof.holds and not proof.shows:
+        notes.append("the held-out recordings do not show it: it rests on stretches of the others that were left out")
+    return notes
 
 
 def _findings(health: Health) -> list[dict[str, Any]]:
@@ -218,7 +227,7 @@ def as_dict(verdict: Verdict, health: Health, seed: int, version: str) -> dict[s
                 if one.reason is None
             ],
             "next_experiment": None if verdict.experiment is None else verdict.experiment.to_dict(),
-            "notes": [session.weaker] if session.weaker else [],
+            "notes": _notes(session),
             "health": _findings(health),
             "seed": seed,
             "version": version,

@@ -1,0 +1,57 @@
+"""When frozen models on held-out recordings leave an effect standing, and what a verdict says of it."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hdfast.diagnosis.holdout import Proof
+from hdfast.diagnosis.score import Gain
+
+ERRORS = (0.5, 0.5)
+
+
+def proof(total: float, expected: float, margin: float = 0.0, errors: tuple[float, float] = ERRORS) -> Proof:
+    """A gain of that total over twenty blocks that scatter so much that the total is within its error."""
+    scatter = np.resize([8.0, -8.0], 20)
+    return Proof(*errors, 0.1, Gain(total / 20.0 + scatter, errors), expected, margin, (np.zeros(1), np.zeros(1)))
+
+
+@pytest.mark.parametrize(
+    ("total", "expected", "shows"),
+    [
+        (1.0, 2.0, True),
+        (-1.0, 2.0, False),
+        (1.0, 0.1, False),
+        (20.0, 40.0, True),
+        (5.0, 40.0, False),
+        (-5.0, 40.0, False),
+    ],
+)
+def test_exact_a_gain_shows_by_what_is_expected_of_it(total: float, expected: float, shows: bool) -> None:
+    assert proof(total, expected).shows == shows
+    assert proof(total, expected).holds == shows
+
+
+@pytest.mark.parametrize(
+    ("total", "expected", "margin", "holds"),
+    [
+        (-0.3, 0.4, 67.0, True),
+        (-0.3, 0.4, 5.0, False),
+        (-5.5, 4.6, 20.0, True),
+        (-5.5, 4.6, 12.0, False),
+        (5.0, 46.0, 16.0, True),
+        (5.0, 46.0, 9.0, False),
+        (-5.0, 46.0, 60.0, False),
+    ],
+)
+def test_exact_what_convinces_elsewhere_stands_unless_refuted(
+    total: float, expected: float, margin: float, holds: bool
+) -> None:
+    weighed = proof(total, expected, margin)
+    assert not weighed.shows
+    assert weighed.holds == holds
+    assert weighed.refutes == (expected > 8.0 and total < 0.0)
+
+
+def test_exact_a_model_that_predicts_worse_never_holds() -> None:
+    assert not proof(30.0, 30.0, 100.0, errors=(0.5, 0.52)).holds

@@ -10,7 +10,7 @@ from typing import Any
 
 import hdfast
 import pytest
-from anchors.expected import DRY, EXPECTED, GRAVITY, ONE_SIDED, RIPPLE
+from anchors.expected import DRY, EXPECTED, GRAVITY, HYSTERESIS, ONE_SIDED, RIPPLE
 
 MET = {
     "emps": (DRY, ONE_SIDED, RIPPLE),
@@ -18,6 +18,7 @@ MET = {
     "ur10e_j2": (DRY, GRAVITY),
     "ur10e_j4": (DRY, GRAVITY, RIPPLE),
     "kinova": (RIPPLE,),
+    "brfd": (HYSTERESIS,),
     "tx40": (DRY,),
     "article": (DRY,),
 }

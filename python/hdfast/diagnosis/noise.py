@@ -22,7 +22,11 @@ def floors(
     ratio: float,
     inertia: float,
 ) -> Floats:
-    """Standard deviation of the noise of each channel in the working band, in the channel's unit, shape (C,)."""
+    """Standard deviation of the noise of each channel in the working band, in the channel's unit, shape (C,).
+
+    What the motor angle's noise brings into the torque is not taken for more than the torque varies: with an inertia
+    that is known too large all of it would be noise.
+    """
     seen = {column: _of(column, sources, sensors) for column in COLUMNS}
     rate = float(np.median([1.0 / np.median(np.diff(source.recording["t"])) for source in sources]))
     share = {channel: math.sqrt(min(1.0, 2.0 * band.of(channel) / rate)) for channel in channels}
@@ -30,7 +34,8 @@ def floors(
     inertial = inertia * seen["motor_angle"] * (2.0 * math.pi * band.motion) ** 2 * moved
     of_a_sample = _by_channel(seen, ratio)
     found = {channel: share[channel] * of_a_sample[channel] for channel in channels}
-    found["motor_torque"] = math.hypot(found["motor_torque"], inertial)
+    varied = max(float(np.nanstd(source.recording["motor_torque"])) for source in sources)
+    found["motor_torque"] = math.hypot(found["motor_torque"], min(inertial, varied))
     return np.array([found[channel] for channel in channels])
 
 

@@ -14,6 +14,7 @@ DRY = frozenset({"coulomb_friction", "stribeck_friction", "load_side_friction"})
 ONE_SIDED = frozenset({"asymmetric_friction", "sensor_offset_drift"})
 RIPPLE = frozenset({"te_harmonic", "cogging", "torque_ripple", "position_dependent_friction"})
 GRAVITY = frozenset({"gravity_unbalance"})
+HYSTERESIS = frozenset({"hysteresis"})
 MEMORY = frozenset({"hysteresis", "presliding_friction"})
 TORSION = frozenset({"backlash", "hysteresis", "soft_windup", "viscoelastic", "mesh_stiffness_variation"})
 HELD = frozenset({"delay", "sensor_delay"})
@@ -117,7 +118,7 @@ EXPECTED = {
     "brfd": Expected(
         brfd.write,
         _twin(20.0),
-        must_name=(frozenset({"hysteresis"}), frozenset({"backlash"})),
+        must_name=(HYSTERESIS, frozenset({"backlash"})),
         must_not_name=frozenset({"coulomb_friction", "gravity_unbalance"}),
         memory="rate_independent",
     ),

@@ -13,12 +13,15 @@ from hdfast.proof.generator import nuisance, sensors, stepping, strata
 from hdfast.proof.generator.case import build, motion, simulate, sized_within_limits
 from hdfast.proof.generator.control import NO_NOTCH, Controller
 from hdfast.proof.generator.effects import EFFECTS, TWELVE, Drive
+from hdfast.proof.generator.equipment import draw_chain
+from hdfast.proof.generator.imposed import COARSE
 from hdfast.proof.generator.linear import linearise, moved
 from hdfast.proof.generator.oracle import oracle
 from hdfast.proof.generator.plant import ABSENT, Plant, empty_arrays
 from hdfast.proof.generator.recipe import Bench, Recipe
+from hdfast.proof.generator.responses import told_by_motion
 from hdfast.proof.generator.rig import draw_rig
-from hdfast.proof.generator.sizing import size
+from hdfast.proof.generator.sizing import length, size, sketch, swallowed
 from hdfast.proof.seal import checksums
 from hdfast.recordings import load_campaign
 from scipy import integrate
@@ -219,8 +222,7 @@ def test_exact_detectable_amplitudes_have_the_stated_length(bench):
     rng = np.random.default_rng(3)
     for effect_id in ("te_harmonic", "torque_ripple", "load_side_friction"):
         sized = size(lin, effect_id, 2.0, rng)
-        at = replace(sized, amplitude=sized.detectable)
-        left = lin.refit(at.on(lin.drive)).left
+        left = swallowed(lin, [replace(sized, multiple=1.0)]).left
         assert np.linalg.norm(left) / np.sqrt(lin.inflation(left)) == pytest.approx(4.5, rel=0.05)
 
 
@@ -229,8 +231,26 @@ def test_exact_at_eight_times_detectable_a_channel_moves_beyond_its_noise(bench,
     """Acceptance (c): 36 standard deviations of the matched filter if linear; friction that holds saturates."""
     _, lin = bench
     sized = size(lin, effect_id, 8.0, np.random.default_rng(4))
-    left = lin.refit(sized.on(lin.drive)).left
+    left = swallowed(lin, [sized]).left
     assert np.linalg.norm(left) / np.sqrt(lin.inflation(left)) > 3.0 * 4.5
+
+
+def test_exact_a_followed_refit_swallows_what_one_from_elsewhere_swallows(bench):
+    """Hysteresis beside a resonance: refits that start at other stiffnesses end where no less is left."""
+    _, lin = bench
+    sized = size(lin, "hysteresis", 4.0, np.random.default_rng(4))
+    followed, full = swallowed(lin, [sized]), sized.on(lin.drive)
+    stiffer = np.zeros(len(lin.names))
+    stiffer[lin.names.index("k1")] = 3.0
+    for start in (followed.shift, stiffer, -stiffer):
+        assert lin.refit(full, [start]).cost >= 0.9 * followed.cost
+
+
+def test_exact_small_effects_are_sized_by_a_linear_refit(bench):
+    _, lin = bench
+    sized = sketch(lin, "hysteresis", 0.2, np.random.default_rng(4), at=0.2)
+    left = lin.left(lin.signature(sized.on(lin.drive))[0])
+    assert length(lin, left) == pytest.approx(0.2, rel=0.05)
 
 
 def test_exact_nuisance_sizes():
@@ -274,6 +294,22 @@ def test_exact_mix_of_the_first_release():
         TWELVE, 10
     )
     assert all(i in EFFECTS for r in recipes for i in r.effects)
+
+
+def test_exact_torque_above_half_the_recorders_rate_is_not_counted():
+    t = np.arange(4000) * COARSE
+    chain = draw_chain(np.random.default_rng(3), Bench(fast=True))
+    rig = replace(draw_rig(np.random.default_rng(3), Recipe(("null",), {}, 3)), chain=chain)
+    slow, fast = (np.cos(2.0 * np.pi * frequency * t) for frequency in (10.0, 98.0))
+    middle = slice(1000, 3000)
+    np.testing.assert_allclose(told_by_motion(rig, slow + fast)[middle], slow[middle], atol=0.02)
+
+
+def test_exact_lines_of_a_fast_drive_pass_half_the_recorders_rate():
+    for seed in range(20):
+        rig = draw_rig(np.random.default_rng(seed), Recipe(("single",), {"te_harmonic": 3.0}, seed, Bench(fast=True)))
+        fastest = max(np.max(np.abs(run.reference)) for run in rig.runs if run.closed) / (2.0 * np.pi)
+        assert 6.0 * fastest > 0.5 * rig.chain.rate
 
 
 @pytest.fixture(scope="module", params=[False, True], ids=["both sides", "motor only"])

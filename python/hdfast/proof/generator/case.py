@@ -12,8 +12,9 @@ from hdfast.proof.generator import sensors, stepping
 from hdfast.proof.generator.campaign_file import measured, write_case
 from hdfast.proof.generator.certificate import angle_share, hiding, likeness
 from hdfast.proof.generator.effects import EFFECTS, Drive
+from hdfast.proof.generator.equipment import TURN
 from hdfast.proof.generator.imposed import SKIP
-from hdfast.proof.generator.linear import Linearisation, linearise
+from hdfast.proof.generator.linear import Linearisation, Refit, linearise
 from hdfast.proof.generator.nuisance import draw_nuisance
 from hdfast.proof.generator.oracle import oracle
 from hdfast.proof.generator.plant import Array
@@ -21,13 +22,13 @@ from hdfast.proof.generator.programme import Run
 from hdfast.proof.generator.recipe import Recipe
 from hdfast.proof.generator.responses import Motion
 from hdfast.proof.generator.rig import Rig, draw_rig
-from hdfast.proof.generator.sizing import UNDETECTABLE, Sized, size
+from hdfast.proof.generator.sizing import QUIETEST, UNDETECTABLE, Sized, follow, length, sketch, swallowed
 
-VERSION = "4"
+VERSION = "5"
 ATTEMPTS = 40
 ABSORBED_RATIO, ABSORBED_LOW, ABSORBED_HIGH = 1.15, 0.05, 0.30
 UNDECIDABLE, STRANGE = 0.98, 0.95
-HIDDEN_MOTION = 0.02
+HIDDEN_MOTION, LEFT, HOPELESS = 0.02, 0.5, 0.4
 
 
 class UnfitError(Exception):
@@ -60,11 +61,13 @@ def _attempt(recipe: Recipe, folder: Path, rng: Generator) -> dict[str, Any]:
     for s in named:
         full = s.on(full)
     files = [f"{x:08x}" for x in rng.integers(0, 2**32, len(rig.runs))]
-    refit = lin.refit(full)
+    refit = swallowed(lin, named)
+    check_size(lin, refit, named)
     hidden = hiding(lin, refit) if named else {}
     check_hiding(recipe, hidden)
     certificate = hidden | likeness(lin, refit, named, [files[k] for k in fit])
     check_likeness(recipe, named, certificate)
+    check_sampling(recipe, rig, motions, certificate["orders"])
     if "masked_by_controller" in recipe.kinds:
         certificate["speed_change"] = _speed_change(rig, full, traces, fit, rng)
         if certificate["speed_change"] > HIDDEN_MOTION:
@@ -98,7 +101,7 @@ def label(
                 "id": s.id,
                 "place": EFFECTS[s.id].place,
                 "amplitude": s.amplitude,
-                "amplitude_over_mda": s.amplitude / s.detectable,
+                "amplitude_over_mda": s.multiple,
                 "visibility": s.visibility,
                 "true_parameters": EFFECTS[s.id].parameters(s.amplitude, s.shape),
             }
@@ -106,13 +109,32 @@ def label(
         ],
         **certificate,
         "baseline_true": rig.true,
-        "nuisance": [
-            {"id": s.id, "amplitude": s.amplitude, "amplitude_over_mda": s.amplitude / s.detectable} for s in minor
-        ],
+        "nuisance": [{"id": s.id, "amplitude": s.amplitude, "amplitude_over_mda": s.multiple} for s in minor],
         "motor_only": rig.motor_only,
         "controller": rig.declared,
         "generator": {"version": VERSION, "seed": recipe.seed},
     }
+
+
+def check_visible(recipe: Recipe, named: list[Sized]) -> None:
+    """Refuse what is far from the rule of absorbed effects already at its detectable amplitude.
+
+    Raises:
+        UnfitError: the refit leaves several times too much or too little.
+    """
+    far = (s for s in named if not HOPELESS * ABSORBED_LOW <= s.visibility <= ABSORBED_HIGH / HOPELESS)
+    if "absorbed" in recipe.kinds and (first := next(far, None)):
+        raise UnfitError(f"{recipe}: visibility {first.visibility:.3f}")
+
+
+def check_size(lin: Linearisation, refit: Refit, named: list[Sized]) -> None:
+    """Hold a case of one effect against its multiple: what a refit leaves need not grow with the amplitude.
+
+    Raises:
+        UnfitError: the refit leaves less than half of it.
+    """
+    if len(named) == 1 and length(lin, refit.left) < LEFT * named[0].multiple:
+        raise UnfitError(f"{named[0].id}: swallowed")
 
 
 def check_hiding(recipe: Recipe, hidden: dict[str, Any]) -> None:
@@ -146,6 +168,17 @@ def check_likeness(recipe: Recipe, named: list[Sized], certificate: dict[str, An
         raise UnfitError(f"{recipe}: cannot be told from {rival}")
 
 
+def check_sampling(recipe: Recipe, rig: Rig, motions: list[Motion], orders: list[float]) -> None:
+    """Hold a case against the rule of effects masked by sampling.
+
+    Raises:
+        UnfitError: no recording turns fast enough for a line to pass half the sampling rate.
+    """
+    fastest = max(float(np.max(np.abs(m.speed))) for m in motions) / TURN
+    if "masked_by_sampling" in recipe.kinds and max(orders) * fastest <= 0.5 * rig.chain.rate:
+        raise UnfitError(f"{recipe}: line at {max(orders) * fastest:.0f} Hz")
+
+
 def sized_within_limits(
     rig: Rig, drive: Drive, motions: list[Motion], recipe: Recipe, rng: Generator
 ) -> tuple[Rig, Linearisation, list[Sized]]:
@@ -154,15 +187,26 @@ def sized_within_limits(
     Raises:
         UnfitError: the range is left even so.
     """
+    least = HOPELESS * ABSORBED_LOW if "absorbed" in recipe.kinds else 0.0
     for tries_left in (2, 1, 0):
         lin = linearise(rig, drive, motions, rng)
-        named = [size(lin, effect_id, multiple, rng) for effect_id, multiple in recipe.effects.items()]
-        shares = [s.amplitude / EFFECTS[s.id].limit for s in named] or [0.5]
-        excess, small = max(shares), min(shares)
+        named = [sketch(lin, effect_id, multiple, rng) for effect_id, multiple in recipe.effects.items()]
+        if _within(named)[1] <= 1.0:
+            named = [follow(lin, s, least) for s in named]
+            check_visible(recipe, named)
+        small, excess = _within(named)
         if excess <= 1.0 and (small >= 0.02 or not tries_left):
             return rig, lin, named
-        rig = rig.noisier(max(0.8 / excess, 0.15) if excess > 1.0 else min(0.04 / small, 3.0))
+        if excess * QUIETEST**tries_left > 1.0:
+            break
+        rig = rig.noisier(max(0.8 / excess, QUIETEST) if excess > 1.0 else min(0.04 / small, 3.0))
     raise UnfitError(f"{recipe}: {excess:.2g} times the physical limit")
+
+
+def _within(named: list[Sized]) -> tuple[float, float]:
+    """Least and greatest share of its physical limit that an effect takes."""
+    shares = [s.amplitude / EFFECTS[s.id].limit for s in named] or [0.5]
+    return min(shares), max(shares)
 
 
 def simulate(rig: Rig, drive: Drive, run: Run, rng: Generator) -> Array:

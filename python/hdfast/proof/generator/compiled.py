@@ -12,5 +12,5 @@ Function = TypeVar("Function", bound=Callable[..., Any])
 
 def compiled(function: Function) -> Function:
     """The function in machine code, cached on disk between processes."""
-    made: Any = numba.njit(cache=True, fastmath=True, error_model="numpy")(function)
+    made: Any = numba.njit(cache=True, fastmath=True, error_model="numpy", forceinline=True)(function)
     return cast(Function, made)

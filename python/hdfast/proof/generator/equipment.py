@@ -16,11 +16,12 @@ TURN = 2.0 * np.pi
 
 
 def draw_chain(rng: Generator, bench: Bench) -> Chain:
-    """A sampling chain: 100-1000 Hz without a load side, 500 or 1000 Hz with it; noise white and 1/f."""
-    if bench.motor_only:
-        rate = float(rng.choice([100.0] if bench.fast else [100.0, 250.0, 500.0, 1000.0]))
-    else:
-        rate = float(rng.choice([500.0] if bench.fast else [500.0, 1000.0]))
+    """A sampling chain; noise white and 1/f.
+
+    100 to 1000 Hz without a load side, 500 or 1000 Hz with it, 100 Hz for a fast drive.
+    """
+    usual = [100.0, 250.0, 500.0, 1000.0] if bench.motor_only else [500.0, 1000.0]
+    rate = float(rng.choice([100.0] if bench.fast else usual))
     level = bench.noise * np.exp(rng.normal(0, 0.4))
     torque = 0.003 * level
     corner = rng.uniform(200.0, 1500.0, 3)

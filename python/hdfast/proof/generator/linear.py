@@ -6,7 +6,7 @@ A refit is that of the moved plant: a stiffness that follows a resonance takes u
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import chain
 from typing import NamedTuple
@@ -35,12 +35,14 @@ class Refit(NamedTuple):
         raw: the same in the units of the channels.
         shift: of the baseline quantities, in prior sigma (P,).
         whole: norm of the whitened signature before the refit.
+        slopes: linearisation of the plant at which slopes were last taken.
     """
 
     left: Array
     raw: Array
     shift: Array
     whole: float
+    slopes: Linearisation
 
     @property
     def cost(self) -> float:
@@ -101,25 +103,41 @@ class Linearisation:
         """Shift of the baseline parameters in such a refit, in prior sigma."""
         return np.asarray(linalg.cho_solve((self.basis, True), self.columns.T @ whitened))
 
-    def refit(self, drive: Drive) -> Refit:
+    def refit(self, drive: Drive, starts: Sequence[Array] = (), slopes: Linearisation | None = None) -> Refit:
         """Refit of the baseline to `drive` with the plant itself moved: damped Gauss-Newton steps.
 
-        Slopes are those of the unmoved plant as long as they keep half of what they promise.
+        Slopes are kept as long as they keep half of what they promise.
+
+        Args:
+            drive: the truth with its effects.
+            starts: shifts (P,) in prior sigma, of which the best is the first one where it is better than none.
+            slopes: linearisation whose slopes come first there; those at the start where none is given.
         """
-        signature, here = self.signature(drive), self
-        best = Refit(*signature, np.zeros(len(self.names)), float(np.linalg.norm(signature[0])))
+        signature = self.signature(drive)
+        none = Refit(*signature, np.zeros(len(self.names)), float(np.linalg.norm(signature[0])), self)
+        best = min([none, *(self._refitted(signature, none, start) for start in starts)], key=lambda tried: tried.cost)
+        if best is not none:
+            best = best._replace(slopes=slopes or self._sloped(best.shift))
+        fresh = False
         for _ in range(STEPS):
+            here = best.slopes
             pull = here.columns.T @ best.left - best.shift
             step = linalg.cho_solve((here.basis, True), pull)
-            promised, before = float(pull @ step), best.cost
-            tries = (self._refitted(signature, best, share * step) for share in SHARES)
-            best = next((tried for tried in tries if tried.cost < before), best)
-            kept = before - best.cost
-            if min(promised, promised if here is self else kept) <= SETTLED * best.cost:
+            promised, last = float(pull @ step), best
+            tries = (self._refitted(signature, last, share * step) for share in SHARES)
+            best = next((tried for tried in tries if tried.cost < last.cost), last)
+            kept = last.cost - best.cost
+            if min(promised, kept if fresh else promised) <= SETTLED * best.cost:
                 break
-            if kept < 0.5 * promised:
-                here = self._sloped(best.shift)
+            fresh = kept < 0.5 * promised
+            best = best._replace(slopes=self._sloped(best.shift) if fresh else here.turned(last, best))
         return best
+
+    def turned(self, last: Refit, best: Refit) -> Linearisation:
+        """Broyden's update: the same with slopes that say what the step between two refits has changed."""
+        step = best.shift - last.shift
+        columns = self.columns + np.outer(last.left - best.left - self.columns @ step, step / (step @ step))
+        return replace(self, columns=columns, basis=_basis(columns))
 
     def _refitted(self, signature: tuple[Array, Array], last: Refit, step: Array) -> Refit:
         """One step further, with the channels of the plant that it gives."""
@@ -128,7 +146,7 @@ class Linearisation:
         white, raw = self.signature(self.drive._replace(plant=plant))
         linear = slice(len(self.rig.sigma) + 2 * plant.te_order.size, None)
         white, raw = (x + columns[:, linear] @ shift[linear] for x, columns in ((white, self.columns), (raw, self.raw)))
-        return Refit(signature[0] - white, signature[1] - raw, shift, last.whole)
+        return last._replace(left=signature[0] - white, raw=signature[1] - raw, shift=shift)
 
     def _sloped(self, shift: Array) -> Linearisation:
         """The same with the plant's columns at a shifted plant."""

@@ -7,7 +7,7 @@ from numpy.random import Generator
 
 from hdfast.proof.generator.effects import EFFECTS
 from hdfast.proof.generator.linear import Linearisation
-from hdfast.proof.generator.sizing import Sized, size
+from hdfast.proof.generator.sizing import Sized, sketch
 
 MINOR = (
     "minor_friction_field", "minor_phase_drift", "minor_tooth_mesh", "asymmetric_friction", "nonlinear_viscous",
@@ -27,14 +27,18 @@ def draw_sizes(rng: Generator, count: int) -> list[float]:
 
 
 def draw_nuisance(rng: Generator, lin: Linearisation, taken: set[str]) -> list[Sized]:
-    """Two to four minor effects; those that would have to be larger than physical to count are drawn again."""
+    """Two to four minor effects; those that would have to be larger than physical to count are drawn again.
+
+    They are small enough for a linear refit.
+    """
     able = [n for n in MINOR if n not in taken and not (lin.rig.motor_only and EFFECTS[n].needs_load_side)]
     order = rng.permutation(able)
     count = int(rng.integers(2, 5))
     sizes = draw_sizes(rng, count)
     chosen: list[Sized] = []
     for effect_id in order:
-        sized = size(lin, str(effect_id), sizes[len(chosen)], rng)
+        multiple = sizes[len(chosen)]
+        sized = sketch(lin, str(effect_id), multiple, rng, at=multiple)
         if sized.amplitude <= EFFECTS[str(effect_id)].limit:
             chosen.append(sized)
         if len(chosen) == count:

@@ -47,7 +47,7 @@ def draw_runs(rng: Generator, plant: Plant, bench: Bench) -> list[Run]:
     count = int(rng.integers(bench.recordings[0], bench.recordings[1] + 1))
     kinds = _kinds(rng, bench, count)
     heldout = set(rng.choice(count, 1 if count < 6 else 2, replace=False).tolist())
-    top = float(rng.uniform(600.0, 1200.0) if bench.fast else rng.uniform(100.0, 400.0)) * manoeuvres.RPM
+    top = float(rng.uniform(900.0, 1500.0) if bench.fast else rng.uniform(100.0, 400.0)) * manoeuvres.RPM
     loaded = not bench.motor_only and bench.load != "none" and (rng.random() < 0.7 or bench.load == "constant")
     size = float(rng.uniform(15.0, 50.0)) if loaded else 0.0
     warm = bench.warm or rng.random() < 0.4

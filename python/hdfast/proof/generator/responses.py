@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.random import Generator
+from scipy import signal
 
 from hdfast.proof.generator import sensors
 from hdfast.proof.generator.effects import Drive
@@ -15,6 +16,7 @@ from hdfast.proof.generator.plant import Array
 from hdfast.proof.generator.rig import Rig
 
 RATE = 250.0
+LOWPASS_ORDER = 4
 SLOW = 0.1  # speed below which dry friction says nothing [rad/s]
 
 
@@ -59,6 +61,14 @@ def sampled(rig: Rig, x: Array) -> Array:
     return np.asarray(whole.mean(axis=1))
 
 
+def told_by_motion(rig: Rig, torque: Array) -> Array:
+    """The motor torque below half the recorder's rate: what acts faster moves the drive, and no sample tells of it."""
+    if rig.chain.rate * COARSE >= 1.0:
+        return torque
+    low = signal.butter(LOWPASS_ORDER, rig.chain.rate * COARSE, output="sos")
+    return np.asarray(signal.sosfiltfilt(low, torque))
+
+
 def inertial_torque(x: Array, inertia: float, step: float) -> Array:
     """Torque that an error of the motor angle looks like."""
     return np.asarray(inertia * np.gradient(np.gradient(x, step), step))
@@ -70,7 +80,9 @@ def responses(rig: Rig, drive: Drive, motions: list[Motion]) -> Iterator[list[Ar
     step = _every(rig) * COARSE
     for m in motions:
         traces = impose(drive.plant, m.angle, m.speed, m.pull, m.load, m.temperature, m.start)
-        seen = {name: sampled(rig, x) for name, x in sensors.clean(traces, drive.faults, COARSE).items()}
+        clean = sensors.clean(traces, drive.faults, COARSE)
+        clean["motor_torque"] = told_by_motion(rig, clean["motor_torque"])
+        seen = {name: sampled(rig, x) for name, x in clean.items()}
         wrong = seen["motor_angle"] - sampled(rig, m.angle)
         out = [seen["motor_torque"] - (inertial_torque(wrong, inertia, step) if wrong.any() else 0.0)]
         if not rig.motor_only:

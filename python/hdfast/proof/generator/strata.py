@@ -13,7 +13,7 @@ HIDDEN = (1.5, 2.0, 3.0, 3.0, 4.0)
 MOTOR = Bench(motor_only=True)
 STIFF = Bench(stiff=True)
 COARSE = Bench(noise=2.5)
-FAST = Bench(motor_only=True, fast=True)
+FAST = Bench(fast=True)
 
 # effect -> benches on which a refit swallows most of it
 ABSORBED: dict[str, tuple[Bench, ...]] = {
@@ -41,10 +41,13 @@ OPEN: dict[str, tuple[tuple[str, Bench, tuple[float, ...]], ...]] = {
     "mesh_stiffness_variation": (
         ("", Bench(), (0.7, 1.5, 3.0, 3.0, 8.0, 8.0)), ("masked_by_noise", COARSE, (1.5, 1.5, 1.5, 3.0)),
     ),
-    "te_harmonic": (("", Bench(), (0.7, 1.5, 3.0, 3.0, 8.0, 8.0, 8.0)), ("masked_by_noise", COARSE, (1.5, 1.5, 1.5))),
-    "torque_ripple": (
-        ("", Bench(), (0.7, 1.5, 3.0)), ("", MOTOR, (3.0, 8.0)),
+    "te_harmonic": (
+        ("", Bench(), (0.7, 3.0, 8.0)), ("masked_by_noise", COARSE, (1.5, 1.5)),
         ("masked_by_sampling", FAST, (3.0, 3.0, 8.0, 8.0, 8.0)),
+    ),
+    "torque_ripple": (
+        ("", Bench(), (3.0,)), ("", MOTOR, (0.7, 1.5, 3.0, 3.0, 8.0, 8.0)),
+        ("masked_by_controller", STIFF, (1.5, 3.0, 8.0)),
     ),
     "load_compliance": (("", Bench(), (0.7, 3.0, 8.0)), ("masked_by_noise", COARSE, (1.5,))),
 }  # fmt: skip

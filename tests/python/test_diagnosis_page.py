@@ -102,7 +102,7 @@ def test_exact_a_mismatch_without_a_name_shows_its_variables(unnamed):
     variable = unnamed.evidence.unknown.feature.name
     where = {**unnamed.content["where"], "depends_on": [variable]}
     content = {**unnamed.content, "verdict": "depends_on", "where": where}
-    shown = cards(content, unnamed.evidence, traces(unnamed.evidence.session))
+    shown = cards(content, unnamed.evidence, traces(unnamed.evidence))
     assert [card.title for card in shown][:2] == ["Where", "What it depends on best"]
     assert words(variable) in shown[4].figures[0].caption
 
@@ -150,7 +150,7 @@ def test_exact_command_writes_the_same_page_from_another_run(tmp_path, monkeypat
 
 
 def test_exact_telling_window_is_of_a_recording_kept_for_the_proof(found):
-    trace, (begin, end) = telling(traces(found.evidence.session))
+    trace, (begin, end) = telling(traces(found.evidence))
     assert trace.unit.role == "heldout"
     assert trace.channel == "motor_torque"
     assert trace.t[0] <= begin < end <= trace.t[-1]
@@ -158,7 +158,7 @@ def test_exact_telling_window_is_of_a_recording_kept_for_the_proof(found):
 
 def test_exact_prediction_is_measured_minus_mismatch(found):
     session = found.evidence.session
-    trace = next(one for one in traces(session) if one.unit is session.bench.plant.units[0])
+    trace = next(one for one in traces(found.evidence) if one.unit is session.bench.plant.units[0])
     where = session.bench.layout.pieces[0][2]
     known = np.isfinite(trace.missing)
     np.testing.assert_allclose(trace.missing[known], session.baseline.mismatch[where], atol=1e-12)

@@ -57,13 +57,13 @@ def changes(bench: Bench, fit: Fit, candidates: Sequence[Candidate]) -> list[Cha
     return [one for one in every if np.isfinite(one.values).all()]
 
 
-def attentive(bench: Bench, fit: Fit, changed: Sequence[Change]) -> Fit:
-    """The fit with the whitening filter of what no candidate and no refit explains of its mismatch.
+def attentive(bench: Bench, fit: Fit, changed: Sequence[Floats]) -> Fit:
+    """The fit with the whitening filter of what neither changes (N, d) nor a refit explain of its mismatch.
 
     The filter of the mismatch itself would take a slow effect for noise and filter it away.
     """
     layout, weights = bench.layout, fit.weights
-    columns = weights.normalise(layout, np.concatenate([fit.slopes.T, *(one.values.T for one in changed)])).T
+    columns = weights.normalise(layout, np.concatenate([fit.slopes.T, *(one.T for one in changed)])).T
     columns = columns / np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
     values, vectors = np.linalg.eigh(columns.T @ columns)
     kept = values > INDEPENDENT * values[-1]

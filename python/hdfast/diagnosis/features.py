@@ -2,48 +2,61 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import BSpline
-from scipy.signal import lfilter
 
 from hdfast.checks import Floats
-from hdfast.diagnosis.evidence import Layout
-from hdfast.diagnosis.fit import Bench
-from hdfast.diagnosis.prepare import Unit
+from hdfast.diagnosis.fit import Bench, Fit
+from hdfast.diagnosis.plant import TORQUE
+from hdfast.diagnosis.prepare import Unit, imposed
+from hdfast.diagnosis.regressors import Variable, aged, filters, plays, positions, resonances, splines, waves
 
-KNOTS = 8
-HARMONICS = 3
-WIDTHS = 6
 NOTHING = 1e-12
-TIMES = (0.01, 0.03, 0.1, 0.3, 1.0, 10.0)
-
-Variable = Callable[[Unit], Floats]
+PUSH = 0.1
+POSITIONS = (6, 12, 24)
+RESONANCES = np.geomspace(0.7, 6.0, 16)
+AGES = (0.15, 0.5, 1.5)
 
 
 @dataclass(frozen=True)
 class Feature:
-    """A group of regressors of a torque at the motor.
+    """A group of regressors of a torque.
 
     Attributes:
         name: in the vocabulary of `where.depends_on`.
         memory: "none", "rate_independent" or "fading".
+        place: where the torque acts, "motor" or "load".
         regressors: of a recording's slow motion, shape (n, d).
         size: root mean square of each on the recordings that are fitted, shape (d,).
     """
 
     name: str
     memory: str
-    regressors: Variable
-    size: Floats
+    place: str
+    regressors: Variable = field(repr=False)
+    size: Floats = field(repr=False)
 
-    def columns(self, layout: Layout, slow: Sequence[Unit]) -> Floats:
-        """Scaled regressors on the stacked samples of the motor torque, zero on every other channel, shape (N, d')."""
-        return _stacked(layout, slow, self.regressors)[:, self._kept] / self.size[self._kept]
+    def columns(self, bench: Bench, slow: Sequence[Unit], fitted: Fit) -> Floats:
+        """What 1 N m of each at the motor, or as much behind the gear, changes in the simulated signals, (N, d').
+
+        Args:
+            bench: recordings.
+            slow: their slow motion.
+            fitted: the model through which a torque on the load is felt.
+        """
+        torques = [self.regressors(unit)[:, self._kept] / self.size[self._kept] for unit in slow]
+        if self.place == "load":
+            return _behind_the_gear(bench, fitted, torques)
+        smooth = bench.plant.band.smooth
+        return _stacked(bench, [smooth(np.ascontiguousarray(torque.T)).T for torque in torques])
+
+    @property
+    def label(self) -> tuple[str, str]:
+        """Variable and memory, whatever the shape."""
+        return self.name, self.memory
 
     @property
     def width(self) -> int:
@@ -58,19 +71,20 @@ class Feature:
 def features(bench: Bench, ratio: float, inertia: float) -> list[Feature]:
     """Instantaneous, rate-independent and fading regressors.
 
-    The acceleration is not among them: whatever torque is missing has accelerated the drive.
+    The acceleration itself is not among them: whatever torque is missing has accelerated the drive. What a mass on a
+    spring makes of it is.
 
     Args:
         bench: recordings.
         ratio: reduction ratio.
         inertia: load inertia [kg m^2], for the transmitted torque.
     """
-    slow = slowed(bench)
+    slow, band = slowed(bench), bench.plant.band
 
     def transmitted(unit: Unit) -> Floats:
         return np.asarray(inertia * unit.acceleration / ratio + unit.load_torque)
 
-    smooth: dict[str, Variable] = {
+    smooth = {
         "motor_speed": lambda unit: unit.speed,
         "abs_transmitted_torque": lambda unit: np.sign(unit.speed) * np.abs(transmitted(unit)),
         "time_since_start": lambda unit: unit.offset + unit.t,
@@ -78,19 +92,23 @@ def features(bench: Bench, ratio: float, inertia: float) -> list[Feature]:
     }
     if any(np.any(unit.load_torque != 0.0) for unit in slow):
         smooth["transmitted_torque"] = transmitted
-    circular: dict[str, Variable] = {
+    circular = {
         "motor_phase": lambda unit: unit.angle,
-        "load_phase": lambda unit: unit.angle / ratio,
-        "lobe_phase": lambda unit: unit.angle * (1.0 - 1.0 / ratio),
+        "load_phase": lambda unit: unit.turned,
+        "lobe_phase": lambda unit: unit.angle - unit.turned,
     }
-    named = [(name, "none", _splines(slow, of)) for name, of in smooth.items()]
-    named += [(name, "none", _waves(slow, of)) for name, of in circular.items()]
-    named.append(("motor_phase", "rate_independent", _plays(slow)))
-    named.append(("motor_speed", "fading", _filters(bench.plant.band.rate)))
-    found = [
-        Feature(name, memory, of, np.sqrt(np.mean(_stacked(bench.layout, slow, of) ** 2, axis=0)))
-        for name, memory, of in named
+    groups = [(name, "none", "motor", splines(slow, of)) for name, of in smooth.items()]
+    groups += [(name, "none", "motor", waves(slow, of)) for name, of in circular.items()]
+    groups += [("load_phase", "none", "load", positions(slow, pieces)) for pieces in POSITIONS]
+    groups.append(("motor_phase", "rate_independent", "motor", plays(slow)))
+    groups.append(("motor_speed", "fading", "motor", filters(band.rate)))
+    groups += [("direction", "fading", "motor", aged(time, band.rate)) for time in AGES]
+    groups += [
+        ("motor_acceleration", "fading", "load", resonances(frequency, band.rate))
+        for frequency in RESONANCES.tolist()
+        if frequency < band.motion
     ]
+    found = [Feature(name, memory, place, of, _size([of(unit) for unit in slow])) for name, memory, place, of in groups]
     return [one for one in found if one.width]
 
 
@@ -108,58 +126,38 @@ def slowed(bench: Bench) -> list[Unit]:
     ]
 
 
-def _nothing(unit: Unit) -> Floats:
-    return np.zeros((len(unit.t), 0))
+def _size(columns: Sequence[Floats]) -> Floats:
+    """Root mean square of regressors (n, d) over recordings, shape (d,)."""
+    return np.asarray(np.sqrt(np.mean(np.concatenate(columns) ** 2, axis=0)))
 
 
-def _splines(units: Sequence[Unit], of: Variable) -> Variable:
-    """Cubic B-splines over the quantiles of a variable, constant beyond them; its levels where it has few."""
-    together = np.concatenate([of(unit) for unit in units])
-    inner = np.unique(np.quantile(together, np.linspace(0.0, 1.0, KNOTS)))
-    if len(inner) < 4:
-        levels = np.unique(together)[1:]
-        return (lambda unit: (of(unit)[:, None] == levels).astype(np.float64)) if len(levels) else _nothing
-    knots = np.concatenate([[inner[0]] * 3, inner, [inner[-1]] * 3])
-    return lambda unit: np.asarray(BSpline.design_matrix(np.clip(of(unit), inner[0], inner[-1]), knots, 3).toarray())
+def _stacked(bench: Bench, torques: Sequence[Floats]) -> Floats:
+    """Torques (n, d) at the motor on the stacked samples, zero on every other channel, shape (N, d)."""
+    found = [
+        {channel: torque.T if channel == TORQUE else np.zeros_like(torque.T) for channel in unit.measured}
+        for unit, torque in zip(bench.plant.units, torques, strict=True)
+    ]
+    return bench.layout.stack(found).T
 
 
-def _waves(units: Sequence[Unit], of: Variable) -> Variable:
-    """Sines and cosines of the first harmonics of an angle; nothing where no turn is completed."""
-    if max(float(np.ptp(of(unit))) for unit in units) < math.pi:
-        return _nothing
-    return lambda unit: np.stack(
-        [wave(k * of(unit)) for k in range(1, HARMONICS + 1) for wave in (np.cos, np.sin)], axis=1
-    )
+def _behind_the_gear(bench: Bench, fitted: Fit, torques: Sequence[Floats]) -> Floats:
+    """Change of the simulated signals by torques (n, d) that resist the load, in N m at the motor, shape (N, d)."""
+    plant, count = bench.plant, torques[0].shape[1]
+    push = PUSH * float(np.median([np.std(unit.measured["motor_torque"]) for unit in plant.units]))
+    behind = push * fitted.value("ratio")
+    pushed = [
+        _pushed(unit, behind * torque[:, column])
+        for column in range(count)
+        for unit, torque in zip(plant.units, torques, strict=True)
+    ]
+    every = replace(plant, units=[*plant.units, *pushed])
+    found = every.mismatch(fitted.structure, fitted.coordinates[None])
+    size = len(plant.units)
+    rows = [bench.layout.stack(found[k : k + size])[0] for k in range(0, len(found), size)]
+    return np.asarray(rows[0][:, None] - np.transpose(rows[1:])) / push
 
 
-def _plays(units: Sequence[Unit]) -> Variable:
-    """Distance of the motor angle from play operators of log-spaced widths."""
-    largest = max(float(np.ptp(unit.angle)) for unit in units)
-    widths = np.geomspace(1e-4 * largest, 0.3 * largest, WIDTHS)
-    return lambda unit: np.stack([_play(unit.angle, width) / width for width in widths], axis=1)
-
-
-def _play(x: Floats, width: float) -> Floats:
-    """The input minus p, where p[k] = min(x[k] + w, max(x[k] - w, p[k-1]))."""
-    position = x[0]
-    found = np.empty_like(x)
-    for k, value in enumerate(x.tolist()):
-        position = min(value + width, max(value - width, position))
-        found[k] = value - position
-    return found
-
-
-def _filters(rate: float) -> Variable:
-    """First-order low-passes of the motor speed."""
-    shares = [-math.expm1(-1.0 / (rate * time)) for time in TIMES]
-    return lambda unit: np.stack([lfilter([share], [1.0, share - 1.0], unit.speed) for share in shares], axis=1)
-
-
-def _stacked(layout: Layout, slow: Sequence[Unit], of: Variable) -> Floats:
-    """Regressors on the stacked samples of the motor torque, zero on every other channel, shape (N, d)."""
-    columns = [of(unit) for unit in slow]
-    stacked = np.zeros((layout.size, columns[0].shape[1]))
-    for unit, channel, where in layout.pieces:
-        if channel == "motor_torque":
-            stacked[where] = columns[unit][layout.sample[where]]
-    return stacked
+def _pushed(unit: Unit, torque: Floats) -> Unit:
+    """A recording with more torque on its load [N m], (n,)."""
+    load = unit.load_torque + torque
+    return replace(unit, load_torque=load, scenario=imposed(unit.t, unit.angle, unit.command, load))

@@ -11,6 +11,7 @@ from hdfast.checks import Floats
 from hdfast.diagnosis.evidence import Layout, Weights, limited, weigh
 from hdfast.diagnosis.plant import TORQUE, TORQUE_SCALE, Plant, Structure
 from hdfast.diagnosis.whiten import Whitener, whiten
+from hdfast.scenario_parts import MAX_TORQUE
 
 STEP = 2e-3
 ROUNDS = 8
@@ -93,13 +94,13 @@ class Bench:
         """The same with the quiet part of the torque that a fitted model needs in place of the recorded one.
 
         The rest carries the noise of the angle, which a controller answers to: it would look like a late actuator, or
-        like a gain that varies.
+        like a gain that varies. The recorded one stays where the model needs none that a drive could have.
         """
-        torques = self.plant.needed(fitted.structure, fitted.coordinates)
-        if not all(np.isfinite(torque).all() for torque in torques):
+        needed = self.plant.needed(fitted.structure, fitted.coordinates)
+        torques = [self.plant.band.quiet(torque) for torque in needed]
+        if not all(np.all(np.abs(torque) < MAX_TORQUE) for torque in torques):
             return self
-        quiet = self.plant.band.quiet
-        units = [unit.commanded(quiet(torque)) for unit, torque in zip(self.plant.units, torques, strict=True)]
+        units = [unit.commanded(torque) for unit, torque in zip(self.plant.units, torques, strict=True)]
         return replace(self, plant=replace(self.plant, units=units))
 
     def mismatch(self, structure: Structure, coordinates: Floats) -> Floats:

@@ -133,7 +133,7 @@ def search(
         stages.expect(1)
         pool = [one for one in library(current) if _possible(one, accepted, current)]
         changed = changes(bench, current, pool)
-        heard = attentive(bench, current, changed)
+        heard = attentive(bench, current, [one.values for one in changed])
         found = signatures(bench, heard, changed)
         seen = screen(bench, heard, found, rng)
         stages.done(f"screened {len(found)} candidates: p = {seen.smallest_p:.3f}")

@@ -8,16 +8,22 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from hdfast.checks import Floats
+from hdfast.diagnosis.changes import attentive
+from hdfast.diagnosis.evidence import limited
 from hdfast.diagnosis.features import Feature, slowed
 from hdfast.diagnosis.fit import Bench, Fit
-from hdfast.diagnosis.holdout import Proof, Replay, weigh_up
+from hdfast.diagnosis.holdout import Proof, Replay, replayed, weigh_up
 from hdfast.diagnosis.plant import Free
-from hdfast.diagnosis.score import Gain, gain, groups
-from hdfast.diagnosis.whiten import whiten
+from hdfast.diagnosis.projector import Projector
+from hdfast.diagnosis.score import CONVINCING, FOLDS, Gain, gain
+from hdfast.diagnosis.select import RISE, SPARED
+from hdfast.diagnosis.session import noise_floor
+from hdfast.diagnosis.statistics import statistics
 
 SPREAD = 3.0
-FALL = 0.30
-GAIN_ERRORS = 5.0
+ROUNDS = 3
+CLEAR, CLOSE = 1.3, 0.7
+APART = 1e-3
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,8 +34,8 @@ class Unknown:
         feature: the variable and its memory.
         fit: the model with the additional torque, linearised.
         gain: over the model without it.
-        ranking: gain in standard errors of every variable tried, best first.
-        proof: on held-out recordings; None without any, or where it does not even predict left-out ones.
+        ranking: name, memory and statistic of every variable tried, in units of its family-wise 1 % point, best first.
+        proof: on held-out recordings; None without any, or where it does not even predict left-out stretches.
     """
 
     feature: Feature
@@ -40,64 +46,99 @@ class Unknown:
 
     @property
     def accepted(self) -> bool:
-        """Whether it predicts left-out and held-out recordings clearly better."""
-        return self.predicts and (self.proof is None or self.proof.holds)
+        """Whether it stands out and predicts what was left out and what was held out better."""
+        return self.predicts and (self.proof is None or self.proof.shows)
 
     @property
     def predicts(self) -> bool:
-        """Whether it predicts left-out recordings clearly better."""
+        """Whether it stands out of the noise and predicts left-out stretches better."""
         after, before = self.gain.nrmse
-        return self.gain.ratio > GAIN_ERRORS and after <= (1.0 - FALL) * before
+        convincing = self.gain.total >= CONVINCING and self.gain.spared >= SPARED
+        return self.statistic >= CLEAR and convincing and after <= (1.0 + RISE) * before
+
+    @property
+    def statistic(self) -> float:
+        """How far the mismatch follows the variable, in units of the family-wise 1 % point."""
+        return next(value for *label, value in self.ranking if tuple(label) == self.feature.label)
 
 
-def describe(bench: Bench, held: Bench | None, fitted: Fit, found: Sequence[Feature], floor: float) -> Unknown | None:
-    """The state variable that predicts the mismatch best, None without any; proven on what is held out.
+def describe(
+    bench: Bench, held: Bench | None, fitted: Fit, found: Sequence[Feature], rng: np.random.Generator
+) -> Unknown | None:
+    """The state variable that explains the mismatch best of those that stand out, proven on what is held out.
 
     Args:
         bench: the recordings that are fitted.
         held: the recordings kept for the proof, or None.
         fitted: the model without it.
         found: the variables to try.
-        floor: nrmse of the sensor noise on the held-out recordings.
+        rng: of the null.
+
+    Returns:
+        The description, accepted or not; None where no variable changes anything.
     """
-    tried = []
-    slow, folds = slowed(bench), groups(bench.plant, bench.layout)
-    for feature in found:
-        augmented = _augmented(bench, fitted, feature.columns(bench.layout, slow))
-        tried.append((feature, augmented, gain(bench, augmented, fitted, folds)))
+    bench, slow = bench.commanded(fitted), slowed(bench)
+    every = [(one, one.columns(bench, slow, fitted)) for one in found]
+    tried = [(one, columns) for one, columns in every if np.isfinite(columns).all() and columns.any()]
     if not tried:
         return None
-    tried.sort(key=lambda one: one[2].nrmse[0])
-    feature, best, gained = tried[0]
-    ranking = tuple((one.name, one.memory, own.ratio) for one, _, own in tried)
-    unproven = Unknown(feature, best, gained, ranking, None)
-    return replace(unproven, proof=_proven(held, fitted, unproven, floor)) if held and unproven.predicts else unproven
+    heard = attentive(bench, fitted, [columns for _, columns in tried])
+    seen = _standing_out(bench, heard, [columns for _, columns in tried], rng)
+    ranking: dict[tuple[str, str], float] = {}
+    for index in np.argsort(-seen).tolist():
+        ranking.setdefault(tried[index][0].label, float(seen[index]))
+    largest, folds = float(np.max(seen)), bench.layout.block % FOLDS
+    shapes = []
+    for (one, columns), statistic in zip(tried, seen.tolist(), strict=True):
+        if statistic >= CLOSE * largest and ranking[one.label] >= min(CLEAR, largest):
+            extended = _augmented(bench, heard, columns)
+            shapes.append((one, extended, gain(bench, extended, heard, folds)))
+    feature, extended, gained = min(shapes, key=lambda shape: shape[2].nrmse[0])
+    unproven = Unknown(feature, extended, gained, tuple((*key, value) for key, value in ranking.items()), None)
+    return replace(unproven, proof=_proven(held, fitted, unproven)) if held and unproven.predicts else unproven
 
 
-def _proven(held: Bench, fitted: Fit, unknown: Unknown, floor: float) -> Proof:
+def _standing_out(bench: Bench, heard: Fit, columns: Sequence[Floats], rng: np.random.Generator) -> Floats:
+    """Statistic of each group of columns (N, d) in the mismatch, in units of its family-wise 1 % point."""
+    projector = Projector(heard, bench.layout)
+    left = [_independent(projector.left(heard.white(bench.layout, one))) for one in columns]
+    seen = statistics(bench.layout, projector, left, projector.residual(heard), rng)
+    return np.asarray(seen.observed / (seen.rare * np.quantile(seen.largest, 0.99)))
+
+
+def _independent(columns: Floats) -> Floats:
+    """Columns (N, d') at right angles that span (N, d) without what a refit all but absorbs."""
+    basis, size, _ = np.linalg.svd(columns, full_matrices=False)
+    return np.asarray(basis[:, size > APART * size[0]])
+
+
+def _proven(held: Bench, fitted: Fit, unknown: Unknown) -> Proof:
     """Both models, frozen, on the held-out recordings."""
     known = len(fitted.coordinates)
-    bench = held.commanded(fitted)
-    before, after = bench.mismatch(fitted.structure, np.stack([fitted.coordinates, unknown.fit.coordinates[:known]]))
-    columns = unknown.feature.columns(held.layout, slowed(held))
-    after = after - columns @ unknown.fit.coordinates[known:]
-    return weigh_up(held.layout, unknown.fit.white, Replay(before, before), Replay(after, after), floor)
+    named = replace(fitted, coordinates=unknown.fit.coordinates[:known])
+    before, after = (replayed(held, one, fitted) for one in (fitted, named))
+    columns = unknown.feature.columns(held.commanded(named), slowed(held), named)
+    added = columns @ unknown.fit.coordinates[known:]
+    extended = Replay(after.mismatch - added, after.alike - added)
+    return weigh_up(held.layout, unknown.fit.white, before, extended, noise_floor(held))
 
 
-def _augmented(bench: Bench, fitted: Fit, columns: Floats) -> Fit:
-    """The fit with columns (N, d) as further parameters, solved in one linear step."""
-    width = columns.shape[1]
-    index = bench.layout.channels.index("motor_torque")
-    sigma = SPREAD * float(fitted.weights.scale[index])
+def _augmented(bench: Bench, heard: Fit, columns: Floats) -> Fit:
+    """The fit with columns (N, d) as further parameters, solved linearly through the filter of what they leave."""
+    layout, width = bench.layout, columns.shape[1]
+    sigma = SPREAD * float(heard.weights.scale[layout.channels.index("motor_torque")])
     free = tuple(Free(f"unknown_{j}", 0.0, sigma, False, "N m") for j in range(width))
-    structure = replace(fitted.structure, free=(*fitted.structure.free, *free))
-    slopes = np.concatenate([fitted.slopes, columns], axis=1)
-    start = np.concatenate([fitted.coordinates, np.zeros(width)])
-    A = fitted.weights.normalise(bench.layout, slopes.T).T
-    r = fitted.weights.normalise(bench.layout, fitted.mismatch)
+    structure = replace(heard.structure, free=(*heard.structure.free, *free))
+    slopes = np.concatenate([heard.slopes, columns], axis=1)
+    rough = np.concatenate([heard.rough, np.zeros_like(columns)], axis=1)
+    start = np.concatenate([heard.coordinates, np.zeros(width)])
     precision = structure.sigma**-2
-    step = np.linalg.solve(A.T @ A + np.diag(precision), A.T @ r - precision * (start - structure.start))
-    mismatch = fitted.mismatch - slopes @ step
-    white = whiten(bench.layout, mismatch, bench.floor)
-    rough = np.concatenate([fitted.rough, np.zeros_like(columns)], axis=1)
-    return Fit(structure, start + step, mismatch, slopes, rough, fitted.weights, white, np.nan)
+    A, r = heard.white(layout, slopes), heard.white(layout, heard.mismatch)
+    step: Floats = np.zeros(len(start))
+    for _ in range(ROUNDS):
+        _, share = limited(r - A @ step)
+        information = A.T @ (A * share[:, None]) + np.diag(precision)
+        score = A.T @ (share * r) - precision * (start - structure.start)
+        step = np.asarray(np.linalg.solve(information, score), dtype=np.float64)
+    mismatch = heard.mismatch - (slopes + rough) @ step
+    return Fit(structure, start + step, mismatch, slopes, rough, heard.weights, heard.white, np.nan)

@@ -13,7 +13,8 @@ from hdfast.checks import Floats
 from hdfast.diagnosis.experiment import NOTHING, Contest, Experiment, propose
 from hdfast.diagnosis.facts import FACTS
 from hdfast.diagnosis.features import features
-from hdfast.diagnosis.fit import Bench
+from hdfast.diagnosis.fit import Bench, Fit
+from hdfast.diagnosis.holdout import Proof
 from hdfast.diagnosis.limits import Limit, limits, without_windup
 from hdfast.diagnosis.locate import Where, locate
 from hdfast.diagnosis.masking import Masked, masked, pulled
@@ -35,6 +36,7 @@ NOWHERE: dict[str, Any] = {
     "depends_on": [],
     "memory": "none",
 }
+PASTS = {"none": "", "rate_independent": " and on its path", "fading": " and on its recent past"}
 OF_THE_WINDUP = ("hysteresis", "viscoelastic", "backlash", "soft_windup", "mesh_stiffness_variation", "load_compliance")
 
 
@@ -64,13 +66,25 @@ class Verdict:
     limits: tuple[Limit, ...] = field(repr=False)
     experiment: Experiment | None = field(repr=False)
 
+    @property
+    def extended(self) -> Fit | None:
+        """The model with what was left out, named or not; None where nothing was added."""
+        if self.name == "depends_on" and self.unknown is not None:
+            return self.unknown.fit
+        return self.session.search.final if self.session.search.accepted else None
+
+    @property
+    def proof(self) -> Proof | None:
+        """Both models on held-out recordings, or None without any."""
+        return self.unknown.proof if self.name == "depends_on" and self.unknown is not None else self.session.proof
+
 
 def conclude(session: Session, seed: int) -> Verdict:
     """Weigh what the session found."""
     bench, search = session.bench, session.search
     rng = np.random.default_rng([seed, 2])
     standings = stand(bench, search, session.floor, rng)
-    unknown = _unknown(session)
+    unknown = None if standings else _unknown(session, rng)
     where = locate(bench, session.baseline, search.final)
     rigid = session.baseline.structure.model.base == "one_inertia"
     last = search.rounds[-1]
@@ -82,15 +96,11 @@ def conclude(session: Session, seed: int) -> Verdict:
     return Verdict(name, sentence, session, tuple(standings), unknown, where, tuple(hidden), tuple(known), experiment)
 
 
-def _unknown(session: Session) -> Unknown | None:
-    """The best state variable for what the search left over."""
+def _unknown(session: Session, rng: np.random.Generator) -> Unknown | None:
+    """The best state variable for a mismatch without a name."""
     final = session.search.final
-    if nrmse(session.bench.layout, final.mismatch) <= session.noisy:
-        return None
-    ratio = final.value("ratio")
-    found = features(session.bench, ratio, final.value("J_l"))
-    floor = session.proof.floor if session.proof else session.floor
-    return describe(session.bench, session.held, final, found, floor)
+    found = features(session.bench, final.value("ratio"), final.value("J_l"))
+    return describe(session.bench, session.held, final, found, rng)
 
 
 def _decide(
@@ -136,16 +146,17 @@ def _sentence(name: str, standings: Sequence[Standing], unknown: Unknown | None,
     sure = [one for one in standings if one.probability >= SURE]
     effects = ", ".join(dict.fromkeys(one.name for one in sure))
     better = ""
-    if session.proof is not None and standings and math.isfinite(session.proof.extended):
-        better = (
-            f"; error on held-out recordings {100 * session.proof.baseline:.1f} % -> "
-            f"{100 * session.proof.extended:.1f} %"
-        )
+    proof = session.proof if standings else unknown.proof if unknown else None
+    if proof is not None and math.isfinite(proof.extended):
+        better = f"; error on held-out recordings {100 * proof.baseline:.1f} % -> {100 * proof.extended:.1f} %"
     if name in ("found", "sensor"):
         return f"The model leaves out {effects}{better}."
     if name == "depends_on" and unknown is not None:
         feature = unknown.feature
-        return f"None of the known effects: a torque that depends on {feature.name}, memory {feature.memory}."
+        past = PASTS[feature.memory]
+        return (
+            f"None of the known effects: a torque at the {feature.place} that depends on {feature.name}{past}{better}."
+        )
     if name == "undecided":
         return f"Undecided: {reason}{better}."
     return "No evidence of left-out physics in these recordings."
@@ -207,7 +218,7 @@ def as_dict(verdict: Verdict, health: Health, seed: int, version: str) -> dict[s
             "effects": effects,
             "candidates": [one for one in every if one not in effects],
             "where": _where(verdict),
-            "fit": _fit(session, unknown),
+            "fit": _fit(verdict),
             "masking": [vars(one) for one in verdict.masked],
             "displaced": pulled(session.baseline),
             "not_showable": [
@@ -283,11 +294,11 @@ def _number(order: str) -> float:
 def _unknown_effect(unknown: Unknown) -> dict[str, Any]:
     return {
         "effect": "unknown",
-        "place": "motor",
+        "place": unknown.feature.place,
         "probability": 1.0 - 1.0 / (1.0 + max(unknown.gain.ratio, 0.0) ** 2),
         "parameters": {},
         "rivals": [],
-        "evidence": {"ranking": [list(entry) for entry in unknown.ranking], "gain_in_errors": unknown.gain.ratio},
+        "evidence": {"ranking": [list(entry) for entry in unknown.ranking], "gain": unknown.gain.total},
     }
 
 
@@ -306,7 +317,8 @@ def _where(verdict: Verdict) -> dict[str, Any]:
         depends += [name for name in facts.depends_on if name not in depends]
         memory = facts.memory if facts.memory != "none" else memory
     if not verdict.standings and verdict.unknown is not None:
-        depends, memory = [verdict.unknown.feature.name], verdict.unknown.feature.memory
+        feature = verdict.unknown.feature
+        places, depends, memory = [feature.place], [feature.name], feature.memory
     return {
         "place": places[0] if len(places) == 1 else None,
         "place_candidates": places,
@@ -321,10 +333,10 @@ def _where(verdict: Verdict) -> dict[str, Any]:
     }
 
 
-def _fit(session: Session, unknown: Unknown | None) -> dict[str, Any]:
+def _fit(verdict: Verdict) -> dict[str, Any]:
+    session, proof = verdict.session, verdict.proof
     layout = session.bench.layout
-    extended = session.search.final if unknown is None else unknown.fit
-    proof = session.proof if unknown is None else unknown.proof
+    extended = verdict.extended or session.search.final
     return {
         "fit": {
             "baseline_nrmse": nrmse(layout, session.baseline.mismatch),

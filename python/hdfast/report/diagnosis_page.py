@@ -46,7 +46,7 @@ def page(diagnosis: Diagnosis) -> str:
     if verdict is None:
         sections = [_health(content), _rejected(diagnosis)]
     else:
-        found = traces(verdict.session)
+        found = traces(verdict)
         screen = cards(content, verdict, found)
         units = verdict.session.bench.plant.units
         held = verdict.session.held

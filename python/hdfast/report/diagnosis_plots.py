@@ -236,14 +236,14 @@ def detectable(rows: Sequence[tuple[str, float, float, str]]) -> Figure:
 
 @styled
 def ranking(rows: Sequence[tuple[str, float]]) -> Figure:
-    """Gain of every state variable in standard errors: (name, gain) each."""
+    """How far a mismatch follows every state variable, in units of the 1 % point of noise: (name, statistic) each."""
     figure = Figure(figsize=(3.9, 0.6 + 0.27 * len(rows)), layout="constrained")
     axes = figure.add_subplot()
     place = np.arange(len(rows))
-    axes.barh(place, [gain for _, gain in rows], color=[BLUE, *[MEASURED] * (len(rows) - 1)], height=0.62)
+    axes.barh(place, [statistic for _, statistic in rows], color=[BLUE, *[MEASURED] * (len(rows) - 1)], height=0.62)
     axes.set_yticks(place, [name for name, _ in rows], fontsize=8.0)
     axes.set_ylim(len(rows) - 0.45, -0.55)
-    axes.axvline(0.0, color=INK, linewidth=0.7)
-    axes.set_xlabel("gain [standard errors]")
+    axes.axvline(1.0, color=INK, linewidth=0.7, linestyle=":")
+    axes.set_xlabel("statistic / 1 % point")
     axes.grid(visible=False, axis="y")
     return figure

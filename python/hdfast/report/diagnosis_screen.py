@@ -95,7 +95,7 @@ def cards(content: Mapping[str, Any], verdict: Verdict, found: list[Trace]) -> l
     variable = next(iter(content["where"]["depends_on"]), "motor_speed")
     variable = plots.VIEW.get(variable, variable)
     ratio = session.search.final.value("ratio")
-    channel = telling_trace.channel
+    channel = "motor_torque" if content["verdict"] == "depends_on" else telling_trace.channel
     role = "a recording kept for the proof" if telling_trace.unit.role == "heldout" else "a fitted recording"
     return [
         _where(content, verdict, found),
@@ -152,7 +152,7 @@ def _where(content: Mapping[str, Any], verdict: Verdict, found: list[Trace]) -> 
     named = content["verdict"] in ("found", "sensor") or where["place"]
     marked = dict.fromkeys(where["place_candidates"], color if named else GREY)
     index = {id(trace.unit): phases(trace.unit) for trace in found}
-    explained = bool(verdict.session.search.accepted)
+    explained = verdict.extended is not None
     texts = []
     if where["phase"] != "all":
         texts.append(f"{100 * where['phase_shares'][where['phase']]:.0f} % of it while in phase '{where['phase']}'.")
@@ -237,19 +237,19 @@ def _visible(verdict: Verdict) -> Card:
 
 
 def _ranking(verdict: Verdict) -> Card:
-    """State variables by how well they predict, for a mismatch without a name."""
+    """State variables by how far a mismatch without a name follows them."""
     assert verdict.unknown is not None
-    rows = [(words(name) + MEMORIES[memory], gain) for name, memory, gain in verdict.unknown.ranking]
+    rows = [(words(name) + MEMORIES[memory], statistic) for name, memory, statistic in verdict.unknown.ranking]
     return Card(
         "What it depends on best",
         "four",
         "no effect of the library explains it",
-        figures=[picture(plots.ranking(rows[:9]), "Gain on left-out recordings, in standard errors.")],
+        figures=[picture(plots.ranking(rows[:9]), "Dotted: what noise passes in one campaign of a hundred.")],
     )
 
 
 def _better(content: Mapping[str, Any], verdict: Verdict) -> Card:
-    extended = bool(verdict.session.search.accepted)
+    extended = verdict.extended is not None
     groups, texts = [], []
     for part, title in (("heldout", "kept for the proof"), ("fit", "fitted")):
         before, after, floor = (content["fit"][part][f"{key}_nrmse"] for key in ("baseline", "extended", "noise_floor"))
@@ -261,7 +261,7 @@ def _better(content: Mapping[str, Any], verdict: Verdict) -> Card:
         elif extended:
             rows.append(("extended", after, BLUE))
         groups.append((title, rows, floor or 0.0))
-    proof = verdict.session.proof
+    proof = verdict.proof
     if extended and proof is not None and len(groups[0][1]) == 2:
         texts.append(f"Proof: a gain of {proof.gain.ratio:.1f} standard errors.")
     texts += [verdict.session.weaker] if verdict.session.weaker else []

@@ -37,6 +37,7 @@ WORDS = {
     "transmitted_torque": "torque through the gear",
     "time_since_start": "time since the start",
 }
+VARIABLES = ("motor_speed", "motor_acceleration", "motor_phase", "load_phase", "lobe_phase")
 FAILURES = {
     "A1": "gain within chance",
     "A2": "error hardly falls",
@@ -54,8 +55,8 @@ def words(effect: str) -> str:
 
 
 def spoken(sentence: str) -> str:
-    """A sentence with the ids of effects as words."""
-    for effect in sorted([*terms().ids, *WORDS], key=len, reverse=True):
+    """A sentence with the ids of effects and of state variables as words."""
+    for effect in sorted([*terms().ids, *WORDS, *VARIABLES], key=len, reverse=True):
         sentence = sentence.replace(effect, words(effect)) if "_" in effect else sentence
     return sentence.replace(" -> ", " → ")
 

@@ -11,7 +11,7 @@ import numpy as np
 from hdfast.checks import Floats
 from hdfast.diagnosis.fit import Bench
 from hdfast.diagnosis.prepare import Unit
-from hdfast.diagnosis.session import Session
+from hdfast.diagnosis.verdict import Verdict
 
 WINDOW_SHARE, SHORTEST, LONGEST = 0.3, 0.6, 2.0
 CELLS = 420
@@ -59,12 +59,14 @@ class Trace:
         return self.unit.offset + self.unit.t
 
 
-def traces(session: Session) -> list[Trace]:
+def traces(verdict: Verdict) -> list[Trace]:
     """Every judged channel of every recording, the held-out ones first."""
-    models = ("nominal", "extended" if session.search.accepted else "")
-    found = traces_of(session.bench, (session.baseline.mismatch, session.search.final.mismatch), models)
-    if session.held is not None and session.proof is not None:
-        found = traces_of(session.held, session.proof.mismatch, models) + found
+    session, extended = verdict.session, verdict.extended
+    models = ("nominal", "" if extended is None else "extended")
+    after = session.search.final if extended is None else extended
+    found = traces_of(session.bench, (session.baseline.mismatch, after.mismatch), models)
+    if session.held is not None and verdict.proof is not None:
+        found = traces_of(session.held, verdict.proof.mismatch, models) + found
     return found
 
 
@@ -169,7 +171,7 @@ def states(unit: Unit, ratio: float, inertia: float) -> dict[str, tuple[str, Flo
         "motor_speed": ("motor speed [r/min]", unit.speed * 30.0 / math.pi),
         "transmitted_torque": ("torque through the gear [N m]", transmitted),
         "motor_phase": ("motor angle in its turn [rad]", unit.angle % (2.0 * math.pi)),
-        "load_phase": ("load angle in its turn [rad]", (unit.angle / ratio) % (2.0 * math.pi)),
+        "load_phase": ("load angle in its turn [rad]", (unit.angle / ratio + math.pi) % (2.0 * math.pi) - math.pi),
         "motor_acceleration": ("motor acceleration [rad/s²]", unit.acceleration),
         "time_since_start": ("time [s]", unit.offset + unit.t),
     }

@@ -1,0 +1,100 @@
+"""A mismatch without a name: which state variable it follows, with which memory, and where it acts."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import diagnosed
+import numpy as np
+import pytest
+import small_campaign
+from hdfast.diagnosis import diagnose
+from hdfast.diagnosis.features import features, slowed
+from hdfast.diagnosis.fit import fit
+from hdfast.diagnosis.regressors import DAMPING, aged, positions, resonances
+from hdfast.diagnosis.session import nominal, set_up_usable
+from hdfast.recordings import load_campaign
+from scipy import integrate
+
+RATE = 500.0
+LAWS = {
+    "gravity_unbalance": ({"T_gravity": 4.0, "psi": 0.4}, "load_phase", "none", "load"),
+    "coulomb_friction": ({"T_c": 0.05}, "direction", "none", "motor"),
+}
+
+
+@pytest.fixture(scope="module")
+def complete(tmp_path_factory):
+    """Bench and fit of a complete drive."""
+    campaign = load_campaign(small_campaign.write(tmp_path_factory.mktemp("complete")))
+    setup = set_up_usable(campaign, None)
+    return setup.bench, fit(setup.bench, nominal(setup))
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_regress_a_law_that_the_library_lacks_is_described_without_a_name(tmp_path, monkeypatch, law):
+    values, variable, memory, place = LAWS[law]
+    small_campaign.shorten_library(monkeypatch, ())
+    found = diagnose(diagnosed.write(tmp_path, [law], {f"{law}_{name}": own for name, own in values.items()}))
+    assert found.verdict == "depends_on"
+    where = found.content["where"]
+    assert (where["depends_on"], where["memory"], where["place"]) == ([variable], memory, place)
+    errors = found.content["fit"]["heldout"]
+    assert errors["extended_nrmse"] < 0.7 * errors["baseline_nrmse"]
+
+
+def test_regress_a_complete_drive_without_names_is_quiet(tmp_path, monkeypatch):
+    small_campaign.shorten_library(monkeypatch, ())
+    assert diagnose(small_campaign.write(tmp_path)).verdict == "no_evidence"
+
+
+def test_exact_a_torque_behind_the_gear_is_felt_at_the_motor(complete):
+    """Columns are in N m at the motor: in slow motion what resists the load arrives there, losses aside."""
+    bench, fitted = complete
+    slow = slowed(bench)
+    one = next(one for one in features(bench, 121.0, 0.5) if one.name == "load_phase" and one.place == "load")
+    felt = one.columns(bench, slow, fitted)
+    steady = np.flatnonzero(np.abs(slow[2].acceleration) < 1.0)
+    acting = (one.regressors(slow[2]) / one.size).sum(axis=1)
+    _, _, where = next(p for p in bench.layout.pieces if p[0] == 2 and p[1] == "motor_torque")
+    samples = bench.layout.sample[where]
+    kept = np.isin(samples, steady)
+    pulled = acting - acting[samples].mean()
+    difference = felt[where].sum(axis=1)[kept] - pulled[samples][kept]
+    assert np.median(np.abs(difference - np.median(difference))) < 0.1 * np.ptp(acting)
+
+
+def test_exact_what_is_built_up_at_rest_wears_off_in_motion(complete):
+    bench, _ = complete
+    unit = bench.plant.units[0]
+    t = np.arange(2000) / RATE
+    moving = replace(unit, t=t, speed=np.where(t < 1.0, 0.0, -3.0))
+    found = aged(0.2, RATE)(moving)[:, 0]
+    assert np.all(found[t < 1.0] == 0.0)
+    np.testing.assert_allclose(found[t >= 1.0], -np.exp(-(t[t >= 1.0] - 1.0 + 1.0 / RATE) / 0.2), rtol=1e-9)
+
+
+def test_against_lsoda_a_mass_on_a_spring_answers_a_shake(complete):
+    bench, _ = complete
+    t = np.arange(1000) / RATE
+    shaken = replace(bench.plant.units[0], t=t, acceleration=np.sin(9.0 * t))
+    w = 2.0 * np.pi * 2.0
+
+    def swing(time, y):
+        return [y[1], np.sin(9.0 * time) - 2.0 * DAMPING * w * y[1] - w**2 * y[0]]
+
+    exact = integrate.solve_ivp(swing, (0.0, t[-1]), [0.0, 0.0], method="LSODA", t_eval=t, rtol=1e-9, atol=1e-12).y
+    found = resonances(2.0, RATE)(shaken)
+    np.testing.assert_allclose(found[:, 0], w**2 * exact[0], atol=0.01 * np.max(np.abs(found[:, 0])))
+    np.testing.assert_allclose(found[:, 1], w * exact[1], atol=0.01 * np.max(np.abs(found[:, 1])))
+
+
+def test_exact_positions_share_out_one_everywhere(complete):
+    bench, _ = complete
+    units = bench.plant.units
+    over = positions(units, 6)
+    for unit in units:
+        np.testing.assert_allclose(over(unit).sum(axis=1), 1.0, rtol=1e-12)
+    turning = [replace(unit, turned=8.0 * np.pi * unit.t / unit.t[-1]) for unit in units]
+    again = [replace(unit, turned=unit.turned - 2.0 * np.pi) for unit in turning]
+    np.testing.assert_allclose(positions(turning, 6)(turning[0]), positions(turning, 6)(again[0]), atol=1e-6)

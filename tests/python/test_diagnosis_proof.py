@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+import small_campaign
+from hdfast.diagnosis import diagnose
+from hdfast.diagnosis.fit import Bench
 from hdfast.diagnosis.holdout import Proof
 from hdfast.diagnosis.score import Gain
 
@@ -54,4 +57,22 @@ def test_exact_what_convinces_elsewhere_stands_unless_refuted(
 
 
 def test_exact_a_model_that_predicts_worse_never_holds() -> None:
-    assert not proof(30.0, 30.0, 100.0, errors=(0.5, 0.52)).holds
+    worse = proof(30.0, 30.0, 100.0, errors=(0.5, 0.52))
+    assert worse.refutes
+    assert not worse.holds
+
+
+def test_exact_a_candidate_that_cannot_be_simulated_is_no_crash(tmp_path, monkeypatch):
+    """Rows of a candidate that fail at every amplitude end its trial, not the diagnosis."""
+    small_campaign.shorten_library(monkeypatch)
+    whole = Bench.mismatch
+
+    def failing(bench, structure, coordinates):
+        found = whole(bench, structure, coordinates)
+        broken = "coulomb_friction" in structure.model.terms and len(coordinates) > 1
+        return np.full_like(found, np.nan) if broken else found
+
+    monkeypatch.setattr(Bench, "mismatch", failing)
+    found = diagnose(small_campaign.write(tmp_path, ["coulomb_friction"], {"T_c": 0.05}))
+    trials = found.evidence.session.search.rounds[0].trials
+    assert next(one.failed for one in trials if one.candidate.effect == "coulomb_friction") == ("A0 simulation",)

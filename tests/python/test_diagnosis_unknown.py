@@ -19,7 +19,11 @@ from scipy import integrate
 RATE = 500.0
 LAWS = {
     "gravity_unbalance": ({"T_gravity": 4.0, "psi": 0.4}, "load_phase", "none", "load"),
-    "coulomb_friction": ({"T_c": 0.05}, "direction", "none", "motor"),
+    "coulomb_friction": ({"T_c": 0.03}, "direction", "none", "motor"),
+}
+TRUE = {
+    "gravity_unbalance": lambda angle: 4.0 * np.sin(angle + 0.4),
+    "coulomb_friction": lambda direction: 0.03 * direction,
 }
 
 
@@ -41,6 +45,11 @@ def test_regress_a_law_that_the_library_lacks_is_described_without_a_name(tmp_pa
     assert (where["depends_on"], where["memory"], where["place"]) == ([variable], memory, place)
     errors = found.content["fit"]["heldout"]
     assert errors["extended_nrmse"] < 0.7 * errors["baseline_nrmse"]
+    evidence = found.effects[0]["evidence"]
+    true = TRUE[law](np.array(evidence[variable]))
+    np.testing.assert_allclose(
+        evidence["torque_N_m"], true - np.mean(true) + np.mean(evidence["torque_N_m"]), atol=0.15 * np.ptp(true)
+    )
 
 
 def test_regress_a_complete_drive_without_names_is_quiet(tmp_path, monkeypatch):

@@ -16,6 +16,8 @@ from hdfast.diagnosis.verdict import Verdict, as_dict, conclude, rejected
 from hdfast.health import check
 from hdfast.recordings import Campaign, load_campaign
 
+UNNAMED = "# The torque without a name is not in this file: verdict.json holds it over its state variable.\n"
+
 
 @dataclass(frozen=True, eq=False)
 class Diagnosis:
@@ -47,13 +49,17 @@ class Diagnosis:
 
     @property
     def model(self) -> str:
-        """The extended model as TOML text; the nominal one where nothing was found."""
+        """The extended model as TOML text; the nominal one where nothing was found.
+
+        A torque without a name is not in it: verdict.json holds its curve.
+        """
         if self.evidence is None:
             return self.campaign.text
         session = self.evidence.session
         final = session.search.final
         values = {name: final.value(name) for name in final.structure.names}
-        return extended_model(self.campaign, final.structure, values, final.sigma_of(session.bench.layout))
+        text = extended_model(self.campaign, final.structure, values, final.sigma_of(session.bench.layout))
+        return UNNAMED + text if self.verdict == "depends_on" else text
 
     def report(self, folder: str | Path) -> Path:
         """Write report.html, verdict.json, extended_model.toml and a copy of the campaign; returns the page's path.

@@ -20,6 +20,8 @@ POSITIONS = (6, 12, 24)
 RESONANCES = np.geomspace(0.7, 6.0, 16)
 AGES = (0.15, 0.5, 1.5)
 
+Group = tuple[tuple[str, str, str], Variable | None, Variable]
+
 
 @dataclass(frozen=True)
 class Feature:
@@ -29,6 +31,7 @@ class Feature:
         name: in the vocabulary of `where.depends_on`.
         memory: "none", "rate_independent" or "fading".
         place: where the torque acts, "motor" or "load".
+        variable: the state variable of a law without memory, shape (n,); None with memory.
         regressors: of a recording's slow motion, shape (n, d).
         size: root mean square of each on the recordings that are fitted, shape (d,).
     """
@@ -36,6 +39,7 @@ class Feature:
     name: str
     memory: str
     place: str
+    variable: Variable | None = field(repr=False)
     regressors: Variable = field(repr=False)
     size: Floats = field(repr=False)
 
@@ -52,6 +56,10 @@ class Feature:
             return _behind_the_gear(bench, fitted, torques)
         smooth = bench.plant.band.smooth
         return _stacked(bench, [smooth(np.ascontiguousarray(torque.T)).T for torque in torques])
+
+    def torque(self, unit: Unit, coordinates: Floats) -> Floats:
+        """What acts for coordinates (d',) in slow motion, in N m at the motor, (n,)."""
+        return np.asarray(self.regressors(unit)[:, self._kept] / self.size[self._kept] @ coordinates)
 
     @property
     def label(self) -> tuple[str, str]:
@@ -84,31 +92,34 @@ def features(bench: Bench, ratio: float, inertia: float) -> list[Feature]:
     def transmitted(unit: Unit) -> Floats:
         return np.asarray(inertia * unit.acceleration / ratio + unit.load_torque)
 
-    smooth = {
+    def transmitted_size(unit: Unit) -> Floats:
+        return np.asarray(np.sign(unit.speed) * np.abs(transmitted(unit)))
+
+    smooth: dict[str, Variable] = {
         "motor_speed": lambda unit: unit.speed,
-        "abs_transmitted_torque": lambda unit: np.sign(unit.speed) * np.abs(transmitted(unit)),
+        "abs_transmitted_torque": transmitted_size,
         "time_since_start": lambda unit: unit.offset + unit.t,
         "direction": lambda unit: np.sign(unit.speed),
     }
     if any(np.any(unit.load_torque != 0.0) for unit in slow):
         smooth["transmitted_torque"] = transmitted
-    circular = {
+    turning: dict[str, Variable] = {
         "motor_phase": lambda unit: unit.angle,
         "load_phase": lambda unit: unit.turned,
         "lobe_phase": lambda unit: unit.angle - unit.turned,
     }
-    groups = [(name, "none", "motor", splines(slow, of)) for name, of in smooth.items()]
-    groups += [(name, "none", "motor", waves(slow, of)) for name, of in circular.items()]
-    groups += [("load_phase", "none", "load", positions(slow, pieces)) for pieces in POSITIONS]
-    groups.append(("motor_phase", "rate_independent", "motor", plays(slow)))
-    groups.append(("motor_speed", "fading", "motor", filters(band.rate)))
-    groups += [("direction", "fading", "motor", aged(time, band.rate)) for time in AGES]
+    groups: list[Group] = [((name, "none", "motor"), of, splines(slow, of)) for name, of in smooth.items()]
+    groups += [((name, "none", "motor"), of, waves(slow, of)) for name, of in turning.items()]
+    groups += [(("load_phase", "none", "load"), turning["load_phase"], positions(slow, pieces)) for pieces in POSITIONS]
+    groups.append((("motor_phase", "rate_independent", "motor"), None, plays(slow)))
+    groups.append((("motor_speed", "fading", "motor"), None, filters(band.rate)))
+    groups += [(("direction", "fading", "motor"), None, aged(time, band.rate)) for time in AGES]
     groups += [
-        ("motor_acceleration", "fading", "load", resonances(frequency, band.rate))
+        (("motor_acceleration", "fading", "load"), None, resonances(frequency, band.rate))
         for frequency in RESONANCES.tolist()
         if frequency < band.motion
     ]
-    found = [Feature(name, memory, place, of, _size([of(unit) for unit in slow])) for name, memory, place, of in groups]
+    found = [Feature(*labels, of, shapes, _size([shapes(unit) for unit in slow])) for labels, of, shapes in groups]
     return [one for one in found if one.width]
 
 

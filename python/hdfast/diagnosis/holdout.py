@@ -55,8 +55,8 @@ class Proof:
 
     @property
     def refutes(self) -> bool:
-        """Whether the recordings would have shown the improvement, and speak for the baseline."""
-        return not self.shows and self.expected >= POWERED and self.gain.total < 0.0
+        """Whether the recordings would have shown the improvement, and speak for the baseline or are told worse."""
+        return not self.shows and self.expected >= POWERED and (self.gain.total < 0.0 or self._worse)
 
     @property
     def holds(self) -> bool:

@@ -193,6 +193,8 @@ def _try(bench: Bench, current: Fit, signature: Signature, rules: Rules, seen: S
     reduced, here = without(current, contained)
     structure = candidate.added_to(reduced)
     starts = _starts(bench, structure, current, here, signature)
+    if not starts:
+        return Trial(candidate, current, gain(bench, current, current, rules.folds), ("A0 simulation",))
     fits = [fit(bench, structure, starts[0], None if contained else current)]
     fits += [fit(bench, structure, start) for start in starts[1:]]
     metric = Metric.of(bench, current.mismatch)
@@ -204,7 +206,8 @@ def _try(bench: Bench, current: Fit, signature: Signature, rules: Rules, seen: S
 def _starts(bench: Bench, structure: Structure, current: Fit, here: Floats, signature: Signature) -> list[Floats]:
     """The best of several amplitudes, from the present parameters and from the priors of those that were displaced.
 
-    With each amplitude the parameters that had stood for the effect give it back, or stay.
+    With each amplitude the parameters that had stood for the effect give it back, or stay. Nothing where none can be
+    simulated.
     """
     candidate, shares = signature.candidate, np.maximum(signature.shares, LEAST)
     if not candidate.bends:
@@ -227,7 +230,10 @@ def _starts(bench: Bench, structure: Structure, current: Fit, here: Floats, sign
         tried = np.concatenate([base - np.array(given), np.array(added)], axis=1)
         found = bench.mismatch(structure, tried)
         costs = [metric.cost(bench.layout, structure, *pair) for pair in zip(tried, found, strict=True)]
-        starts.append(tried[int(np.nanargmin(np.where(np.isfinite(costs), costs, np.inf)))])
+        if np.isfinite(costs).any():
+            starts.append(tried[int(np.nanargmin(np.where(np.isfinite(costs), costs, np.inf)))])
+        elif not starts:
+            return []
     return starts
 
 

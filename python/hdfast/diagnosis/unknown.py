@@ -15,6 +15,7 @@ from hdfast.diagnosis.fit import Bench, Fit
 from hdfast.diagnosis.holdout import Proof, Replay, replayed, weigh_up
 from hdfast.diagnosis.plant import Free
 from hdfast.diagnosis.projector import Projector
+from hdfast.diagnosis.regressors import TURN
 from hdfast.diagnosis.score import CONVINCING, FOLDS, Gain, gain
 from hdfast.diagnosis.select import RISE, SPARED
 from hdfast.diagnosis.session import noise_floor
@@ -24,6 +25,7 @@ SPREAD = 3.0
 ROUNDS = 3
 CLEAR, CLOSE = 1.3, 0.7
 APART = 1e-3
+POINTS = 48
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,6 +62,25 @@ class Unknown:
     def statistic(self) -> float:
         """How far the mismatch follows the variable, in units of the family-wise 1 % point."""
         return next(value for *label, value in self.ranking if tuple(label) == self.feature.label)
+
+    def curve(self, bench: Bench) -> tuple[Floats, Floats] | None:
+        """State variable and torque at its place [N m], medians of `POINTS` equal shares of the recordings' samples.
+
+        Angles are within one turn where the recordings make one; None for a law with memory.
+        """
+        of = self.feature.variable
+        if of is None:
+            return None
+        slow = slowed(bench)
+        x = np.concatenate([of(unit) for unit in slow])
+        if self.feature.name.endswith("_phase") and np.ptp(x) > TURN:
+            x = np.mod(x, TURN)
+        own = self.fit.coordinates[-self.feature.width :]
+        behind = self.fit.value("ratio") if self.feature.place == "load" else 1.0
+        torque = behind * np.concatenate([self.feature.torque(unit, own) for unit in slow])
+        parts = [part for part in np.array_split(np.argsort(x, kind="stable"), POINTS) if part.size]
+        medians = np.array([(np.median(x[part]), np.median(torque[part])) for part in parts])
+        return medians[:, 0], medians[:, 1]
 
 
 def describe(

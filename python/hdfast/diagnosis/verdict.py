@@ -210,7 +210,7 @@ def as_dict(verdict: Verdict, health: Health, seed: int, version: str) -> dict[s
     effects = [one for one in every if one["probability"] >= SURE or verdict.name == "undecided"]
     unknown = verdict.unknown if verdict.name == "depends_on" else None
     if unknown is not None:
-        effects.append(_unknown_effect(unknown))
+        effects.append(_unknown_effect(unknown, session.bench))
     content: dict[str, Any] = _finite(
         {
             "verdict": verdict.name,
@@ -291,14 +291,22 @@ def _number(order: str) -> float:
     return float(top) / float(bottom or 1.0)
 
 
-def _unknown_effect(unknown: Unknown) -> dict[str, Any]:
+def _unknown_effect(unknown: Unknown, bench: Bench) -> dict[str, Any]:
+    evidence: dict[str, Any] = {
+        "ranking": [list(entry) for entry in unknown.ranking],
+        "gain": unknown.gain.total,
+        "torque_N_m": None,
+    }
+    curve = unknown.curve(bench)
+    if curve is not None:
+        evidence[unknown.feature.name], evidence["torque_N_m"] = (values.tolist() for values in curve)
     return {
         "effect": "unknown",
         "place": unknown.feature.place,
         "probability": 1.0 - 1.0 / (1.0 + max(unknown.gain.ratio, 0.0) ** 2),
         "parameters": {},
         "rivals": [],
-        "evidence": {"ranking": [list(entry) for entry in unknown.ranking], "gain": unknown.gain.total},
+        "evidence": evidence,
     }
 
 

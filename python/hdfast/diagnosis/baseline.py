@@ -52,7 +52,8 @@ def baseline(campaign: Campaign, torque_spread: float, period: float) -> Structu
         positive = prior.value > 0.0 and not row.name.startswith(("te_", *SIGNED)) and "psi" not in row.name
         sigma = prior.sigma / prior.value if positive else prior.sigma
         free.append(Free(name, prior.value, float(sigma), positive, row.unit, low, high))
-    stage = stage_of({name: _lasting(facts) for name, facts in campaign.sensors.items()})
+    declared = campaign.drive.effects
+    stage = stage_of({name: _lasting(facts) for name, facts in campaign.sensors.items()}, declared)
     for effect, channel in stage.effects:
         names = [f"{channel}_{effect}_{parameter.name}" for parameter in terms()[effect].parameters]
         fixed |= {name: float(stage.value(name)) for name in names}

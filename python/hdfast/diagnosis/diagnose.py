@@ -8,15 +8,16 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
+from threadpoolctl import threadpool_limits
+
 from hdfast import files
+from hdfast.diagnosis.content import as_dict, rejected
 from hdfast.diagnosis.extended import extended_model
 from hdfast.diagnosis.session import run, usable
 from hdfast.diagnosis.stages import stages
-from hdfast.diagnosis.verdict import Verdict, as_dict, conclude, rejected
+from hdfast.diagnosis.verdict import Verdict, conclude
 from hdfast.health import check
 from hdfast.recordings import Campaign, load_campaign
-
-UNNAMED = "# The torque without a name is not in this file: verdict.json holds it over its state variable.\n"
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,15 +52,16 @@ class Diagnosis:
     def model(self) -> str:
         """The extended model as TOML text; the nominal one where nothing was found.
 
-        A torque without a name is not in it: verdict.json holds its curve.
+        A torque without a name is noted in it, with its curve; no command simulates it.
         """
         if self.evidence is None:
             return self.campaign.text
-        session = self.evidence.session
+        session, unknown = self.evidence.session, self.evidence.described
         final = session.search.final
         values = {name: final.value(name) for name in final.structure.names}
-        text = extended_model(self.campaign, final.structure, values, final.sigma_of(session.bench.layout))
-        return UNNAMED + text if self.verdict == "depends_on" else text
+        sigma = final.sigma_of(session.bench.layout)
+        unnamed = None if unknown is None else unknown.noted(session.bench)
+        return extended_model(self.campaign, final.structure, values, sigma, unnamed=unnamed)
 
     def report(self, folder: str | Path) -> Path:
         """Write report.html, verdict.json, extended_model.toml and a copy of the campaign; returns the page's path.
@@ -71,8 +73,9 @@ class Diagnosis:
 
         path = files.prepare(folder)
         files.write_text(path / "campaign.toml", self.campaign.text)
-        files.write_text(path / "extended_model.toml", self.model)
-        files.write_text(path / PAGE, page(self))
+        with threadpool_limits(1):
+            files.write_text(path / "extended_model.toml", self.model)
+            files.write_text(path / PAGE, page(self))
         files.write_json(path / "verdict.json", self.to_dict())
         return path / PAGE
 
@@ -87,7 +90,7 @@ def diagnose(
     threads: int | None = None,
     progress: bool | Callable[[str], None] = False,
 ) -> Diagnosis:
-    """Find the physics that a drive's model leaves out.
+    """Find the physics that a drive's model leaves out; linear algebra runs on one thread, for the same bits anywhere.
 
     Args:
         campaign: campaign file, or one that is loaded.
@@ -104,9 +107,10 @@ def diagnose(
     number = version("hdfast")
     if not health.usable:
         return Diagnosis(loaded, rejected(health, seed, number), None)
-    with stages(progress) as told:
+    with threadpool_limits(1), stages(progress) as told:
         session = run(loaded, usable(health), seed, threads, told)
         told.expect(1)
         verdict = conclude(session, seed)
+        content = as_dict(verdict, health, seed, number)
         told.done("weighed the verdict")
-    return Diagnosis(loaded, as_dict(verdict, health, seed, number), verdict)
+    return Diagnosis(loaded, content, verdict)

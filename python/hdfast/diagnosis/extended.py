@@ -7,8 +7,10 @@ from collections.abc import Mapping
 from typing import Any
 
 from hdfast.diagnosis.plant import NUISANCE, Structure
+from hdfast.drive_file import UNKNOWN
 from hdfast.params import params
 from hdfast.recordings import Campaign
+from hdfast.sensors import stage_of
 from hdfast.terms import terms
 from hdfast.toml_write import dump
 
@@ -21,6 +23,7 @@ def extended_model(
     values: Mapping[str, float],
     sigma: Mapping[str, float],
     word: str = "extended",
+    unnamed: Mapping[str, Any] | None = None,
 ) -> str:
     """TOML text: the campaign's sections with refitted values and the terms that were found, no recordings.
 
@@ -30,6 +33,7 @@ def extended_model(
         values: value of each free parameter.
         sigma: its standard deviation.
         word: what is added to the title.
+        unnamed: parameters of a torque without a name, kept as they are.
     """
     everything = {**structure.fixed, **values}
     sections: dict[str, Any] = {"title": f"{campaign.title}, {word}"}
@@ -43,6 +47,13 @@ def extended_model(
     sections["drive"] = drive
     sections["kinematic_error"] = {"orders": [_order(order) for order in structure.model.order_labels], **error}
     listed = [_term(term, everything, sigma) for term in structure.model.terms]
+    facts = stage_of(campaign.sensors).effects
+    listed += [
+        _term(effect, everything, sigma, channel)
+        for effect, channel in structure.sensors
+        if (effect, channel) not in facts
+    ]
+    listed += [{"effect": UNKNOWN, "parameters": dict(unnamed)}] if unnamed else []
     if listed:
         sections["terms"] = listed
     sections |= {name: dict(campaign.data[name]) for name in KEPT if name in campaign.data}
@@ -55,13 +66,15 @@ def _of_the_drive(name: str, structure: Structure) -> bool:
     )
 
 
-def _term(term: str, values: Mapping[str, float], sigma: Mapping[str, float]) -> dict[str, Any]:
+def _term(
+    term: str, values: Mapping[str, float], sigma: Mapping[str, float], channel: str | None = None
+) -> dict[str, Any]:
     parameters = {}
     for parameter in terms()[term].parameters:
-        long = f"{term}_{parameter.name}"
+        long = f"{term}_{parameter.name}" if channel is None else f"{channel}_{term}_{parameter.name}"
         name = long if long in values else parameter.name
         parameters[parameter.name] = _stated(values.get(name, parameter.default), sigma.get(name))
-    return {"effect": term, "parameters": parameters}
+    return {"effect": term} | ({"channel": channel} if channel else {}) | {"parameters": parameters}
 
 
 def _stated(value: float, sigma: float | None) -> Any:

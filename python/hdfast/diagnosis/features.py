@@ -51,32 +51,51 @@ class Feature:
             slow: their slow motion.
             fitted: the model through which a torque on the load is felt.
         """
-        torques = [self.regressors(unit)[:, self._kept] / self.size[self._kept] for unit in slow]
         if self.place == "load":
-            return _behind_the_gear(bench, fitted, torques)
+            return _behind_the_gear(bench, fitted, self._torques(slow))
+        return self.sketch(bench, slow, fitted)
+
+    def sketch(self, bench: Bench, slow: Sequence[Unit], fitted: Fit) -> Floats:
+        """The same well below the resonance, where a torque on the load is felt everywhere at once."""
+        shares = {TORQUE: 1.0}
+        if self.place == "load" and fitted.structure.model.base == "two_inertia":
+            ratio = fitted.value("ratio")
+            stiffness = "K1" if fitted.structure.model.spring == "piecewise" else "k1"
+            shares |= {"te": ratio / fitted.value(stiffness), "output_torque": ratio}
         smooth = bench.plant.band.smooth
-        return _stacked(bench, [smooth(np.ascontiguousarray(torque.T)).T for torque in torques])
+        found = [
+            {
+                channel: shares.get(channel, 0.0) * smooth(np.ascontiguousarray(torque.T), channel)
+                for channel in unit.measured
+            }
+            for unit, torque in zip(bench.plant.units, self._torques(slow), strict=True)
+        ]
+        return bench.layout.stack(found).T
 
     def torque(self, unit: Unit, coordinates: Floats) -> Floats:
         """What acts for coordinates (d',) in slow motion, in N m at the motor, (n,)."""
         return np.asarray(self.regressors(unit)[:, self._kept] / self.size[self._kept] @ coordinates)
 
     @property
-    def label(self) -> tuple[str, str]:
-        """Variable and memory, whatever the shape."""
-        return self.name, self.memory
+    def label(self) -> tuple[str, str, str]:
+        """Variable, memory and place, whatever the shape."""
+        return self.name, self.memory, self.place
 
     @property
     def width(self) -> int:
         """Number of regressors that are not always zero."""
         return int(self._kept.sum())
 
+    def _torques(self, slow: Sequence[Unit]) -> list[Floats]:
+        """1 N m of each regressor, (n, d') per recording."""
+        return [self.regressors(unit)[:, self._kept] / self.size[self._kept] for unit in slow]
+
     @property
     def _kept(self) -> NDArray[np.bool_]:
         return self.size > NOTHING
 
 
-def features(bench: Bench, ratio: float, inertia: float) -> list[Feature]:
+def features(bench: Bench, fitted: Fit) -> list[Feature]:
     """Instantaneous, rate-independent and fading regressors.
 
     The acceleration itself is not among them: whatever torque is missing has accelerated the drive. What a mass on a
@@ -84,10 +103,11 @@ def features(bench: Bench, ratio: float, inertia: float) -> list[Feature]:
 
     Args:
         bench: recordings.
-        ratio: reduction ratio.
-        inertia: load inertia [kg m^2], for the transmitted torque.
+        fitted: the model, for the transmitted torque; where it has a load side, a torque may act on that.
     """
     slow, band = slowed(bench), bench.plant.band
+    ratio, inertia = fitted.value("ratio"), fitted.value("J_l")
+    elastic = fitted.structure.model.base == "two_inertia"
 
     def transmitted(unit: Unit) -> Floats:
         return np.asarray(inertia * unit.acceleration / ratio + unit.load_torque)
@@ -108,12 +128,15 @@ def features(bench: Bench, ratio: float, inertia: float) -> list[Feature]:
         "load_phase": lambda unit: unit.turned,
         "lobe_phase": lambda unit: unit.angle - unit.turned,
     }
-    groups: list[Group] = [((name, "none", "motor"), of, splines(slow, of)) for name, of in smooth.items()]
+    places = ("motor", "load") if elastic else ("motor",)
+    groups: list[Group] = [
+        ((name, "none", place), of, splines(slow, of)) for name, of in smooth.items() for place in places
+    ]
     groups += [((name, "none", "motor"), of, waves(slow, of)) for name, of in turning.items()]
     groups += [(("load_phase", "none", "load"), turning["load_phase"], positions(slow, pieces)) for pieces in POSITIONS]
     groups.append((("motor_phase", "rate_independent", "motor"), None, plays(slow)))
     groups.append((("motor_speed", "fading", "motor"), None, filters(band.rate)))
-    groups += [(("direction", "fading", "motor"), None, aged(time, band.rate)) for time in AGES]
+    groups += [(("direction", "fading", place), None, aged(time, band.rate)) for time in AGES for place in places]
     groups += [
         (("motor_acceleration", "fading", "load"), None, resonances(frequency, band.rate))
         for frequency in RESONANCES.tolist()
@@ -140,15 +163,6 @@ def slowed(bench: Bench) -> list[Unit]:
 def _size(columns: Sequence[Floats]) -> Floats:
     """Root mean square of regressors (n, d) over recordings, shape (d,)."""
     return np.asarray(np.sqrt(np.mean(np.concatenate(columns) ** 2, axis=0)))
-
-
-def _stacked(bench: Bench, torques: Sequence[Floats]) -> Floats:
-    """Torques (n, d) at the motor on the stacked samples, zero on every other channel, shape (N, d)."""
-    found = [
-        {channel: torque.T if channel == TORQUE else np.zeros_like(torque.T) for channel in unit.measured}
-        for unit, torque in zip(bench.plant.units, torques, strict=True)
-    ]
-    return bench.layout.stack(found).T
 
 
 def _behind_the_gear(bench: Bench, fitted: Fit, torques: Sequence[Floats]) -> Floats:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from hdfast.diagnosis.candidate import Candidate
 from hdfast.diagnosis.screen import Screen, Signature
 from hdfast.terms import terms
 
@@ -40,9 +41,17 @@ def limits(signatures: Sequence[Signature], seen: Screen) -> list[Limit]:
     for one in signatures:
         limit = _limit(one, seen)
         known = best.get(limit.effect)
-        if known is None or (limit.minimum_detectable or np.inf) < (known.minimum_detectable or np.inf):
+        if known is None or _easier(limit, known, stiffness=one.candidate.stiffness):
             best[limit.effect] = limit
     return sorted(best.values(), key=lambda limit: limit.visibility)
+
+
+def _easier(limit: Limit, known: Limit, *, stiffness: bool) -> bool:
+    """Whether a shape is seen at a smaller effect than another; a larger stiffness is a smaller effect."""
+    if limit.minimum_detectable is None or known.minimum_detectable is None:
+        return known.minimum_detectable is None
+    sign = -1.0 if stiffness else 1.0
+    return sign * limit.minimum_detectable < sign * known.minimum_detectable
 
 
 def without_windup(effects: Sequence[str]) -> list[Limit]:
@@ -62,14 +71,15 @@ def _limit(one: Signature, seen: Screen) -> Limit:
     reason = None
     if one.visibility < SWALLOWED:
         reason = f"{100.0 * (1.0 - one.visibility):.0f} % of it is swallowed by the drive's parameters"
-    elif smallest is not None and smallest > _plausible(candidate.effect, candidate.amplitude):
+    elif smallest is not None and not _plausible(candidate, smallest):
         reason = "only amplitudes beyond the plausible would be seen"
     return Limit(candidate.effect, one.visibility, smallest, free.unit, reason)
 
 
-def _plausible(effect: str, amplitude: str) -> float:
-    """Upper end of the plausible amplitude for a size-25 unit."""
-    if effect not in terms().ids:
-        return float("inf")
-    own = amplitude.removeprefix(f"{effect}_")
-    return next((p.high for p in terms()[effect].parameters if p.name == own), float("inf"))
+def _plausible(candidate: Candidate, amplitude: float) -> bool:
+    """Whether an effect of this amplitude, or a larger one, is within what the catalogue calls plausible."""
+    if candidate.effect not in terms().ids:
+        return True
+    every = terms()[candidate.effect].parameters
+    own = next((p for p in every if candidate.amplitude.endswith(f"{candidate.effect}_{p.name}")), None)
+    return own is None or (amplitude >= own.low if candidate.stiffness else amplitude <= own.high)

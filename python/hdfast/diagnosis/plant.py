@@ -121,18 +121,15 @@ class Plant:
 
     Attributes:
         units: the recordings at the working rate.
+        channels: what is compared where a recording holds it.
         band: the low-pass that measured and simulated signals pass.
         threads: threads of the engine.
     """
 
     units: Sequence[Unit]
+    channels: Sequence[str]
     band: Band
     threads: int | None = field(default=None)
-
-    @property
-    def channels(self) -> list[str]:
-        """Channels of at least one recording."""
-        return list(dict.fromkeys(channel for unit in self.units for channel in unit.measured))
 
     @cached_property
     def _asked(self) -> list[Floats]:

@@ -30,7 +30,7 @@ SEGMENT = 256
 SHORTEST = 32
 LEAD_IN = 0.25
 AT_REST, RESTING = 0.02, 0.02
-SLOWEST_SHARE = 0.005
+SLOWEST_SHARE, SLOWEST = 0.005, 1e-9
 MARGIN, REVERSED = 3.0, 1.5
 
 
@@ -73,7 +73,7 @@ class Band:
 
     def reversing(self, t: Floats, fine_speed: Floats, slowest: float) -> Floats:
         """Rate of the direction of motion [1/s], (n,), from speeds at the fine rate [rad/s], uncertain when slow."""
-        direction = self.simulated(np.clip(fine_speed / slowest, -1.0, 1.0), "motor_torque")
+        direction = self.simulated(np.clip(fine_speed / max(slowest, SLOWEST), -1.0, 1.0), "motor_torque")
         return np.asarray(np.gradient(direction, t))
 
     def slow(self, values: Floats) -> Floats:
@@ -126,6 +126,12 @@ class Unit:
     def fine(self) -> Floats:
         """Times at the fine rate [s], shape (FINE (n - 1) + 1,)."""
         return fine_of(self.t)
+
+    def seen_on(self, channels: Sequence[str]) -> Unit:
+        """The same recording with no other channels to compare."""
+        measured = {channel: values for channel, values in self.measured.items() if channel in channels}
+        judged = {channel: mask for channel, mask in self.judged.items() if channel in channels}
+        return replace(self, measured=measured, judged=judged)
 
     def commanded(self, command: Floats) -> Unit:
         """The same recording with another torque before the actuator [N m], shape (n,)."""

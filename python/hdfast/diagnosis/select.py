@@ -157,7 +157,8 @@ def search(
 
 def _possible(candidate: Candidate, accepted: Sequence[Trial], current: Fit) -> bool:
     present = {trial.candidate.effect for trial in accepted} | set(current.structure.model.terms)
-    if any(term in current.structure.model.terms for term in candidate.terms):
+    structure = current.structure
+    if set(candidate.terms) & set(structure.model.terms) or set(candidate.sensors) & set(structure.sensors):
         return False
     if candidate.needs and not present & set(candidate.needs):
         return False

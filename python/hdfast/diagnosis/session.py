@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from threadpoolctl import threadpool_limits
 
 from hdfast.diagnosis.baseline import baseline
 from hdfast.diagnosis.candidate import Candidate
@@ -30,6 +29,7 @@ GUARD = 0.05
 LAST_SHARE = 0.3
 MOST_LINES = 6
 LESS = "for the proof, which proves less than recordings of another day"
+UNPROVEN = "nothing is proven on other recordings: no sample of what is held out can be judged"
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,9 +103,10 @@ def set_up(campaign: Campaign, sources: Sequence[Source], threads: int | None) -
     sources, weaker = with_heldout(sources)
     band = choose_band([source for source in sources if source.role == "fit"], inertia)
     units = [prepare(source, band, ratio) for source in sources]
+    channels = list(dict.fromkeys(channel for unit in units if unit.role == "fit" for channel in unit.measured))
 
     def bench(role: str) -> Bench:
-        plant = Plant([unit for unit in units if unit.role == role], band, threads)
+        plant = Plant([unit.seen_on(channels) for unit in units if unit.role == role], channels, band, threads)
         floor = floors(sources, plant.channels, band, campaign.sensors, ratio, inertia)
         noise = stated(plant.channels, campaign.sensors, ratio, floor)
         return Bench(plant, lay_out(plant, noise), floor, noise)
@@ -118,6 +119,8 @@ def set_up(campaign: Campaign, sources: Sequence[Source], threads: int | None) -
             "that is all of the motion; record longer strokes, or with a faster clock"
         )
     held = bench("heldout") if any(unit.role == "heldout" for unit in units) else None
+    if held is not None and not held.layout.size:
+        held, weaker = None, UNPROVEN
     period = max(float(np.median(np.diff(source.recording["t"]))) for source in sources)
     return Setup(campaign, fitted, held, weaker, period)
 
@@ -142,7 +145,7 @@ def nominal(setup: Setup) -> Structure:
 
 
 def run(campaign: Campaign, sources: Sequence[Source], seed: int, threads: int | None, stages: Stages) -> Session:
-    """Calibrate, search, prove; linear algebra on one thread, so that bits do not depend on the machine's load.
+    """Calibrate, search, prove.
 
     Args:
         campaign: the checked campaign.
@@ -151,11 +154,7 @@ def run(campaign: Campaign, sources: Sequence[Source], seed: int, threads: int |
         threads: threads of the engine.
         stages: is told what happens.
     """
-    with threadpool_limits(1):
-        return _run(set_up(campaign, sources, threads), seed, stages)
-
-
-def _run(setup: Setup, seed: int, stages: Stages) -> Session:
+    setup = set_up(campaign, sources, threads)
     bench, held = setup.bench, setup.held
     stages.expect(2)
     band = bench.plant.band
@@ -174,9 +173,10 @@ def _run(setup: Setup, seed: int, stages: Stages) -> Session:
 
 
 def proven(held: Bench, found: Search) -> tuple[Search, Proof]:
-    """The search up to the first effect, after one that held, that does not show on what was held out; its proof.
+    """The search up to the first later effect that does not hold on what was held out, and its proof.
 
-    A first effect stays, to be told as undecided, unless it is refuted. Every model is simulated there once.
+    A first effect that is refuted there takes all others with it; one that does not show alone is judged with those
+    that came after it, as two may hide each other. Every model is simulated there once.
     """
     floor = noise_floor(held)
     taken = [one for one in found.rounds if one.accepted is not None]
@@ -189,12 +189,11 @@ def proven(held: Bench, found: Search) -> tuple[Search, Proof]:
         margin = total - 2.0 * float(np.linalg.norm([one.error for one in gains[first:last]]))
         return weigh_up(held.layout, models[last].white, replays[first], replays[last], floor, margin)
 
-    holding = next((n for n in range(len(models) - 1) if not between(n, n + 1).holds), 0)
-    if holding == 0 and len(models) > 1 and between(0, 1).refutes:
+    last = len(models) - 1
+    if last and between(0, 1).refutes:
         return found.until(0), between(0, 0)
-    if holding == 0:
-        return found, between(0, len(models) - 1)
-    return found.until(holding), between(0, holding)
+    kept = next((n for n in range(1, last) if not between(n, n + 1).holds), last)
+    return found if kept == last else found.until(kept), between(0, kept)
 
 
 def noise_floor(bench: Bench) -> float:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 
@@ -16,7 +17,8 @@ from hdfast.diagnosis.holdout import Proof, Replay, replayed, weigh_up
 from hdfast.diagnosis.plant import Free
 from hdfast.diagnosis.projector import Projector
 from hdfast.diagnosis.regressors import TURN
-from hdfast.diagnosis.score import CONVINCING, FOLDS, Gain, gain
+from hdfast.diagnosis.rivals import UNKNOWN_FLOOR
+from hdfast.diagnosis.score import CONVINCING, FOLDS, Gain, gain, weights_of
 from hdfast.diagnosis.select import RISE, SPARED
 from hdfast.diagnosis.session import noise_floor
 from hdfast.diagnosis.statistics import statistics
@@ -25,7 +27,7 @@ SPREAD = 3.0
 ROUNDS = 3
 CLEAR, CLOSE = 1.3, 0.7
 APART = 1e-3
-POINTS = 48
+POINTS = 24
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,15 +36,19 @@ class Unknown:
 
     Attributes:
         feature: the variable and its memory.
+        statistic: how far the mismatch follows the variable there, in units of the family-wise 1 % point.
         fit: the model with the additional torque, linearised.
         gain: over the model without it.
+        probability: of the variable and its memory against the others that stand out nearly as far.
         ranking: name, memory and statistic of every variable tried, in units of its family-wise 1 % point, best first.
         proof: on held-out recordings; None without any, or where it does not even predict left-out stretches.
     """
 
     feature: Feature
+    statistic: float
     fit: Fit = field(repr=False)
     gain: Gain
+    probability: float
     ranking: tuple[tuple[str, str, float], ...]
     proof: Proof | None
 
@@ -59,14 +65,20 @@ class Unknown:
         return self.statistic >= CLEAR and convincing and after <= (1.0 + RISE) * before
 
     @property
-    def statistic(self) -> float:
-        """How far the mismatch follows the variable, in units of the family-wise 1 % point."""
-        return next(value for *label, value in self.ranking if tuple(label) == self.feature.label)
+    def open(self) -> bool:
+        """Whether it predicts left-out stretches, and what was held out speaks neither for nor against it."""
+        return self.predicts and self.proof is not None and not self.proof.shows and not self.proof.refutes
+
+    @property
+    def place(self) -> str | None:
+        """Where the torque acts; None where motor and load are one inertia."""
+        return self.feature.place if self.fit.structure.model.base == "two_inertia" else None
 
     def curve(self, bench: Bench) -> tuple[Floats, Floats] | None:
         """State variable and torque at its place [N m], medians of `POINTS` equal shares of the recordings' samples.
 
-        Angles are within one turn where the recordings make one; None for a law with memory.
+        Angles are within one turn where the recordings make one. The torque is about its mean: levels are not known.
+        None for a law with memory.
         """
         of = self.feature.variable
         if of is None:
@@ -78,9 +90,20 @@ class Unknown:
         own = self.fit.coordinates[-self.feature.width :]
         behind = self.fit.value("ratio") if self.feature.place == "load" else 1.0
         torque = behind * np.concatenate([self.feature.torque(unit, own) for unit in slow])
+        torque -= torque.mean()
         parts = [part for part in np.array_split(np.argsort(x, kind="stable"), POINTS) if part.size]
         medians = np.array([(np.median(x[part]), np.median(torque[part])) for part in parts])
         return medians[:, 0], medians[:, 1]
+
+    def noted(self, bench: Bench) -> dict[str, Any]:
+        """What a model file says of it: labels, and the curve of a law without memory."""
+        told: dict[str, Any] = {"depends_on": self.feature.name, "memory": self.feature.memory}
+        told |= {"place": self.place} if self.place else {}
+        curve = self.curve(bench)
+        if curve is not None:
+            for index, (x, torque) in enumerate(zip(*(values.tolist() for values in curve), strict=True)):
+                told |= {f"{self.feature.name}_{index}": x, f"torque_N_m_{index}": torque}
+        return told
 
 
 def describe(
@@ -99,23 +122,35 @@ def describe(
         The description, accepted or not; None where no variable changes anything.
     """
     bench, slow = bench.commanded(fitted), slowed(bench)
-    every = [(one, one.columns(bench, slow, fitted)) for one in found]
+    every = [(one, one.sketch(bench, slow, fitted)) for one in found]
     tried = [(one, columns) for one, columns in every if np.isfinite(columns).all() and columns.any()]
     if not tried:
         return None
     heard = attentive(bench, fitted, [columns for _, columns in tried])
     seen = _standing_out(bench, heard, [columns for _, columns in tried], rng)
     ranking: dict[tuple[str, str], float] = {}
+    reached: dict[tuple[str, str, str], float] = {}
     for index in np.argsort(-seen).tolist():
-        ranking.setdefault(tried[index][0].label, float(seen[index]))
+        one = tried[index][0]
+        ranking.setdefault((one.name, one.memory), float(seen[index]))
+        reached.setdefault(one.label, float(seen[index]))
     largest, folds = float(np.max(seen)), bench.layout.block % FOLDS
     shapes = []
-    for (one, columns), statistic in zip(tried, seen.tolist(), strict=True):
-        if statistic >= CLOSE * largest and ranking[one.label] >= min(CLEAR, largest):
+    for (one, sketched), statistic in zip(tried, seen.tolist(), strict=True):
+        if statistic >= CLOSE * largest and reached[one.label] >= min(CLEAR, largest):
+            columns = one.columns(bench, slow, fitted) if largest >= CLEAR else sketched
+            if not np.isfinite(columns).all():
+                continue
             extended = _augmented(bench, heard, columns)
             shapes.append((one, extended, gain(bench, extended, heard, folds)))
+    if not shapes:
+        return None
     feature, extended, gained = min(shapes, key=lambda shape: shape[2].nrmse[0])
-    unproven = Unknown(feature, extended, gained, tuple((*key, value) for key, value in ranking.items()), None)
+    shares = weights_of([own for _, _, own in shapes], rng)
+    same = [(one.name, one.memory) == (feature.name, feature.memory) for one, _, _ in shapes]
+    probability = (1.0 - UNKNOWN_FLOOR) * float(shares[same].sum())
+    listed = tuple((*key, value) for key, value in ranking.items())
+    unproven = Unknown(feature, reached[feature.label], extended, gained, probability, listed, None)
     return replace(unproven, proof=_proven(held, fitted, unproven)) if held and unproven.predicts else unproven
 
 

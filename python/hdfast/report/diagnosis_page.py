@@ -101,11 +101,11 @@ def _time(content: Mapping[str, Any], found: list[Trace]) -> Section:
 def _parameters(content: Mapping[str, Any], verdict: Verdict) -> Section:
     session = verdict.session
     masked = [row["parameter"] for row in content["masking"]]
-    before, after = session.baseline, session.search.final
+    before, after = session.baseline, verdict.extended or session.baseline
     names = [name for name in before.structure.names if name not in NUISANCE]
     pulls = np.array([pull(before, name) for name in names])
     moved = None
-    extended = bool(session.search.accepted)
+    extended = verdict.extended is not None
     if extended:
         moved = np.array([pull(after, name) if name in after.structure.names else 0.0 for name in names])
     texts = []

@@ -10,9 +10,9 @@ from threadpoolctl import threadpool_limits
 
 from hdfast import files
 from hdfast.diagnosis import diagnose
+from hdfast.diagnosis.content import rejected
 from hdfast.diagnosis.fit import fit
 from hdfast.diagnosis.session import nominal, set_up, usable
-from hdfast.diagnosis.verdict import rejected
 from hdfast.health import check
 from hdfast.proof.rivals.ablations import ABLATIONS, without
 from hdfast.proof.rivals.said import as_dict

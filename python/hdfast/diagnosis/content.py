@@ -1,0 +1,251 @@
+"""What `verdict.json` says of a verdict."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from hdfast.checks import Floats
+from hdfast.diagnosis.facts import FACTS
+from hdfast.diagnosis.fit import Bench
+from hdfast.diagnosis.masking import pulled
+from hdfast.diagnosis.rivals import ALIKE, Standing
+from hdfast.diagnosis.score import nrmse
+from hdfast.diagnosis.session import Session
+from hdfast.diagnosis.unknown import Unknown
+from hdfast.diagnosis.verdict import Verdict
+from hdfast.health import Health
+
+MEMORIES = ("none", "rate_independent", "fading")
+NOWHERE: dict[str, Any] = {
+    "place": None,
+    "place_candidates": [],
+    "windows": [],
+    "phase": "all",
+    "orders": [],
+    "frequencies_hz": [],
+    "depends_on": [],
+    "memory": "none",
+}
+
+
+def _notes(session: Session) -> list[str]:
+    """What weakens the proof."""
+    notes = [session.weaker] if session.weaker else []
+    proof = session.proof
+    if session.search.accepted and proof is not None and proof.holds and not proof.shows:
+        notes.append("the held-out recordings do not show it: it rests on stretches of the others that were left out")
+    return notes
+
+
+def _findings(health: Health) -> list[dict[str, Any]]:
+    """What the health checks said, file by file."""
+    listed = [("", finding) for finding in health.findings]
+    listed += [(item.name, finding) for item in health for finding in item.findings]
+    return [{"file": name, **vars(finding)} for name, finding in listed]
+
+
+def rejected(health: Health, seed: int, version: str) -> dict[str, Any]:
+    """The content of verdict.json when the recordings cannot be used."""
+    content: dict[str, Any] = _finite(
+        {
+            "verdict": "data_rejected",
+            "sentence": f"The recordings cannot be used. {health.complaint}",
+            "effects": [],
+            "where": NOWHERE,
+            "fit": {
+                "fit": {"baseline_nrmse": None, "extended_nrmse": None},
+                "heldout": {"baseline_nrmse": None, "extended_nrmse": None, "noise_floor_nrmse": None},
+            },
+            "masking": [],
+            "not_showable": [],
+            "next_experiment": None,
+            "health": _findings(health),
+            "seed": seed,
+            "version": version,
+        }
+    )
+    return content
+
+
+def as_dict(verdict: Verdict, health: Health, seed: int, version: str) -> dict[str, Any]:
+    """The content of verdict.json."""
+    session = verdict.session
+    sigma = session.search.final.sigma_of(session.bench.layout)
+    effects = [_effect(one, verdict, sigma) for one in verdict.told]
+    if verdict.described is not None:
+        effects.append(_unknown_effect(verdict.described, session.bench))
+    content: dict[str, Any] = _finite(
+        {
+            "verdict": verdict.name,
+            "sentence": verdict.sentence,
+            "effects": effects,
+            "candidates": [_effect(one, verdict, sigma) for one in verdict.standings if one not in verdict.told],
+            "where": _where(verdict),
+            "fit": _fit(verdict),
+            "masking": [vars(one) for one in verdict.masked],
+            "displaced": pulled(session.baseline),
+            "not_showable": [
+                {
+                    "effect": one.effect,
+                    "reason": one.reason,
+                    "minimum_detectable": one.minimum_detectable,
+                    "unit": one.unit,
+                    "visibility": one.visibility,
+                }
+                for one in verdict.limits
+                if one.reason is not None
+            ],
+            "detectable": [
+                {"effect": one.effect, "minimum_detectable": one.minimum_detectable, "unit": one.unit}
+                for one in verdict.limits
+                if one.reason is None
+            ],
+            "next_experiment": None if verdict.experiment is None else verdict.experiment.to_dict(),
+            "notes": _notes(session),
+            "health": _findings(health),
+            "seed": seed,
+            "version": version,
+        }
+    )
+    return content
+
+
+def _effect(one: Standing, verdict: Verdict, sigma: Mapping[str, float]) -> dict[str, Any]:
+    final = verdict.session.search.final
+    candidate = one.trial.candidate
+    seen = next(r for r in verdict.session.search.rounds if r.accepted is one.trial)
+    prefixes = [f"{channel}_{effect}_" for effect, channel in candidate.sensors] or [f"{candidate.effect}_"]
+    parameters: dict[str, Any] = {
+        free.name.removeprefix(prefixes[0]): {
+            "value": final.value(free.name),
+            "sigma": sigma[free.name],
+            "unit": free.unit,
+        }
+        for free in candidate.free
+        if free.name in sigma
+    }
+    parameters |= {
+        name.removeprefix(prefixes[0]): {"value": value, "sigma": 0.0, "unit": ""}
+        for name, value in candidate.fixed.items()
+    }
+    if candidate.orders:
+        parameters["order"] = {"value": _number(candidate.orders[0]), "sigma": 0.0, "unit": "1"}
+    return {
+        "effect": one.name,
+        "place": candidate.place,
+        "probability": one.probability,
+        "parameters": parameters,
+        "rivals": list(dict.fromkeys(r.effect for r in one.rivals if r.weight > 0.05 or r.alike > ALIKE)),
+        "evidence": {
+            "screen_p": seen.screen.p.get(candidate.label),
+            "gain": one.trial.gain.total,
+            "gain_error": one.trial.gain.error,
+            "gain_in_errors": one.trial.gain.ratio,
+            "left_out_nrmse": list(one.trial.gain.nrmse),
+            "rivals": [r.to_dict() for r in one.rivals],
+            "fitted_as": candidate.effect,
+            "shape": candidate.shape,
+        },
+    }
+
+
+def _number(order: str) -> float:
+    top, _, bottom = order.partition("/")
+    return float(top) / float(bottom or 1.0)
+
+
+def _unknown_effect(unknown: Unknown, bench: Bench) -> dict[str, Any]:
+    curve = unknown.curve(bench)
+    told = {} if curve is None else {unknown.feature.name: curve[0].tolist(), "torque_N_m": curve[1].tolist()}
+    return {
+        "effect": "unknown",
+        "place": unknown.place,
+        "probability": unknown.probability,
+        "parameters": {},
+        "rivals": [],
+        "evidence": {
+            "ranking": [list(entry) for entry in unknown.ranking],
+            "gain": unknown.gain.total,
+            "gain_error": unknown.gain.error,
+            "gain_in_errors": unknown.gain.ratio,
+            "left_out_nrmse": list(unknown.gain.nrmse),
+            **told,
+        },
+    }
+
+
+def _where(verdict: Verdict) -> dict[str, Any]:
+    if verdict.name == "no_evidence":
+        return NOWHERE
+    places = list(dict.fromkeys(one.trial.candidate.place for one in verdict.told))
+    facts = [FACTS[one.name] for one in verdict.told]
+    depends = list(dict.fromkeys(name for own in facts for name in own.depends_on))
+    memory = max((own.memory for own in facts), key=MEMORIES.index, default=MEMORIES[0])
+    orders = list(verdict.where.orders)
+    for one in verdict.told:
+        order = one.trial.candidate.order
+        if order is not None and all(abs(order - known) > 0.01 * known for known in orders):
+            orders.append(order)
+    if verdict.described is not None:
+        feature = verdict.described.feature
+        places = [feature.place] if verdict.described.place else ["motor", "load"]
+        depends, memory = [feature.name], feature.memory
+    return {
+        "place": places[0] if len(places) == 1 else None,
+        "place_candidates": places,
+        "windows": [list(window) for window in verdict.where.windows],
+        "phase": verdict.where.phase,
+        "phase_shares": verdict.where.shares,
+        "channel_shares": verdict.where.channels,
+        "orders": orders,
+        "frequencies_hz": list(verdict.where.frequencies),
+        "depends_on": depends,
+        "memory": memory,
+    }
+
+
+def _fit(verdict: Verdict) -> dict[str, Any]:
+    session, proof = verdict.session, verdict.proof
+    layout = session.bench.layout
+    extended = verdict.extended or session.search.final
+    return {
+        "fit": {
+            "baseline_nrmse": nrmse(layout, session.baseline.mismatch),
+            "extended_nrmse": nrmse(layout, extended.mismatch),
+            "noise_floor_nrmse": session.floor,
+            "channels": _channels(session.bench, session.baseline.mismatch, extended.mismatch),
+        },
+        "heldout": {
+            "baseline_nrmse": proof.baseline if proof else None,
+            "extended_nrmse": proof.extended if proof else None,
+            "noise_floor_nrmse": proof.floor if proof else None,
+            "channels": _channels(session.held, *proof.mismatch) if proof and session.held else {},
+        },
+    }
+
+
+def _channels(bench: Bench, before: Floats, after: Floats) -> dict[str, dict[str, float]]:
+    """Errors by channel, and the corner of the low-pass through which they are seen."""
+    return {
+        channel: {
+            "band_hz": bench.plant.band.of(channel),
+            "baseline_nrmse": nrmse(bench.layout, before, channel),
+            "extended_nrmse": nrmse(bench.layout, after, channel),
+        }
+        for channel in bench.layout.channels
+    }
+
+
+def _finite(value: Any) -> Any:
+    """The same with plain numbers, None for those that are not finite."""
+    if isinstance(value, Mapping):
+        return {key: _finite(own) for key, own in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [_finite(own) for own in value]
+    if isinstance(value, (float, np.floating)):
+        return float(value) if math.isfinite(value) else None
+    return int(value) if isinstance(value, np.integer) else value

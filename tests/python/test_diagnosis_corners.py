@@ -1,0 +1,140 @@
+"""Campaigns with a part missing, and what is written for those who read the verdict by program."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import small_campaign
+from hdfast.diagnosis import diagnose, session
+from hdfast.diagnosis.holdout import Proof
+from hdfast.diagnosis.score import Gain
+from hdfast.diagnosis.select import Search
+from hdfast.diagnosis.session import set_up_usable
+from hdfast.recordings import load_campaign
+
+
+def without_column(path, name, column):
+    columns = dict(np.load(path.parent / name))
+    del columns[column]
+    np.savez(path.parent / name, **columns)
+
+
+def test_exact_held_out_channels_that_nothing_was_fitted_on_are_left_aside(tmp_path):
+    path = small_campaign.write(tmp_path)
+    for number in range(3):
+        without_column(path, f"r{number}.npz", "load_angle")
+    setup = set_up_usable(load_campaign(path), None)
+    assert setup.held.layout.channels == setup.bench.layout.channels == ("motor_torque",)
+    assert {channel for _, channel, _ in setup.held.layout.pieces} == {"motor_torque"}
+
+
+def test_exact_held_out_recordings_may_lack_a_channel(tmp_path, monkeypatch):
+    small_campaign.shorten_library(monkeypatch)
+    path = small_campaign.write(tmp_path, ["coulomb_friction"], {"T_c": 0.05})
+    without_column(path, "r3.npz", "load_angle")
+    assert diagnose(path).verdict == "found"
+
+
+def test_exact_a_held_out_standstill_proves_nothing_and_is_told(tmp_path, monkeypatch):
+    small_campaign.shorten_library(monkeypatch)
+    path = small_campaign.write(tmp_path, ["coulomb_friction"], {"T_c": 0.05})
+    for number in range(4):
+        without_column(path, f"r{number}.npz", "load_angle")
+        columns = dict(np.load(tmp_path / f"r{number}.npz"))
+        resting = columns["t"] > 2.0
+        columns["motor_angle"][resting] = columns["motor_angle"][resting][0]
+        np.savez(tmp_path / f"r{number}.npz", **columns)
+    text = re.sub('group = "."', 'group = "same"', path.read_text().replace('role = "heldout"', 'role = "fit"'))
+    path.write_text(text)
+    found = diagnose(path)
+    assert found.verdict in ("found", "undecided")
+    assert any("no sample of what is held out can be judged" in note for note in found.content["notes"])
+
+
+def test_exact_an_extended_model_is_read_back_with_its_sensors(tmp_path, monkeypatch):
+    """Its nominal model predicts the same recordings as the extended one did."""
+    small_campaign.shorten_library(monkeypatch)
+    path = small_campaign.write(tmp_path)
+    for number in range(4):
+        columns = dict(np.load(tmp_path / f"r{number}.npz"))
+        columns["load_angle"] = columns["load_angle"] + 6e-5 * np.sin(columns["load_angle"] + 0.3)
+        columns["load_angle"] = np.round(columns["load_angle"] / 6e-6) * 6e-6
+        np.savez(tmp_path / f"r{number}.npz", **columns)
+    found = diagnose(path)
+    assert found.verdict == "sensor"
+    listed = {one["effect"] for one in found.content["not_showable"] + found.content["detectable"]}
+    assert "encoder_eccentricity" not in listed
+    (tmp_path / "again.toml").write_text(found.model)
+    again = load_campaign(tmp_path / "again.toml")
+    kept = found.evidence.session.search.final
+    reread = session.baseline(replace(again, recordings=load_campaign(path).recordings), 0.05, 0.002)
+    assert reread.sensors == kept.structure.sensors == (("encoder_eccentricity", "load_angle"),)
+    name = "load_angle_encoder_eccentricity_eccentricity"
+    assert reread.fixed[name] == pytest.approx(kept.value(name), rel=1e-9)
+
+
+def test_regress_a_stiff_coupling_is_told_as_detectable(tmp_path, monkeypatch):
+    """Of a stiffness, what is seen is every smaller one."""
+    small_campaign.shorten_library(monkeypatch, ("load_compliance",))
+    found = diagnose(small_campaign.write(tmp_path))
+    assert found.content["not_showable"] == []
+    seen = found.content["detectable"][0]
+    assert seen["effect"] == "load_compliance"
+    assert seen["minimum_detectable"] > small_campaign.DRIVE["k1"]
+
+
+@pytest.mark.parametrize(
+    ("holds", "refutes", "kept"),
+    [
+        ((True, True, True), False, 3),
+        ((False, True, True), False, 3),
+        ((False, True, True), True, 0),
+        ((True, False, True), False, 1),
+        ((False, True, False), False, 2),
+    ],
+)
+def test_exact_a_search_is_taken_back_to_what_holds(monkeypatch, holds, refutes, kept):
+    """Models are numbered by their effects; every pair of neighbours has its own proof."""
+    nothing = Gain(np.zeros(2), (1.0, 1.0))
+
+    class Said(Proof):
+        def __new__(cls, first, last):
+            return object.__new__(cls)
+
+        def __init__(self, first, last):
+            super().__init__(1.0, 1.0, 0.1, nothing, 0.0, 0.0, (np.zeros(1), np.zeros(1)))
+            object.__setattr__(self, "span", (first, last))
+
+        @property
+        def holds(self):
+            return holds[self.span[0]] if self.span[1] == self.span[0] + 1 else True
+
+        @property
+        def refutes(self):
+            return refutes and self.span == (0, 1)
+
+    class Model(int):
+        white = None
+
+    class Trial:
+        gain = nothing
+
+    class Round:
+        def __init__(self, number):
+            self.before, self.accepted = Model(number), Trial()
+
+    monkeypatch.setattr(session, "noise_floor", lambda held: 0.1)
+    monkeypatch.setattr(session, "replayed", lambda held, model, reference: model)
+    monkeypatch.setattr(session, "weigh_up", lambda layout, white, before, after, *rest: Said(int(before), int(after)))
+    monkeypatch.setattr(Search, "until", lambda found, number: number)
+
+    class Held:
+        layout = None
+
+    whole = Search([Round(number) for number in range(3)], Model(3), [])
+    found, proof = session.proven(Held(), whole)
+    assert (3 if found is whole else found) == kept
+    assert proof.span == (0, kept)

@@ -99,12 +99,13 @@ def test_exact_a_quiet_campaign_says_what_would_have_been_seen(quiet, quiet_page
 
 
 def test_exact_a_mismatch_without_a_name_shows_its_variables(unnamed):
-    variable = unnamed.evidence.unknown.feature.name
-    where = {**unnamed.content["where"], "depends_on": [variable]}
-    content = {**unnamed.content, "verdict": "depends_on", "where": where}
-    shown = cards(content, unnamed.evidence, traces(unnamed.evidence))
-    assert [card.title for card in shown][:2] == ["Where", "What it depends on best"]
-    assert words(variable) in shown[4].figures[0].caption
+    assert unnamed.verdict == "depends_on"
+    shown = cards(unnamed.content, unnamed.evidence, traces(unnamed.evidence))
+    assert [card.title for card in shown][:3] == ["Where", "What it depends on best", "How much better"]
+    assert words(unnamed.evidence.unknown.feature.name) in shown[4].figures[0].caption
+    text = words_of(diagnosis_page.page(unnamed))
+    held = unnamed.content["fit"]["heldout"]
+    assert f"{100 * held['baseline_nrmse']:.1f} % → {100 * held['extended_nrmse']:.1f} %" in text
 
 
 def test_exact_an_undecided_page_begins_with_what_to_record_next(found):

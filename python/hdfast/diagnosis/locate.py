@@ -16,6 +16,7 @@ LOUD = 3.0
 FAINT = 0.03
 SILENT = 1e-3
 CELL_S, JOIN_S = 0.05, 0.25
+RAMP_S = 0.25
 NAMED_SHARE = 0.8
 AROUND_REVERSAL_S = 0.1
 SLOW_SHARE, STEADY_SHARE = 0.01, 0.05
@@ -45,7 +46,7 @@ class Where:
 def phases(unit: Unit) -> Floats:
     """Index into `PHASES` of every sample (n,)."""
     top = float(np.max(np.abs(unit.speed)))
-    steady = STEADY_SHARE * top / max(JOIN_S, 1e-9)
+    steady = STEADY_SHARE * top / RAMP_S
     found = np.full(len(unit.t), PHASES.index("run"))
     gaining = unit.acceleration * np.sign(unit.speed)
     found[gaining > steady] = PHASES.index("start")

@@ -19,7 +19,7 @@ UNKNOWN_FLOOR = 0.02
 SURE = 0.75
 MOST_RIVALS = 3
 CLOSE_ERRORS = 2.0
-SHORT = ("A1", "A3")
+UNCERTAIN = ("A1", "A3")
 
 
 @dataclass(frozen=True, eq=False)
@@ -129,7 +129,7 @@ def _challengers(trial: Trial, seen: Round, names: set[str]) -> list[Trial]:
 
 
 def _uncertain(other: Trial, trial: Trial, seen: Round) -> bool:
-    if not all(rule.startswith(SHORT) for rule in other.failed):
+    if not all(rule.startswith(UNCERTAIN) for rule in other.failed):
         return False
     return alike(_signature(seen, trial), _signature(seen, other)) > ALIKE
 

@@ -29,6 +29,7 @@ GUARD = 0.05
 LAST_SHARE = 0.3
 MOST_LINES = 6
 LESS = "for the proof, which proves less than recordings of another day"
+NOTHING_HELD = "no recording is held out"
 UNPROVEN = "nothing is proven on other recordings: no sample of what is held out can be judged"
 
 
@@ -101,6 +102,8 @@ def set_up(campaign: Campaign, sources: Sequence[Source], threads: int | None) -
     ratio = campaign.priors["ratio"].value
     inertia = campaign.priors["J_m"].value + campaign.priors["J_l"].value / ratio**2
     sources, weaker = with_heldout(sources)
+    if weaker and any(one.role == "heldout" for one in campaign.recordings):
+        weaker = weaker.replace(NOTHING_HELD, "none of the recordings that are held out can be used")
     band = choose_band([source for source in sources if source.role == "fit"], inertia)
     units = [prepare(source, band, ratio) for source in sources]
     channels = list(dict.fromkeys(channel for unit in units if unit.role == "fit" for channel in unit.measured))
@@ -240,14 +243,14 @@ def with_heldout(sources: Sequence[Source]) -> tuple[list[Source], str | None]:
     groups = list(dict.fromkeys(source.group for source in sources))
     if len(groups) >= 3:
         kept = [replace(one, role="heldout") if one.group == groups[-1] else one for one in sources]
-        return kept, f"no recording is held out: group {groups[-1]} was set aside {LESS}"
+        return kept, f"{NOTHING_HELD}: group {groups[-1]} was set aside {LESS}"
     cut = []
     for source in sources:
         t = source.recording["t"]
         edge = t[0] + (1.0 - LAST_SHARE) * (t[-1] - t[0])
         guard = GUARD * (t[-1] - t[0])
         cut += [_part(source, t < edge - guard, "fit"), _part(source, t >= edge, "heldout")]
-    return cut, f"no recording is held out: the last 30 % of each were set aside {LESS}"
+    return cut, f"{NOTHING_HELD}: the last 30 % of each were set aside {LESS}"
 
 
 def _part(source: Source, rows: np.ndarray, role: str) -> Source:

@@ -26,6 +26,7 @@ from hdfast.diagnosis.statistics import statistics
 SPREAD = 3.0
 ROUNDS = 3
 CLEAR, CLOSE = 1.3, 0.7
+ALONE, ERRORS = 1.6, 5.0
 APART = 1e-3
 POINTS = 24
 
@@ -62,7 +63,8 @@ class Unknown:
         """Whether it stands out of the noise and predicts left-out stretches better."""
         after, before = self.gain.nrmse
         convincing = self.gain.total >= CONVINCING and self.gain.spared >= SPARED
-        return self.statistic >= CLEAR and convincing and after <= (1.0 + RISE) * before
+        surely = self.statistic >= ALONE or (self.statistic >= CLEAR and self.gain.ratio >= ERRORS)
+        return surely and convincing and after <= (1.0 + RISE) * before
 
     @property
     def open(self) -> bool:

@@ -56,7 +56,8 @@ class Unknown:
     @property
     def accepted(self) -> bool:
         """Whether it stands out and predicts what was left out and what was held out better."""
-        return self.predicts and (self.proof is None or self.proof.shows)
+        proof = self.proof
+        return self.predicts and (proof is None or (proof.shows and proof.extended < proof.baseline))
 
     @property
     def predicts(self) -> bool:

@@ -61,7 +61,7 @@ def test_exact_a_slow_torque_behind_the_gear_is_felt_everywhere_at_once(complete
     """Simulated through the drive, a torque over the position arrives at the motor, in the windup and in between."""
     bench, fitted = complete
     slow = slowed(bench)
-    one = next(one for one in features(bench, fitted) if one.name == "load_phase" and one.place == "load")
+    one = next(one for one in features(bench, slow, fitted) if one.name == "load_phase" and one.place == "load")
     whole, quick = (of(bench, slow, fitted) for of in (one.columns, one.sketch))
     for unit, channel, where in bench.layout.pieces:
         if unit == 2:

@@ -21,7 +21,7 @@ from hdfast.proof.generator.plant import ABSENT, Plant, empty_arrays
 from hdfast.proof.generator.recipe import Bench, Recipe
 from hdfast.proof.generator.responses import told_by_motion
 from hdfast.proof.generator.rig import draw_rig
-from hdfast.proof.generator.sizing import length, size, sketch, swallowed
+from hdfast.proof.generator.sizing import follow, length, sketch, swallowed
 from hdfast.proof.seal import checksums
 from hdfast.recordings import load_campaign
 from scipy import integrate
@@ -189,7 +189,7 @@ def test_exact_effects_are_sized_in_the_noise_of_the_rig_that_is_recorded(bench)
 
 def test_against_dense_least_squares_the_refit_with_priors(bench):
     _, lin = bench
-    signature = lin.signature(size(lin, "te_harmonic", 3.0, np.random.default_rng(1)).on(lin.drive))[0]
+    signature = lin.signature(follow(lin, sketch(lin, "te_harmonic", 3.0, np.random.default_rng(1))).on(lin.drive))[0]
     count = lin.columns.shape[1]
     stacked = np.vstack([lin.columns, np.eye(count)])
     exact = np.linalg.lstsq(stacked, np.append(signature, np.zeros(count)), rcond=None)[0]
@@ -221,7 +221,7 @@ def test_exact_detectable_amplitudes_have_the_stated_length(bench):
     _, lin = bench
     rng = np.random.default_rng(3)
     for effect_id in ("te_harmonic", "torque_ripple", "load_side_friction"):
-        sized = size(lin, effect_id, 2.0, rng)
+        sized = follow(lin, sketch(lin, effect_id, 2.0, rng))
         left = swallowed(lin, [replace(sized, multiple=1.0)]).left
         assert np.linalg.norm(left) / np.sqrt(lin.inflation(left)) == pytest.approx(4.5, rel=0.05)
 
@@ -230,7 +230,7 @@ def test_exact_detectable_amplitudes_have_the_stated_length(bench):
 def test_exact_at_eight_times_detectable_a_channel_moves_beyond_its_noise(bench, effect_id):
     """Acceptance (c): 36 standard deviations of the matched filter if linear; friction that holds saturates."""
     _, lin = bench
-    sized = size(lin, effect_id, 8.0, np.random.default_rng(4))
+    sized = follow(lin, sketch(lin, effect_id, 8.0, np.random.default_rng(4)))
     left = swallowed(lin, [sized]).left
     assert np.linalg.norm(left) / np.sqrt(lin.inflation(left)) > 3.0 * 4.5
 
@@ -238,7 +238,7 @@ def test_exact_at_eight_times_detectable_a_channel_moves_beyond_its_noise(bench,
 def test_exact_a_followed_refit_swallows_what_one_from_elsewhere_swallows(bench):
     """Hysteresis beside a resonance: refits that start at other stiffnesses end where no less is left."""
     _, lin = bench
-    sized = size(lin, "hysteresis", 4.0, np.random.default_rng(4))
+    sized = follow(lin, sketch(lin, "hysteresis", 4.0, np.random.default_rng(4)))
     followed, full = swallowed(lin, [sized]), sized.on(lin.drive)
     stiffer = np.zeros(len(lin.names))
     stiffer[lin.names.index("k1")] = 3.0

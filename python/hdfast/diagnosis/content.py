@@ -13,10 +13,11 @@ from hdfast.diagnosis.facts import FACTS
 from hdfast.diagnosis.fit import Bench
 from hdfast.diagnosis.masking import pulled
 from hdfast.diagnosis.rivals import ALIKE, Standing
-from hdfast.diagnosis.score import nrmse
+from hdfast.diagnosis.score import Gain, nrmse
 from hdfast.diagnosis.session import Session
 from hdfast.diagnosis.unknown import Unknown
 from hdfast.diagnosis.verdict import Verdict
+from hdfast.drive_file import UNKNOWN
 from hdfast.health import Health
 
 MEMORIES = ("none", "rate_independent", "fading")
@@ -77,7 +78,7 @@ def as_dict(verdict: Verdict, health: Health, seed: int, version: str) -> dict[s
     sigma = session.search.final.sigma_of(session.bench.layout)
     effects = [_effect(one, verdict, sigma) for one in verdict.told]
     if verdict.described is not None:
-        effects.append(_unknown_effect(verdict.described, session.bench))
+        effects.append(_unknown_effect(verdict.described))
     content: dict[str, Any] = _finite(
         {
             "verdict": verdict.name,
@@ -142,14 +143,20 @@ def _effect(one: Standing, verdict: Verdict, sigma: Mapping[str, float]) -> dict
         "rivals": list(dict.fromkeys(r.effect for r in one.rivals if r.weight > 0.05 or r.alike > ALIKE)),
         "evidence": {
             "screen_p": seen.screen.p.get(candidate.label),
-            "gain": one.trial.gain.total,
-            "gain_error": one.trial.gain.error,
-            "gain_in_errors": one.trial.gain.ratio,
-            "left_out_nrmse": list(one.trial.gain.nrmse),
+            **_gained(one.trial.gain),
             "rivals": [r.to_dict() for r in one.rivals],
             "fitted_as": candidate.effect,
             "shape": candidate.shape,
         },
+    }
+
+
+def _gained(gain: Gain) -> dict[str, Any]:
+    return {
+        "gain": gain.total,
+        "gain_error": gain.error,
+        "gain_in_errors": gain.ratio,
+        "left_out_nrmse": list(gain.nrmse),
     }
 
 
@@ -158,21 +165,18 @@ def _number(order: str) -> float:
     return float(top) / float(bottom or 1.0)
 
 
-def _unknown_effect(unknown: Unknown, bench: Bench) -> dict[str, Any]:
-    curve = unknown.curve(bench)
+def _unknown_effect(unknown: Unknown) -> dict[str, Any]:
+    curve = unknown.curve
     told = {} if curve is None else {unknown.feature.name: curve[0].tolist(), "torque_N_m": curve[1].tolist()}
     return {
-        "effect": "unknown",
+        "effect": UNKNOWN,
         "place": unknown.place,
         "probability": unknown.probability,
         "parameters": {},
         "rivals": [],
         "evidence": {
             "ranking": [list(entry) for entry in unknown.ranking],
-            "gain": unknown.gain.total,
-            "gain_error": unknown.gain.error,
-            "gain_in_errors": unknown.gain.ratio,
-            "left_out_nrmse": list(unknown.gain.nrmse),
+            **_gained(unknown.gain),
             **told,
         },
     }

@@ -60,7 +60,7 @@ class Diagnosis:
         final = session.search.final
         values = {name: final.value(name) for name in final.structure.names}
         sigma = final.sigma_of(session.bench.layout)
-        unnamed = None if unknown is None else unknown.noted(session.bench)
+        unnamed = None if unknown is None else unknown.noted
         return extended_model(self.campaign, final.structure, values, sigma, unnamed=unnamed)
 
     def report(self, folder: str | Path) -> Path:

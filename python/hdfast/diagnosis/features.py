@@ -60,8 +60,7 @@ class Feature:
         shares = {TORQUE: 1.0}
         if self.place == "load" and fitted.structure.model.base == "two_inertia":
             ratio = fitted.value("ratio")
-            stiffness = "K1" if fitted.structure.model.spring == "piecewise" else "k1"
-            shares |= {"te": ratio / fitted.value(stiffness), "output_torque": ratio}
+            shares |= {"te": ratio / fitted.stiffness, "output_torque": ratio}
         smooth = bench.plant.band.smooth
         found = [
             {
@@ -74,7 +73,7 @@ class Feature:
 
     def torque(self, unit: Unit, coordinates: Floats) -> Floats:
         """What acts for coordinates (d',) in slow motion, in N m at the motor, (n,)."""
-        return np.asarray(self.regressors(unit)[:, self._kept] / self.size[self._kept] @ coordinates)
+        return np.asarray(self._torques([unit])[0] @ coordinates)
 
     @property
     def label(self) -> tuple[str, str, str]:
@@ -95,7 +94,7 @@ class Feature:
         return self.size > NOTHING
 
 
-def features(bench: Bench, fitted: Fit) -> list[Feature]:
+def features(bench: Bench, slow: Sequence[Unit], fitted: Fit) -> list[Feature]:
     """Instantaneous, rate-independent and fading regressors.
 
     The acceleration itself is not among them: whatever torque is missing has accelerated the drive. What a mass on a
@@ -103,9 +102,10 @@ def features(bench: Bench, fitted: Fit) -> list[Feature]:
 
     Args:
         bench: recordings.
+        slow: their slow motion.
         fitted: the model, for the transmitted torque; where it has a load side, a torque may act on that.
     """
-    slow, band = slowed(bench), bench.plant.band
+    band = bench.plant.band
     ratio, inertia = fitted.value("ratio"), fitted.value("J_l")
     elastic = fitted.structure.model.base == "two_inertia"
 

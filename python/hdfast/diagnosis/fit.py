@@ -53,6 +53,11 @@ class Fit:
             return float(self.structure.values(self.coordinates)[name])
         return float(self.structure.fixed[name])
 
+    @property
+    def stiffness(self) -> float:
+        """Of the mesh at small windup [N m/rad]."""
+        return self.value("K1" if self.structure.model.spring == "piecewise" else "k1")
+
     def covariance(self, layout: Layout) -> Floats:
         """Covariance of the coordinates (P, P): block sandwich, never below the Fisher information's."""
         A, r = self.white(layout, self.slopes), self.white(layout, self.mismatch)

@@ -97,12 +97,6 @@ def replayed(bench: Bench, frozen: Fit, reference: Fit) -> Replay:
     return Replay(found[0], found[1] + slow[0] - slow[1])
 
 
-def prove(bench: Bench, baseline: Fit, extended: Fit, floor: float) -> Proof:
-    """Simulate the held-out recordings once with each frozen model."""
-    before, after = (replayed(bench, one, baseline) for one in (baseline, extended))
-    return weigh_up(bench.layout, extended.white, before, after, floor)
-
-
 def weigh_up(
     layout: Layout, white: Whitener, before: Replay, after: Replay, floor: float, margin: float = 0.0
 ) -> Proof:

@@ -231,8 +231,9 @@ def _starts(bench: Bench, structure: Structure, current: Fit, here: Floats, sign
         tried = np.concatenate([base - np.array(given), np.array(added)], axis=1)
         found = bench.mismatch(structure, tried)
         costs = [metric.cost(bench.layout, structure, *pair) for pair in zip(tried, found, strict=True)]
-        if np.isfinite(costs).any():
-            starts.append(tried[int(np.nanargmin(np.where(np.isfinite(costs), costs, np.inf)))])
+        best = int(np.argmin(np.where(np.isfinite(costs), costs, np.inf)))
+        if np.isfinite(costs[best]):
+            starts.append(tried[best])
         elif not starts:
             return []
     return starts

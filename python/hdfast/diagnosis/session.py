@@ -25,6 +25,7 @@ from hdfast.health import Health, check
 from hdfast.recordings import Campaign
 
 NOISY = 1.15
+STIFF = 1e4
 GUARD = 0.05
 LAST_SHARE = 0.3
 MOST_LINES = 6
@@ -45,7 +46,6 @@ class Session:
         search: rounds and result of the search.
         proof: baseline and extended model on held-out recordings, or None.
         floor: nrmse of the sensor noise on the fitted recordings.
-        noisy: nrmse up to which a mismatch may be noise.
         weaker: sentence that says how held-out data were made when the campaign names none.
     """
 
@@ -56,7 +56,6 @@ class Session:
     search: Search = field(repr=False)
     proof: Proof | None
     floor: float
-    noisy: float
     weaker: str | None
 
 
@@ -172,7 +171,7 @@ def run(campaign: Campaign, sources: Sequence[Source], seed: int, threads: int |
     proof = None
     if held is not None:
         found, proof = proven(held, found)
-    return Session(setup.campaign, bench, held, calibrated, found, proof, floor, rules.noisy, setup.weaker)
+    return Session(setup.campaign, bench, held, calibrated, found, proof, floor, setup.weaker)
 
 
 def proven(held: Bench, found: Search) -> tuple[Search, Proof]:
@@ -217,11 +216,10 @@ def candidates(bench: Bench, current: Fit, ratio: float) -> list[Candidate]:
     lines = [snapped(line, expected) for line in order_lines(bench, current.mismatch)]
     several = min(2, len(units))
     tones = [line.position for line in tone_lines(bench, current.mismatch) if line.recordings >= several]
-    stiffness = current.value("K1" if model.spring == "piecewise" else "k1") if model.base == "two_inertia" else 1e4
     sizes = Sizes(
         motor_torque=float(np.median([np.std(unit.measured["motor_torque"]) for unit in units])),
         speed=max(float(np.abs(unit.speed).max()) for unit in units),
-        stiffness=stiffness,
+        stiffness=current.stiffness if model.base == "two_inertia" else STIFF,
         ratio=ratio,
         corner=bench.plant.band.motion,
         elastic=model.base == "two_inertia",

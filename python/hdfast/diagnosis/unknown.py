@@ -11,10 +11,11 @@ import numpy as np
 from hdfast.checks import Floats
 from hdfast.diagnosis.changes import attentive
 from hdfast.diagnosis.evidence import limited
-from hdfast.diagnosis.features import Feature, slowed
+from hdfast.diagnosis.features import Feature, features, slowed
 from hdfast.diagnosis.fit import Bench, Fit
 from hdfast.diagnosis.holdout import Proof, Replay, replayed, weigh_up
 from hdfast.diagnosis.plant import Free
+from hdfast.diagnosis.prepare import Unit
 from hdfast.diagnosis.projector import Projector
 from hdfast.diagnosis.regressors import TURN
 from hdfast.diagnosis.rivals import UNKNOWN_FLOOR
@@ -42,6 +43,7 @@ class Unknown:
         gain: over the model without it.
         probability: of the variable and its memory against the others that stand out nearly as far.
         ranking: name, memory and statistic of every variable tried, in units of its family-wise 1 % point, best first.
+        curve: variable and torque at its place [N m], each (points,); None for a law with memory.
         proof: on held-out recordings; None without any, or where it does not even predict left-out stretches.
     """
 
@@ -51,6 +53,7 @@ class Unknown:
     gain: Gain
     probability: float
     ranking: tuple[tuple[str, str, float], ...]
+    curve: tuple[Floats, Floats] | None = field(repr=False)
     proof: Proof | None
 
     @property
@@ -77,55 +80,31 @@ class Unknown:
         """Where the torque acts; None where motor and load are one inertia."""
         return self.feature.place if self.fit.structure.model.base == "two_inertia" else None
 
-    def curve(self, bench: Bench) -> tuple[Floats, Floats] | None:
-        """State variable and torque at its place [N m], medians of `POINTS` equal shares of the recordings' samples.
-
-        Angles are within one turn where the recordings make one. The torque is about its mean: levels are not known.
-        None for a law with memory.
-        """
-        of = self.feature.variable
-        if of is None:
-            return None
-        slow = slowed(bench)
-        x = np.concatenate([of(unit) for unit in slow])
-        if self.feature.name.endswith("_phase") and np.ptp(x) > TURN:
-            x = np.mod(x, TURN)
-        own = self.fit.coordinates[-self.feature.width :]
-        behind = self.fit.value("ratio") if self.feature.place == "load" else 1.0
-        torque = behind * np.concatenate([self.feature.torque(unit, own) for unit in slow])
-        torque -= torque.mean()
-        parts = [part for part in np.array_split(np.argsort(x, kind="stable"), POINTS) if part.size]
-        medians = np.array([(np.median(x[part]), np.median(torque[part])) for part in parts])
-        return medians[:, 0], medians[:, 1]
-
-    def noted(self, bench: Bench) -> dict[str, Any]:
+    @property
+    def noted(self) -> dict[str, Any]:
         """What a model file says of it: labels, and the curve of a law without memory."""
         told: dict[str, Any] = {"depends_on": self.feature.name, "memory": self.feature.memory}
         told |= {"place": self.place} if self.place else {}
-        curve = self.curve(bench)
-        if curve is not None:
-            for index, (x, torque) in enumerate(zip(*(values.tolist() for values in curve), strict=True)):
+        if self.curve is not None:
+            for index, (x, torque) in enumerate(zip(*(values.tolist() for values in self.curve), strict=True)):
                 told |= {f"{self.feature.name}_{index}": x, f"torque_N_m_{index}": torque}
         return told
 
 
-def describe(
-    bench: Bench, held: Bench | None, fitted: Fit, found: Sequence[Feature], rng: np.random.Generator
-) -> Unknown | None:
+def describe(bench: Bench, held: Bench | None, fitted: Fit, rng: np.random.Generator) -> Unknown | None:
     """The state variable that explains the mismatch best of those that stand out, proven on what is held out.
 
     Args:
         bench: the recordings that are fitted.
         held: the recordings kept for the proof, or None.
         fitted: the model without it.
-        found: the variables to try.
         rng: of the null.
 
     Returns:
         The description, accepted or not; None where no variable changes anything.
     """
     bench, slow = bench.commanded(fitted), slowed(bench)
-    every = [(one, one.sketch(bench, slow, fitted)) for one in found]
+    every = [(one, one.sketch(bench, slow, fitted)) for one in features(bench, slow, fitted)]
     tried = [(one, columns) for one, columns in every if np.isfinite(columns).all() and columns.any()]
     if not tried:
         return None
@@ -153,7 +132,9 @@ def describe(
     same = [(one.name, one.memory) == (feature.name, feature.memory) for one, _, _ in shapes]
     probability = (1.0 - UNKNOWN_FLOOR) * float(shares[same].sum())
     listed = tuple((*key, value) for key, value in ranking.items())
-    unproven = Unknown(feature, reached[feature.label], extended, gained, probability, listed, None)
+    unproven = Unknown(
+        feature, reached[feature.label], extended, gained, probability, listed, _curve(feature, slow, extended), None
+    )
     return replace(unproven, proof=_proven(held, fitted, unproven)) if held and unproven.predicts else unproven
 
 
@@ -180,6 +161,27 @@ def _proven(held: Bench, fitted: Fit, unknown: Unknown) -> Proof:
     added = columns @ unknown.fit.coordinates[known:]
     extended = Replay(after.mismatch - added, after.alike - added)
     return weigh_up(held.layout, unknown.fit.white, before, extended, noise_floor(held))
+
+
+def _curve(feature: Feature, slow: Sequence[Unit], extended: Fit) -> tuple[Floats, Floats] | None:
+    """State variable and torque at its place [N m], medians of `POINTS` equal shares of the recordings' samples.
+
+    Angles are within one turn where the recordings make one. The torque is about its mean: levels are not known. None
+    for a law with memory.
+    """
+    of = feature.variable
+    if of is None:
+        return None
+    x = np.concatenate([of(unit) for unit in slow])
+    if feature.name.endswith("_phase") and np.ptp(x) > TURN:
+        x = np.mod(x, TURN)
+    own = extended.coordinates[-feature.width :]
+    behind = extended.value("ratio") if feature.place == "load" else 1.0
+    torque = behind * np.concatenate([feature.torque(unit, own) for unit in slow])
+    torque -= torque.mean()
+    parts = [part for part in np.array_split(np.argsort(x, kind="stable"), POINTS) if part.size]
+    medians = np.array([(np.median(x[part]), np.median(torque[part])) for part in parts])
+    return medians[:, 0], medians[:, 1]
 
 
 def _augmented(bench: Bench, heard: Fit, columns: Floats) -> Fit:

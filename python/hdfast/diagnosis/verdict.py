@@ -9,7 +9,6 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from hdfast.diagnosis.experiment import NOTHING, Contest, Experiment, propose
-from hdfast.diagnosis.features import features
 from hdfast.diagnosis.fit import Fit
 from hdfast.diagnosis.holdout import Proof
 from hdfast.diagnosis.limits import Limit, limits, without_windup
@@ -27,30 +26,22 @@ OF_THE_WINDUP = ("hysteresis", "viscoelastic", "backlash", "soft_windup", "mesh_
 
 
 @dataclass(frozen=True, eq=False)
-class Verdict:
-    """What is said, and the evidence it rests on.
+class Claim:
+    """What is said.
 
     Attributes:
         name: one of `NAMED`.
-        sentence: the verdict in one line.
+        reason: why it is undecided, else "".
         session: calibration, search and proof.
         standings: accepted effects with probabilities and rivals.
         unknown: best description by a state variable alone, or None.
-        where: location of the mismatch.
-        masked: parameters that had swallowed an effect.
-        limits: what these recordings can show of every effect.
-        experiment: the manoeuvre that would decide, or None when nothing is open.
     """
 
     name: str
-    sentence: str
+    reason: str
     session: Session = field(repr=False)
-    standings: tuple[Standing, ...] = field(repr=False)
+    standings: Sequence[Standing] = field(repr=False)
     unknown: Unknown | None = field(repr=False)
-    where: Where
-    masked: tuple[Masked, ...]
-    limits: tuple[Limit, ...] = field(repr=False)
-    experiment: Experiment | None = field(repr=False)
 
     @property
     def described(self) -> Unknown | None:
@@ -74,68 +65,72 @@ class Verdict:
         """The effects that are named, or all that an undecided verdict is about."""
         return [one for one in self.standings if one.probability >= SURE or self.name == "undecided"]
 
+    @property
+    def sentence(self) -> str:
+        """The verdict in one line."""
+        if self.name == "no_evidence":
+            return "No evidence of left-out physics in these recordings."
+        if self.name == "undecided":
+            return f"Undecided: {self.reason}{self._better}."
+        if self.described is not None:
+            at = f"at the {self.described.place}" if self.described.place else "at the motor or on the load"
+            feature = self.described.feature
+            cause = f"depends on {feature.name}{PASTS[feature.memory]}"
+            return f"None of the known effects: a torque {at} that {cause}{self._better}."
+        return f"The model leaves out {', '.join(dict.fromkeys(one.name for one in self.told))}{self._better}."
+
+    @property
+    def _better(self) -> str:
+        proof = self.proof if self.extended is not None else None
+        if proof is None or not math.isfinite(proof.extended):
+            return ""
+        return f"; error on held-out recordings {100 * proof.baseline:.1f} % -> {100 * proof.extended:.1f} %"
+
+
+@dataclass(frozen=True, eq=False)
+class Verdict(Claim):
+    """What is said, and the evidence it rests on.
+
+    Attributes:
+        where: location of the mismatch.
+        masked: parameters that had swallowed an effect.
+        limits: what these recordings can show of every effect.
+        experiment: the manoeuvre that would decide, or None when nothing is open.
+    """
+
+    where: Where
+    masked: Sequence[Masked]
+    limits: Sequence[Limit] = field(repr=False)
+    experiment: Experiment | None = field(repr=False)
+
 
 def conclude(session: Session, seed: int) -> Verdict:
     """Weigh what the session found."""
     bench, search, baseline = session.bench, session.search, session.baseline
     rng = np.random.default_rng([seed, 2])
     standings = stand(bench, search, session.floor, rng)
-    unknown = None if standings else _unknown(session, rng)
+    unknown = None if standings else describe(bench, session.held, search.final, rng)
     name, reason, contest = _decide(session, standings, unknown)
-    extended = unknown.fit if unknown is not None and name == "depends_on" else search.final
+    claim = Claim(name, reason, session, standings, unknown)
+    extended = claim.extended or search.final
     rigid = baseline.structure.model.base == "one_inertia"
     last = search.rounds[-1]
-    known = [*limits(last.signatures, last.screen), *(without_windup(OF_THE_WINDUP) if rigid else [])]
     return Verdict(
-        name=name,
-        sentence=_sentence(name, standings, unknown, session, reason),
-        session=session,
-        standings=tuple(standings),
-        unknown=unknown,
+        **vars(claim),
         where=locate(bench, baseline, extended),
-        masked=tuple(masked(baseline, extended, bench.layout)) if extended is not baseline else (),
-        limits=tuple(known),
+        masked=masked(baseline, extended, bench.layout) if extended is not baseline else (),
+        limits=[*limits(last.signatures, last.screen), *(without_windup(OF_THE_WINDUP) if rigid else [])],
         experiment=None if contest is None else propose(bench, contest, np.random.default_rng([seed, 3])),
     )
-
-
-def _unknown(session: Session, rng: np.random.Generator) -> Unknown | None:
-    """The best state variable for a mismatch without a name."""
-    final = session.search.final
-    return describe(session.bench, session.held, final, features(session.bench, final), rng)
 
 
 def _decide(
     session: Session, standings: Sequence[Standing], unknown: Unknown | None
 ) -> tuple[str, str, Contest | None]:
     """The verdict and, for an undecided one, why and between which models."""
-    search = session.search
     if not standings:
-        if unknown is not None and unknown.accepted:
-            return "depends_on", "", None
-        first = search.rounds[0]
-        near = [
-            trial
-            for trial in first.trials
-            if trial.failed == ("A2 error",)
-            and trial.candidate.effect not in TIMING
-            and first.screen.p[trial.candidate.label] <= ALONE
-            and trial.gain.total >= CONVINCING
-        ]
-        if nrmse(session.bench.layout, session.baseline.mismatch) > USELESS:
-            return (
-                "undecided",
-                "the model does not follow these recordings at all, and nothing that was tried does",
-                None,
-            )
-        if unknown is not None and unknown.open:
-            reason = f"something depends on {unknown.feature.name}, but it does not show on the held-out recordings"
-            return "undecided", reason, None
-        if near:
-            best = max(near, key=lambda trial: trial.gain.total)
-            contest = Contest((best.candidate.effect, NOTHING), (best.fit, first.before))
-            return "undecided", "something is there, but nothing improves the prediction enough", contest
-        return "no_evidence", "", None
+        return _without_a_name(session, unknown)
+    search = session.search
     leading = max(standings, key=lambda one: one.alone.total)
     if session.proof is not None and not session.proof.holds:
         contest = Contest((leading.name, NOTHING), (search.final, leading.lesser))
@@ -153,20 +148,26 @@ def _decide(
     return "found", "", None
 
 
-def _sentence(name: str, standings: Sequence[Standing], unknown: Unknown | None, session: Session, reason: str) -> str:
-    sure = [one for one in standings if one.probability >= SURE]
-    effects = ", ".join(dict.fromkeys(one.name for one in sure))
-    described = unknown if name == "depends_on" else None
-    proof = described.proof if described else session.proof if standings else None
-    better = ""
-    if proof is not None and math.isfinite(proof.extended):
-        better = f"; error on held-out recordings {100 * proof.baseline:.1f} % -> {100 * proof.extended:.1f} %"
-    if name in ("found", "sensor"):
-        return f"The model leaves out {effects}{better}."
-    if described is not None:
-        at = f"at the {described.place}" if described.place else "at the motor or on the load"
-        cause = f"depends on {described.feature.name}{PASTS[described.feature.memory]}"
-        return f"None of the known effects: a torque {at} that {cause}{better}."
-    if name == "undecided":
-        return f"Undecided: {reason}{better}."
-    return "No evidence of left-out physics in these recordings."
+def _without_a_name(session: Session, unknown: Unknown | None) -> tuple[str, str, Contest | None]:
+    """The same where no effect was accepted."""
+    if unknown is not None and unknown.accepted:
+        return "depends_on", "", None
+    if nrmse(session.bench.layout, session.baseline.mismatch) > USELESS:
+        return "undecided", "the model does not follow these recordings at all, and nothing that was tried does", None
+    if unknown is not None and unknown.open:
+        reason = f"something depends on {unknown.feature.name}, but it does not show on the held-out recordings"
+        return "undecided", reason, None
+    first = session.search.rounds[0]
+    near = [
+        trial
+        for trial in first.trials
+        if trial.failed == ("A2 error",)
+        and trial.candidate.effect not in TIMING
+        and first.screen.p[trial.candidate.label] <= ALONE
+        and trial.gain.total >= CONVINCING
+    ]
+    if not near:
+        return "no_evidence", "", None
+    best = max(near, key=lambda trial: trial.gain.total)
+    contest = Contest((best.candidate.effect, NOTHING), (best.fit, first.before))
+    return "undecided", "something is there, but nothing improves the prediction enough", contest

@@ -7,7 +7,9 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from hdfast.diagnosis.locate import phases
+from hdfast.diagnosis.plant import TORQUE
 from hdfast.diagnosis.rivals import SURE
+from hdfast.diagnosis.unknown import Unknown
 from hdfast.diagnosis.verdict import Verdict
 from hdfast.report import diagnosis_plots as plots
 from hdfast.report.diagnosis_tables import amplitude, plus_minus, spoken, words
@@ -95,7 +97,7 @@ def cards(content: Mapping[str, Any], verdict: Verdict, found: list[Trace]) -> l
     variable = next(iter(content["where"]["depends_on"]), "motor_speed")
     variable = plots.VIEW.get(variable, variable)
     ratio = session.search.final.value("ratio")
-    channel = "motor_torque" if content["verdict"] == "depends_on" else telling_trace.channel
+    channel = telling_trace.channel if verdict.described is None else TORQUE
     role = "a recording kept for the proof" if telling_trace.unit.role == "heldout" else "a fitted recording"
     return [
         _where(content, verdict, found),
@@ -173,8 +175,8 @@ def _where(content: Mapping[str, Any], verdict: Verdict, found: list[Trace]) -> 
 def _what(content: Mapping[str, Any], verdict: Verdict) -> Card:
     if content["verdict"] == "no_evidence":
         return _visible(verdict)
-    if content["verdict"] == "depends_on" and verdict.unknown is not None:
-        return _ranking(verdict)
+    if verdict.described is not None:
+        return _ranking(verdict.described)
     rows: list[tuple[str, float, bool]] = []
     beaten: list[str] = []
     for standing in verdict.standings:
@@ -236,10 +238,9 @@ def _visible(verdict: Verdict) -> Card:
     )
 
 
-def _ranking(verdict: Verdict) -> Card:
+def _ranking(described: Unknown) -> Card:
     """State variables by how far a mismatch without a name follows them."""
-    assert verdict.unknown is not None
-    rows = [(words(name) + MEMORIES[memory], statistic) for name, memory, statistic in verdict.unknown.ranking]
+    rows = [(words(name) + MEMORIES[memory], statistic) for name, memory, statistic in described.ranking]
     return Card(
         "What it depends on best",
         "four",

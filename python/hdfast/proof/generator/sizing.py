@@ -54,18 +54,12 @@ class Sized:
         return EFFECTS[self.id].on(drive, share * self.amplitude, self.shape)
 
 
-def size(lin: Linearisation, effect_id: str, multiple: float, rng: Generator) -> Sized:
+def sketch(lin: Linearisation, effect_id: str, multiple: float, rng: Generator, at: float = 1.0) -> Sized:
     """Draw the shape of an effect and give it a multiple of its detectable amplitude, whatever its physical limit.
 
-    The detectable amplitude is that whose signature, after a refit, has the length `THRESHOLD` in the noise along it.
-    """
-    return follow(lin, sketch(lin, effect_id, multiple, rng))
-
-
-def sketch(lin: Linearisation, effect_id: str, multiple: float, rng: Generator, at: float = 1.0) -> Sized:
-    """The same by a linear refit, as it is `at` so many detectable amplitudes.
-
-    Sought by secants in the logarithm, as play and stiction have no derivative at zero.
+    The detectable amplitude is that whose signature, after a linear refit `at` so many of them, has the length
+    `THRESHOLD` in the noise along it. It is sought by secants in the logarithm, as play and stiction have no derivative
+    at zero.
     """
     effect = EFFECTS[effect_id]
     shape = effect.shape(rng)

@@ -9,8 +9,8 @@ from typing import Any
 
 from hdfast.diagnosis.candidate import Candidate
 from hdfast.diagnosis.facts import FACTS
-from hdfast.diagnosis.fit import Fit
-from hdfast.diagnosis.holdout import prove
+from hdfast.diagnosis.fit import Bench, Fit
+from hdfast.diagnosis.holdout import Proof, replayed, weigh_up
 from hdfast.diagnosis.score import nrmse
 from hdfast.diagnosis.session import Setup, noise_floor
 
@@ -49,7 +49,7 @@ def finding(final: Fit, named: list[Named]) -> Said:
 def as_dict(said: Said, setup: Setup, calibrated: Fit) -> dict[str, Any]:
     """The content of verdict.json; held-out recordings are simulated once, with the frozen models."""
     layout = setup.bench.layout
-    proof = None if setup.held is None else prove(setup.held, calibrated, said.final, noise_floor(setup.held))
+    proof = None if setup.held is None else _proven(setup.held, calibrated, said.final)
     sigma = said.final.sigma_of(layout)
     effects = [_effect(one, said.final, sigma) for one in said.named]
     return {
@@ -73,6 +73,11 @@ def as_dict(said: Said, setup: Setup, calibrated: Fit) -> dict[str, Any]:
         "seed": 0,
         "version": version("hdfast"),
     }
+
+
+def _proven(held: Bench, calibrated: Fit, final: Fit) -> Proof:
+    before, after = (replayed(held, one, calibrated) for one in (calibrated, final))
+    return weigh_up(held.layout, final.white, before, after, noise_floor(held))
 
 
 def _effect(one: Named, final: Fit, sigma: dict[str, float]) -> dict[str, Any]:

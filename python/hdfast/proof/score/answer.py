@@ -8,6 +8,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from hdfast.drive_file import UNKNOWN
+
 VERDICTS = ("no_evidence", "found", "undecided", "depends_on", "sensor", "not_reproducible", "data_rejected")
 CLAIMS = ("found", "sensor", "depends_on")
 PLACES = ("motor", "mesh", "load", "actuator", "sensor", "structure")
@@ -48,7 +50,7 @@ class Answer:
     @property
     def listed(self) -> list[dict[str, Any]]:
         """Effects in the order of falling probability, `unknown` left out."""
-        effects = [e for e in self.verdict.get("effects", []) if e["effect"] != "unknown"]
+        effects = [e for e in self.verdict.get("effects", []) if e["effect"] != UNKNOWN]
         return sorted(effects, key=lambda e: -float(e.get("probability") or 0.0))
 
     @property

@@ -66,7 +66,7 @@ lint: setup
 
 test: lint
 	CARGO_PROFILE_RELEASE_LTO=off cargo test --release --no-default-features
-	$(PY) -m pytest
+	$(PY) -m pytest --numprocesses auto --maxprocesses 8 --dist worksteal
 
 proof-subset: setup
 	rm -rf $(SUBSET)

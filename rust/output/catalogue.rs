@@ -2,7 +2,7 @@
 
 use super::signals::Signal;
 use crate::model::Base;
-use crate::solve::{ALL_STATES, Demand, Integral, Mark, Watched};
+use crate::solve::{ALL_STATES, Demand, Extreme, Integral, Mark, Watched};
 
 /// A part of the motion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -283,7 +283,10 @@ impl Metric {
 
     /// Adds what the metric needs to what is asked of the integration.
     pub fn require(self, base: Base, demand: &mut Demand) {
-        let watch = |demand: &mut Demand, signal: Watched| demand.watched[signal as usize] = true;
+        for extreme in self.extremes() {
+            demand.watched[extreme.signal as usize] = true;
+            demand.extremes.push(extreme);
+        }
         match self {
             Self::TeMean(_) | Self::TeRms(_) => demand.integrands.te = true,
             Self::SpeedRippleRms => demand.integrands.speed = true,
@@ -294,10 +297,13 @@ impl Metric {
             Self::EnergyIn(_) | Self::Loss(..) | Self::LossInTerms | Self::EnergyResidual => {
                 demand.integrands.energy = true;
             }
-            Self::PeakWindup | Self::InitialTePeak | Self::TimeOutsideRange => watch(demand, Watched::Windup),
-            Self::TePeak(_) | Self::TePeakToPeak(_) => watch(demand, Watched::Te),
-            Self::SpeedRipple => watch(demand, Watched::OmegaL),
-            Self::UpsilonMin => {}
+            Self::TimeOutsideRange => demand.watched[Watched::Windup as usize] = true,
+            Self::PeakWindup
+            | Self::InitialTePeak
+            | Self::TePeak(_)
+            | Self::TePeakToPeak(_)
+            | Self::SpeedRipple
+            | Self::UpsilonMin => {}
             Self::Mode(..) => demand.sampled = ALL_STATES,
             Self::SteadySpeed
             | Self::RiseTime(_)
@@ -310,6 +316,18 @@ impl Metric {
                 Signal::ThetaM.require(base, demand);
                 signal.require(base, demand);
             }
+        }
+    }
+
+    /// The extremes whose sum the metric is; none where it is something else.
+    pub fn extremes(self) -> Vec<Extreme> {
+        match self {
+            Self::PeakWindup => vec![Extreme::farthest(Watched::Windup, (Mark::Begin, Mark::End))],
+            Self::InitialTePeak => vec![Extreme::farthest(Watched::Windup, (Mark::On, Mark::Settled))],
+            Self::TePeak(phase) => vec![Extreme::farthest(Watched::Te, phase.marks())],
+            Self::TePeakToPeak(phase) => Extreme::both_ends(Watched::Te, phase.marks()).into(),
+            Self::SpeedRipple => Extreme::both_ends(Watched::OmegaL, Phase::Run.marks()).into(),
+            _ => Vec::new(),
         }
     }
 

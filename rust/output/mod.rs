@@ -3,7 +3,6 @@
 mod catalogue;
 mod crossings;
 mod energy;
-mod extrema;
 mod least_squares;
 mod mode;
 mod orders;

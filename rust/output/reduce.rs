@@ -2,14 +2,13 @@
 
 use super::catalogue::{Metric, ModePart, Phase};
 use super::crossings::{Wanted, crossing};
-use super::extrema::{farthest, largest};
 use super::mode::{self, Mode};
 use super::orders::amplitudes;
 use super::steady::{Steady, steady};
 use super::{Signal, energy};
 use crate::model::Layout;
 use crate::real::Scalar;
-use crate::solve::{Integral, Mark, Retrace, Seat, Watched};
+use crate::solve::{Integral, Mark, Retrace, Seat};
 use std::f64::consts::TAU;
 
 const RISE_LEVELS: (f64, f64) = (0.05, 0.95);
@@ -69,13 +68,15 @@ impl<'a, S: Scalar, const N: usize> Reduction<'a, S, N> {
                 let half = self.fall(Signal::OmegaM, HALF);
                 (half - self.fall(Signal::OmegaM, RISE_LEVELS.1)) / (self.fall(Signal::OmegaM, RISE_LEVELS.0) - half)
             }
-            Metric::PeakWindup => self.farthest(Watched::Windup, (Mark::Begin, Mark::End)),
-            Metric::InitialTePeak => self.farthest(Watched::Windup, (Mark::On, Mark::Settled)),
+            Metric::PeakWindup
+            | Metric::InitialTePeak
+            | Metric::TePeak(_)
+            | Metric::TePeakToPeak(_)
+            | Metric::SpeedRipple => {
+                metric.extremes().iter().fold(S::zero(), |sum, extreme| sum + extreme.value(self.seat))
+            }
             Metric::TeMean(phase) => self.mean(Integral::Te, phase),
-            Metric::TePeak(phase) => self.farthest(Watched::Te, phase.marks()),
-            Metric::TePeakToPeak(phase) => self.peak_to_peak(Watched::Te, phase),
             Metric::TeRms(phase) => self.deviation(Integral::Te, Integral::TeSquare, phase),
-            Metric::SpeedRipple => self.peak_to_peak(Watched::OmegaL, Phase::Run),
             Metric::SpeedRippleRms => self.deviation(Integral::OmegaL, Integral::OmegaLSquare, Phase::Run),
             Metric::Order(..) => S::splat(f64::NAN),
             Metric::Mode(part, phase) => without_derivative(self.mode(part, phase)),
@@ -116,18 +117,6 @@ impl<'a, S: Scalar, const N: usize> Reduction<'a, S, N> {
         let mean = self.mean(value, phase);
         let variance = self.mean(square, phase) - mean * mean;
         if variance.plain() < 0.0 { S::zero() } else { variance.sqrt() }
-    }
-
-    fn largest(&mut self, signal: Watched, sign: f64, window: (Mark, Mark)) -> S {
-        largest(self.seat, self.retrace, signal, sign, window)
-    }
-
-    fn farthest(&mut self, signal: Watched, window: (Mark, Mark)) -> S {
-        farthest(self.seat, self.retrace, signal, window)
-    }
-
-    fn peak_to_peak(&mut self, signal: Watched, phase: Phase) -> S {
-        self.largest(signal, 1.0, phase.marks()) + self.largest(signal, -1.0, phase.marks())
     }
 
     /// Time of the first upward crossing of a share of the signal's own steady mean.

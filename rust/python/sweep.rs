@@ -112,6 +112,7 @@ pub fn sweep<'py>(
         sampled: 0,
         integrands: Integrands::default(),
         watched: WatchList::default(),
+        extremes: Vec::new(),
         record: false,
         find_stiff,
     };

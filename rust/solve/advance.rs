@@ -3,6 +3,7 @@
 use super::Method;
 use super::controller::Controller;
 use super::events::Events;
+use super::extrema::Extreme;
 use super::integrals::Integrands;
 use super::record::{Branch, lane_numbers};
 use super::replay::{Lane, Replay, Retrace};
@@ -31,6 +32,8 @@ pub struct Demand {
     pub integrands: Integrands,
     /// Signals whose extrema are located.
     pub watched: WatchList,
+    /// Their largest values over windows.
+    pub extremes: Vec<Extreme>,
     /// Whether steps are recorded.
     pub record: bool,
     /// Whether stiff rows are set aside.
@@ -47,6 +50,28 @@ pub trait Rows<S: Scalar, const N: usize> {
     fn finish(&mut self, seat: &Seat<S, N>, t: f64, state: &[S; N], status: Status, replay: &mut dyn Retrace<S, N>);
 }
 
+/// A row that has ended.
+pub(super) struct Ended<S, const N: usize> {
+    pub seat: Seat<S, N>,
+    pub t: f64,
+    pub state: [S; N],
+    pub status: Status,
+    /// How many closer looks it waits for.
+    pub asked: usize,
+}
+
+impl<S: Scalar, const N: usize> Ended<S, N> {
+    /// Asks for the closer looks that the extremes take.
+    pub fn ask(&mut self, extremes: &[Extreme]) {
+        if self.status == Status::Finished {
+            for extreme in extremes {
+                extreme.ask(&mut self.seat);
+            }
+            self.asked = self.seat.candidates.iter().filter(|(_, candidate)| candidate.asked).count();
+        }
+    }
+}
+
 /// Numbers of a path that carry no derivative.
 pub(super) type Plain<P> = <<P as Path>::Lanes as Real>::Plain;
 
@@ -61,6 +86,8 @@ pub struct Advance<'a, P: Path, M: Model<N>, T: Method, const N: usize> {
     pub(super) replay: Replay<P, M, T, N>,
     pub(super) seats: Vec<Option<Seat<Lane<P>, N>>>,
     pub(super) spare: Vec<Memory<Lane<P>, N>>,
+    /// Rows that wait for closer looks.
+    pub(super) ended: Vec<Ended<Lane<P>, N>>,
     pub(super) step: Plain<P>,
     pub(super) stop: Plain<P>,
     /// When each lane's state is wanted next.
@@ -99,6 +126,7 @@ impl<'a, P: Path, M: Model<N>, T: Method, const N: usize> Advance<'a, P, M, T, N
             replay: Replay::new(layout, &first.row, harmonics),
             seats: (0..P::Lanes::LANES).map(|_| None).collect(),
             spare: Vec::new(),
+            ended: Vec::new(),
             step: Plain::<P>::splat(1e-3),
             stop: Plain::<P>::splat(f64::INFINITY),
             sample: P::Lanes::splat(f64::INFINITY),
@@ -127,6 +155,7 @@ impl<'a, P: Path, M: Model<N>, T: Method, const N: usize> Advance<'a, P, M, T, N
         } else {
             self.run_out::<false>(rows);
         }
+        self.hand_over(0, rows);
     }
 
     /// Attempts steps until all lanes are empty. Where nothing sticks and no law has corners, nothing is held and no

@@ -44,7 +44,7 @@ impl<P: Path, M: Model<N>, T: Method, const N: usize> Advance<'_, P, M, T, N> {
     ) -> f64 {
         let branch = self.branch(lane);
         let Some(seat) = self.seats[lane].take() else { return 0.0 };
-        self.replay.load(&seat, self.harmonics);
+        self.replay.load(&seat);
         let state = lane_numbers(&trial.state, lane);
         let (change, rate) = self.replay.change_and_rate(&seat, trial.t.get(lane), (&state, slope), branch, reserve);
         self.seats[lane] = Some(seat);

@@ -89,7 +89,7 @@ impl<P: Path, M: Model<N>, T: Method, const N: usize> Advance<'_, P, M, T, N> {
     fn hidden_corner(&mut self, lane: usize, branch: Branch, step: &Plain<P>) -> Option<(f64, Branch)> {
         let (dense, enough) = (self.dense_in(lane, step), -self.leeway());
         let seat = self.seats[lane].take()?;
-        self.replay.load(&seat, self.harmonics);
+        self.replay.load(&seat);
         let mut corners = |share: f64, held: bool| {
             let state = dense.at(Lane::<P>::splat(share));
             self.replay.corners(&seat, dense.t + share * dense.step, &state, branch, held)

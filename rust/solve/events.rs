@@ -238,7 +238,7 @@ impl<P: Path, M: Model<N>, T: Method, const N: usize> Advance<'_, P, M, T, N> {
         let number = Lane::<P>::splat;
         let branch = self.branch(lane);
         let Some(seat) = self.seats[lane].take() else { return 1.0 };
-        self.replay.load(&seat, self.harmonics);
+        self.replay.load(&seat);
         let mut left = |share: f64| {
             let t = number(dense.t + share * dense.step);
             reserve(&self.replay.rates_in(&seat, t, &dense.at(number(share)), branch)).plain()
@@ -252,7 +252,7 @@ impl<P: Path, M: Model<N>, T: Method, const N: usize> Advance<'_, P, M, T, N> {
     /// Lets hidden states jump; what mechanical energy goes with it counts as taken by terms.
     fn jump(&mut self, lane: usize) {
         let Some(seat) = self.seats[lane].take() else { return };
-        self.replay.load(&seat, self.harmonics);
+        self.replay.load(&seat);
         let (after, lost) = self.replay.jump(&seat, self.stepper.t.get(lane), &self.lane_state(lane));
         self.set_lane_state(lane, &after);
         let taken = &mut self.stepper.integrals[Integral::TermPower as usize];

@@ -1,6 +1,7 @@
 //! Integration in time: one adaptive step for all lanes, and the loop around it.
 
 mod advance;
+mod again;
 mod begin;
 mod carry;
 mod controller;
@@ -9,6 +10,7 @@ mod convergence;
 mod corners;
 mod estimate;
 mod events;
+mod extrema;
 mod implicit;
 mod integrals;
 mod interpolant;
@@ -29,6 +31,7 @@ mod tableau;
 mod watch;
 
 pub use advance::{Advance, Demand, Rows};
+pub use extrema::Extreme;
 pub use integrals::{INTEGRALS, Integral, Integrands};
 pub use interpolant::ALL_STATES;
 pub use record::{Dense, Record};
@@ -38,4 +41,4 @@ pub use root::{moving, root};
 pub use seat::{Assignment, Mark, Memory, Seat, Start};
 pub use status::Status;
 pub use tableau::{Bs3, Dop853, Dopri5, Method, Tsit5};
-pub use watch::{Candidate, Range, WATCHED, WatchList, Watched};
+pub use watch::{Range, WATCHED, WatchList, Watched};

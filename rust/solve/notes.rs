@@ -61,7 +61,15 @@ impl<P: Path, M: Model<N>, T: Method, const N: usize> Advance<'_, P, M, T, N> {
                 };
                 let signal = [Watched::Windup, Watched::Te, Watched::OmegaL][signal];
                 if let Some(seat) = &mut seats[lane] {
-                    seat.propose(Candidate { start, step: step.get(lane), signal, sign, at_most: at_most.get(lane) });
+                    seat.propose(Candidate {
+                        start,
+                        step: step.get(lane),
+                        signal,
+                        sign,
+                        at_most: at_most.get(lane),
+                        asked: false,
+                        peak: None,
+                    });
                 }
             }
         });

@@ -1,8 +1,9 @@
 //! Rows take their lanes, pass their stops and leave.
 
 use super::Method;
-use super::advance::{Advance, Plain, Rows};
+use super::advance::{Advance, Ended, Plain, Rows};
 use super::controller::stuck;
+use super::extrema;
 use super::integrals::INTEGRALS;
 use super::record::lane_numbers;
 use super::replay::Lane;
@@ -113,7 +114,7 @@ impl<P: Path, M: Model<N>, T: Method, const N: usize> Advance<'_, P, M, T, N> {
         let Some(assignment) = rows.next() else { return };
         let mut seat = Seat::new(assignment, self.spare.pop().unwrap_or_default());
         seat.load(lane, &mut self.stepper, self.harmonics);
-        self.replay.load(&seat, self.harmonics);
+        self.replay.load(&seat);
         let state = self.replay.start(&seat);
         self.set_lane_state(lane, &state);
         self.stepper.t.set(lane, 0.0);
@@ -140,16 +141,41 @@ impl<P: Path, M: Model<N>, T: Method, const N: usize> Advance<'_, P, M, T, N> {
         self.seats[lane] = Some(seat);
     }
 
-    /// Hands the lane's row over as it is and leaves the lane idle.
+    /// Ends the lane's row as it is and leaves the lane idle. Rows wait until their closer looks fill the lanes.
     fn vacate(&mut self, lane: usize, status: Status, rows: &mut impl Rows<Lane<P>, N>) {
         let state = self.lane_state(lane);
         if let Some(mut seat) = self.clear(lane) {
             seat.outside = self.stepper.watch.outside(lane);
             seat.accepted = self.accepted.get(lane) as u32;
             seat.rejected = self.attempts.get(lane) as u32 - seat.accepted;
-            self.replay.load(&seat, self.harmonics);
-            rows.finish(&seat, self.stepper.t.get(lane), &state, status, &mut self.replay);
-            self.spare.push(seat.into_memory());
+            if status == Status::Finished {
+                extrema::rank(&self.demand.extremes, &mut seat);
+            }
+            let mut ended = Ended { seat, t: self.stepper.t.get(lane), state, status, asked: 0 };
+            ended.ask(&self.demand.extremes);
+            self.ended.push(ended);
+            self.hand_over(P::Lanes::LANES, rows);
+        }
+    }
+
+    /// Hands over the rows that have ended, those that ask for closer looks once there are as many as wanted.
+    pub(super) fn hand_over(&mut self, wanted: usize, rows: &mut impl Rows<Lane<P>, N>) {
+        loop {
+            for place in (0..self.ended.len()).rev() {
+                if self.ended[place].asked != 0 {
+                    continue;
+                }
+                let Ended { seat, t, state, status, .. } = self.ended.swap_remove(place);
+                self.replay.load(&seat);
+                rows.finish(&seat, t, &state, status, &mut self.replay);
+                self.spare.push(seat.into_memory());
+            }
+            let asked: usize = self.ended.iter().map(|ended| ended.asked).sum();
+            if asked < wanted.max(1) {
+                return;
+            }
+            self.replay.look(&mut self.ended);
+            self.ended.iter_mut().for_each(|ended| ended.ask(&self.demand.extremes));
         }
     }
 

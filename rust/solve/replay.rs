@@ -1,6 +1,7 @@
 //! A finished row, one step or one instant at a time: for extrema, crossings and derived signals.
 
-use super::interpolant::ALL_STATES;
+use super::advance::Ended;
+use super::again::Again;
 use super::record::{Branch, Dense, Record};
 use super::seat::{Seat, Start};
 use super::stepper::Stepper;
@@ -30,7 +31,8 @@ pub type Lane<P> = <<P as Path>::Lanes as Real>::Lane;
 /// Recomputes single steps of the row last loaded, with the same bits as the lanes had.
 pub struct Replay<P: Path, M, T, const N: usize> {
     stepper: Stepper<Lane<P>, N>,
-    methods: PhantomData<(P, M, T)>,
+    again: Again<P::Lanes, M, T, N>,
+    shared: Harmonics<Lane<P>>,
 }
 
 impl<P: Path, M: Model<N>, T: Method, const N: usize> Replay<P, M, T, N> {
@@ -38,13 +40,37 @@ impl<P: Path, M: Model<N>, T: Method, const N: usize> Replay<P, M, T, N> {
     pub fn new(layout: &Layout, row: &Row<Lane<P>>, harmonics: &Harmonics<Lane<P>>) -> Self {
         Self {
             stepper: Stepper::new::<M, T>(layout, row, harmonics, Integrands::default(), [false; WATCHED]),
-            methods: PhantomData,
+            again: Again::new(layout, row, harmonics),
+            shared: harmonics.clone(),
         }
     }
 
     /// Makes a row the one that is replayed.
-    pub fn load(&mut self, seat: &Seat<Lane<P>, N>, shared: &Harmonics<Lane<P>>) {
-        seat.load(0, &mut self.stepper, shared);
+    pub fn load(&mut self, seat: &Seat<Lane<P>, N>) {
+        seat.load(0, &mut self.stepper, &self.shared);
+    }
+
+    /// Takes the closer looks that rows which have ended ask for, as many at once as there are lanes.
+    pub(super) fn look(&mut self, ended: &mut [Ended<Lane<P>, N>]) {
+        let mut places = Vec::new();
+        for (row, Ended { seat, .. }) in ended.iter().enumerate() {
+            places.extend((0..seat.candidates.len()).filter(|&it| seat.candidates[it].1.asked).map(|it| (row, it)));
+        }
+        for part in places.chunks(P::Lanes::LANES) {
+            let mut candidates = Vec::with_capacity(part.len());
+            for (lane, &(row, place)) in part.iter().enumerate() {
+                let seat = &ended[row].seat;
+                let candidate = &seat.candidates[place].1;
+                self.again.set_lane(lane, seat, (&candidate.start, candidate.step), &self.shared);
+                candidates.push(candidate);
+            }
+            self.again.take();
+            let peaks = self.again.peaks(&candidates);
+            for (lane, &(row, place)) in part.iter().enumerate() {
+                let candidate = &mut ended[row].seat.candidates[place].1;
+                (candidate.peak, candidate.asked) = (Some(peaks.get(lane)), false);
+            }
+        }
     }
 
     fn set_branch(&mut self, branch: Branch) {
@@ -151,13 +177,9 @@ impl<P: Path, M: Model<N>, T: Method, const N: usize> Replay<P, M, T, N> {
 
 impl<P: Path, M: Model<N>, T: Method, const N: usize> Retrace<Lane<P>, N> for Replay<P, M, T, N> {
     fn dense(&mut self, seat: &Seat<Lane<P>, N>, start: &Record<Lane<P>, N>, step: f64) -> Dense<Lane<P>, N> {
-        self.stepper.t = start.t;
-        self.stepper.state = start.state;
-        self.set_branch(start.branch);
-        self.stepper.input.set_lane(0, seat.segment_before(start.t + step), &seat.assignment.row);
-        let coefficients =
-            Lane::<P>::apart(DenseStep::<Lane<P>, M, T, N> { stepper: &mut self.stepper, step, methods: PhantomData });
-        Dense { t: start.t, step, coefficients }
+        self.again.set_lane(0, seat, (start, step), &self.shared);
+        self.again.take();
+        self.again.dense(0)
     }
 
     fn rates(&mut self, seat: &Seat<Lane<P>, N>, t: f64, state: &[Lane<P>; N]) -> Rates<Lane<P>, N> {
@@ -197,24 +219,6 @@ impl<S: Scalar> Task for KinematicError<'_, S> {
     #[inline(always)]
     fn run(self) -> Self::Output {
         self.0.value_and_slope(self.1)
-    }
-}
-
-struct DenseStep<'a, S: Scalar, M, T, const N: usize> {
-    stepper: &'a mut Stepper<S, N>,
-    step: f64,
-    methods: PhantomData<(M, T)>,
-}
-
-impl<S: Scalar, M: Model<N>, T: Method, const N: usize> Task for DenseStep<'_, S, M, T, N> {
-    type Output = [[S; super::record::DENSE_TERMS]; N];
-
-    #[inline(always)]
-    fn run(self) -> Self::Output {
-        self.stepper.refresh::<M>(true);
-        self.stepper.attempt::<M, T, true>(self.step);
-        self.stepper.interpolate::<M, T>(self.step, ALL_STATES);
-        self.stepper.polynomials
     }
 }
 

@@ -65,6 +65,7 @@ pub struct Assignment<S> {
 pub struct Memory<S, const N: usize> {
     records: Vec<Record<S, N>>,
     candidates: Vec<(usize, Candidate<S, N>)>,
+    ranked: Vec<usize>,
     samples: [Vec<[S; N]>; 2],
 }
 
@@ -80,6 +81,8 @@ pub struct Seat<S, const N: usize> {
     pub ranges: Vec<[Range<S>; WATCHED]>,
     /// Steps that may hold an extremum, with their interval.
     pub candidates: Vec<(usize, Candidate<S, N>)>,
+    /// Places of the candidates that may decide an extreme, most promising first, once the row has ended.
+    pub ranked: Vec<usize>,
     /// Time with the windup outside the spring's range [s].
     pub outside: f64,
     /// Steps, where they are recorded.
@@ -97,16 +100,17 @@ pub struct Seat<S, const N: usize> {
 
 impl<S, const N: usize> Default for Memory<S, N> {
     fn default() -> Self {
-        Self { records: Vec::new(), candidates: Vec::new(), samples: [Vec::new(), Vec::new()] }
+        Self { records: Vec::new(), candidates: Vec::new(), ranked: Vec::new(), samples: [Vec::new(), Vec::new()] }
     }
 }
 
 impl<S: Scalar, const N: usize> Seat<S, N> {
     /// Seats a row.
     pub fn new(assignment: Assignment<S>, memory: Memory<S, N>) -> Self {
-        let Memory { mut records, mut candidates, mut samples } = memory;
+        let Memory { mut records, mut candidates, mut ranked, mut samples } = memory;
         records.clear();
         candidates.clear();
+        ranked.clear();
         samples.iter_mut().for_each(Vec::clear);
         let program = &assignment.program;
         let mut marks = vec![
@@ -130,6 +134,7 @@ impl<S: Scalar, const N: usize> Seat<S, N> {
             intervals: Vec::with_capacity(8),
             ranges: Vec::with_capacity(8),
             candidates,
+            ranked,
             outside: 0.0,
             records,
             samples,
@@ -142,7 +147,7 @@ impl<S: Scalar, const N: usize> Seat<S, N> {
 
     /// Gives the memory back.
     pub fn into_memory(self) -> Memory<S, N> {
-        Memory { records: self.records, candidates: self.candidates, samples: self.samples }
+        Memory { records: self.records, candidates: self.candidates, ranked: self.ranked, samples: self.samples }
     }
 
     /// The segment in force.

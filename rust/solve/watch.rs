@@ -38,6 +38,10 @@ pub struct Candidate<S, const N: usize> {
     pub sign: f64,
     /// Highest value, times `sign`, that the step may hold.
     pub at_most: f64,
+    /// Whether a closer look is asked for.
+    pub asked: bool,
+    /// What the closer look found.
+    pub peak: Option<S>,
 }
 
 /// Extrema of one signal at the ends of the steps of one window.

@@ -103,6 +103,7 @@ impl Problem {
             sampled: 0,
             integrands: Integrands::default(),
             watched: WatchList::default(),
+            extremes: Vec::new(),
             record: false,
             find_stiff: self.find_stiff,
         };

@@ -1,0 +1,243 @@
+//! Steps of rows taken once more, as many at once as there are lanes, with the same bits as the first time.
+
+use super::interpolant::ALL_STATES;
+use super::record::{Dense, Record, lane_coefficients, value_at};
+use super::seat::Seat;
+use super::stepper::Stepper;
+use super::watch::{Candidate, WATCHED};
+use super::{Integrands, Method};
+use crate::model::{Harmonics, Layout, Model, Row};
+use crate::real::{Mask, Real, Task};
+use std::marker::PhantomData;
+
+/// Points of a step at which it is looked at before the refinement.
+const LOOKS: usize = 6;
+const REFINEMENTS: usize = 5;
+
+/// Lanes with one step each.
+pub struct Again<R: Real, M, T, const N: usize> {
+    stepper: Stepper<R, N>,
+    step: R::Plain,
+    methods: PhantomData<(M, T)>,
+}
+
+impl<R: Real, M: Model<N>, T: Method, const N: usize> Again<R, M, T, N> {
+    /// For rows like this one.
+    pub fn new(layout: &Layout, row: &Row<R::Lane>, harmonics: &Harmonics<R::Lane>) -> Self {
+        Self {
+            stepper: Stepper::new::<M, T>(layout, row, harmonics, Integrands::default(), [false; WATCHED]),
+            step: R::Plain::splat(1.0),
+            methods: PhantomData,
+        }
+    }
+
+    /// Puts a step of a row into a lane.
+    pub fn set_lane(
+        &mut self,
+        lane: usize,
+        seat: &Seat<R::Lane, N>,
+        (start, step): (&Record<R::Lane, N>, f64),
+        shared: &Harmonics<R::Lane>,
+    ) {
+        let Stepper { t, state, directions, held, input, .. } = &mut self.stepper;
+        t.set(lane, start.t);
+        for (lanes, &value) in state.iter_mut().zip(&start.state) {
+            lanes.set(lane, value);
+        }
+        for (lanes, &direction) in directions.iter_mut().zip(&start.branch.directions) {
+            lanes.set(lane, R::Lane::splat(f64::from(direction)));
+        }
+        for (lanes, &piece) in held.iter_mut().flat_map(|pieces| pieces.iter_mut()).zip(&start.branch.pieces) {
+            lanes.set(lane, f64::from(piece));
+        }
+        input.set_lane(lane, seat.segment_before(start.t + step), &seat.assignment.row);
+        seat.load(lane, &mut self.stepper, shared);
+        self.step.set(lane, step);
+    }
+
+    /// Takes the steps.
+    pub fn take(&mut self) {
+        R::apart(Steps::<R, M, T, N> { stepper: &mut self.stepper, step: self.step, methods: PhantomData });
+    }
+
+    /// The step of a lane as polynomials.
+    pub fn dense(&self, lane: usize) -> Dense<R::Lane, N> {
+        let coefficients = lane_coefficients(&self.stepper.polynomials, lane);
+        Dense { t: self.stepper.t.get(lane), step: self.step.get(lane), coefficients }
+    }
+
+    /// The largest values, times their signs, inside steps that are candidates.
+    pub fn peaks(&mut self, candidates: &[&Candidate<R::Lane, N>]) -> R {
+        let mut sign = R::Plain::splat(1.0);
+        let mut signals = [0; WATCHED];
+        for (lane, candidate) in candidates.iter().enumerate() {
+            sign.set(lane, candidate.sign);
+            signals[candidate.signal as usize] |= 1 << lane;
+        }
+        let (start, step) = (self.stepper.t, self.step);
+        R::apart(Peaks::<R, M, N> { stepper: &mut self.stepper, start, step, sign, signals, model: PhantomData })
+    }
+}
+
+struct Steps<'a, R: Real, M, T, const N: usize> {
+    stepper: &'a mut Stepper<R, N>,
+    step: R::Plain,
+    methods: PhantomData<(M, T)>,
+}
+
+impl<R: Real, M: Model<N>, T: Method, const N: usize> Task for Steps<'_, R, M, T, N> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        self.stepper.refresh::<M>(every_lane::<R>());
+        self.stepper.attempt::<M, T, true>(self.step);
+        self.stepper.interpolate::<M, T>(self.step, ALL_STATES);
+    }
+}
+
+#[inline(always)]
+fn every_lane<R: Real>() -> R::Mask {
+    R::Mask::from_bits(u64::MAX >> (64 - R::LANES))
+}
+
+/// Looks on a grid, then at the vertices of parabolas through the three best points.
+struct Peaks<'a, R: Real, M, const N: usize> {
+    stepper: &'a mut Stepper<R, N>,
+    start: R::Plain,
+    step: R::Plain,
+    sign: R::Plain,
+    signals: [u64; WATCHED],
+    model: PhantomData<M>,
+}
+
+/// A share of the step, and the value there.
+type Point<R> = (<R as Real>::Plain, <R as Real>::Plain);
+
+impl<R: Real, M: Model<N>, const N: usize> Peaks<'_, R, M, N> {
+    /// The signals after a share of the step.
+    #[inline(always)]
+    fn look(&mut self, share: R::Plain) -> R {
+        let Self { stepper, start, step, sign, signals, .. } = self;
+        R::apart(Look::<R, M, N> {
+            stepper,
+            share,
+            t: share.mul_add(*step, *start),
+            sign: *sign,
+            signals: *signals,
+            model: PhantomData,
+        })
+    }
+}
+
+impl<R: Real, M: Model<N>, const N: usize> Task for Peaks<'_, R, M, N> {
+    type Output = R;
+
+    #[inline(always)]
+    fn run(mut self) -> R {
+        let mut looks = [R::zero(); LOOKS];
+        for index in 0..LOOKS {
+            looks[index] = self.look(share_of::<R>(index));
+        }
+        let (mut best, mut points) = (looks[0], around(&looks, 1));
+        for index in 1..LOOKS {
+            let better = best.plain().le(looks[index].plain());
+            best = R::select(better, looks[index], best);
+            points = select::<R>(better, around(&looks, index.min(LOOKS - 2)), points);
+        }
+        let mut active = every_lane::<R>();
+        for _ in 0..REFINEMENTS {
+            let share = vertex::<R>(&points);
+            active = active & points[0].0.lt(share) & share.lt(points[2].0);
+            active = active & R::Plain::zero().lt((share - points[1].0).abs());
+            if !active.any() {
+                break;
+            }
+            let value = self.look(R::Plain::select(active, share, points[1].0));
+            let gain = (value - best).plain();
+            best = R::select(active & R::Plain::zero().lt(gain), value, best);
+            active = active & (best.plain().abs() * R::Plain::splat(1e-15)).lt(gain.abs());
+            points = narrowed::<R>(active, points, (share, value.plain()));
+        }
+        best
+    }
+}
+
+#[inline(always)]
+fn share_of<R: Real>(index: usize) -> R::Plain {
+    R::Plain::splat(index as f64 / (LOOKS - 1) as f64)
+}
+
+/// The looks before, at and after an index.
+#[inline(always)]
+fn around<R: Real>(looks: &[R; LOOKS], middle: usize) -> [Point<R>; 3] {
+    let (left, right) = (middle - 1, middle + 1);
+    [
+        (share_of::<R>(left), looks[left].plain()),
+        (share_of::<R>(middle), looks[middle].plain()),
+        (share_of::<R>(right), looks[right].plain()),
+    ]
+}
+
+/// What the candidates' signals are at an instant, a shaft sliding the way it moves.
+struct Look<'a, R: Real, M, const N: usize> {
+    stepper: &'a mut Stepper<R, N>,
+    share: R::Plain,
+    t: R::Plain,
+    sign: R::Plain,
+    signals: [u64; WATCHED],
+    model: PhantomData<M>,
+}
+
+impl<R: Real, M: Model<N>, const N: usize> Task for Look<'_, R, M, N> {
+    type Output = R;
+
+    #[inline(always)]
+    fn run(self) -> R {
+        let Self { stepper, share, t, sign, signals, .. } = self;
+        stepper.t = t;
+        for index in 0..N {
+            stepper.state[index] = value_at(&stepper.polynomials[index], R::constant(share));
+        }
+        let zero = R::zero();
+        for shaft in 0..M::STICKING.len() {
+            let (one, speed) = (R::splat(1.0), stepper.state[M::STICKING[shaft]]);
+            let forward = R::select(zero.lt(speed), one, zero);
+            stepper.directions[shaft] = R::select(speed.lt(zero), -one, forward);
+        }
+        stepper.settle::<M>(every_lane::<R>());
+        let rates = stepper.rates::<M>(R::constant(stepper.t), &stepper.state);
+        let mut value = zero;
+        value = R::select(R::Mask::from_bits(signals[0]), rates.windup, value);
+        value = R::select(R::Mask::from_bits(signals[1]), rates.te, value);
+        value = R::select(R::Mask::from_bits(signals[2]), rates.omega_l, value);
+        value * R::constant(sign)
+    }
+}
+
+#[inline(always)]
+fn vertex<R: Real>(&[(a, fa), (b, fb), (c, fc)]: &[Point<R>; 3]) -> R::Plain {
+    let left = (b - a) * (fb - fc);
+    let right = (b - c) * (fb - fa);
+    b - ((b - a) * left - (b - c) * right) / (R::Plain::splat(2.0) * (left - right))
+}
+
+/// Three points around the larger of the middle and a new point, in the given lanes.
+#[inline(always)]
+fn narrowed<R: Real>(lanes: R::Mask, points: [Point<R>; 3], new: Point<R>) -> [Point<R>; 3] {
+    let [a, b, c] = points;
+    let (before, above) = (new.0.lt(b.0), b.1.lt(new.1));
+    let left = select::<R>(above, [a, new, b], [new, b, c]);
+    let right = select::<R>(above, [b, new, c], [a, b, new]);
+    select::<R>(lanes, select::<R>(before, left, right), points)
+}
+
+#[inline(always)]
+fn select<R: Real>(lanes: R::Mask, yes: [Point<R>; 3], no: [Point<R>; 3]) -> [Point<R>; 3] {
+    let mut chosen = no;
+    for index in 0..3 {
+        chosen[index].0 = R::Plain::select(lanes, yes[index].0, no[index].0);
+        chosen[index].1 = R::Plain::select(lanes, yes[index].1, no[index].1);
+    }
+    chosen
+}

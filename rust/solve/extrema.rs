@@ -6,7 +6,7 @@ use super::watch::{Candidate, Watched};
 use crate::real::Scalar;
 use std::ops::Range;
 
-/// Looks that are asked for at once: most extremes are known after so many.
+/// Looks that an extreme asks for at once: fewer take more rounds, more are wasted where the first decides.
 const AHEAD: usize = 2;
 
 const HIGHEST: &[f64] = &[1.0];

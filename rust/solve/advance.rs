@@ -67,7 +67,7 @@ impl<S: Scalar, const N: usize> Ended<S, N> {
             for extreme in extremes {
                 extreme.ask(&mut self.seat);
             }
-            self.asked = self.seat.candidates.iter().filter(|(_, candidate)| candidate.asked).count();
+            self.asked = self.seat.asked().count();
         }
     }
 }
@@ -83,7 +83,7 @@ pub struct Advance<'a, P: Path, M: Model<N>, T: Method, const N: usize> {
     pub(super) cancelled: &'a AtomicBool,
     pub(super) stepper: Stepper<P::Lanes, N>,
     pub(super) controller: Controller<Plain<P>>,
-    pub(super) replay: Replay<P, M, T, N>,
+    pub(super) replay: Replay<'a, P, M, T, N>,
     pub(super) seats: Vec<Option<Seat<Lane<P>, N>>>,
     pub(super) spare: Vec<Memory<Lane<P>, N>>,
     /// Rows that wait for closer looks.

@@ -68,15 +68,21 @@ impl<R: Real, M: Model<N>, T: Method, const N: usize> Again<R, M, T, N> {
 
     /// The largest values, times their signs, inside steps that are candidates.
     pub fn peaks(&mut self, candidates: &[&Candidate<R::Lane, N>]) -> R {
-        let mut sign = R::Plain::splat(1.0);
-        let mut signals = [0; WATCHED];
+        let mut wanted = Wanted::<R> { signals: [0; WATCHED], sign: R::Plain::splat(1.0) };
         for (lane, candidate) in candidates.iter().enumerate() {
-            sign.set(lane, candidate.sign);
-            signals[candidate.signal as usize] |= 1 << lane;
+            wanted.signals[candidate.signal as usize] |= 1 << lane;
+            wanted.sign.set(lane, candidate.sign);
         }
         let (start, step) = (self.stepper.t, self.step);
-        R::apart(Peaks::<R, M, N> { stepper: &mut self.stepper, start, step, sign, signals, model: PhantomData })
+        R::apart(Peaks::<R, M, N> { stepper: &mut self.stepper, start, step, wanted, model: PhantomData })
     }
+}
+
+/// The lanes in which each signal is wanted, and the signs by which the lanes are multiplied.
+#[derive(Clone, Copy)]
+struct Wanted<R: Real> {
+    signals: [u64; WATCHED],
+    sign: R::Plain,
 }
 
 struct Steps<'a, R: Real, M, T, const N: usize> {
@@ -106,8 +112,7 @@ struct Peaks<'a, R: Real, M, const N: usize> {
     stepper: &'a mut Stepper<R, N>,
     start: R::Plain,
     step: R::Plain,
-    sign: R::Plain,
-    signals: [u64; WATCHED],
+    wanted: Wanted<R>,
     model: PhantomData<M>,
 }
 
@@ -118,15 +123,9 @@ impl<R: Real, M: Model<N>, const N: usize> Peaks<'_, R, M, N> {
     /// The signals after a share of the step.
     #[inline(always)]
     fn look(&mut self, share: R::Plain) -> R {
-        let Self { stepper, start, step, sign, signals, .. } = self;
-        R::apart(Look::<R, M, N> {
-            stepper,
-            share,
-            t: share.mul_add(*step, *start),
-            sign: *sign,
-            signals: *signals,
-            model: PhantomData,
-        })
+        let Self { stepper, start, step, wanted, .. } = self;
+        let t = share.mul_add(*step, *start);
+        R::apart(Look::<R, M, N> { stepper, share, t, wanted: *wanted, model: PhantomData })
     }
 }
 
@@ -179,13 +178,12 @@ fn around<R: Real>(looks: &[R; LOOKS], middle: usize) -> [Point<R>; 3] {
     ]
 }
 
-/// What the candidates' signals are at an instant, a shaft sliding the way it moves.
+/// What is wanted of the lanes is at an instant, a shaft sliding the way it moves.
 struct Look<'a, R: Real, M, const N: usize> {
     stepper: &'a mut Stepper<R, N>,
     share: R::Plain,
     t: R::Plain,
-    sign: R::Plain,
-    signals: [u64; WATCHED],
+    wanted: Wanted<R>,
     model: PhantomData<M>,
 }
 
@@ -194,24 +192,18 @@ impl<R: Real, M: Model<N>, const N: usize> Task for Look<'_, R, M, N> {
 
     #[inline(always)]
     fn run(self) -> R {
-        let Self { stepper, share, t, sign, signals, .. } = self;
+        let Self { stepper, share, t, wanted, .. } = self;
         stepper.t = t;
         for index in 0..N {
             stepper.state[index] = value_at(&stepper.polynomials[index], R::constant(share));
         }
-        let zero = R::zero();
-        for shaft in 0..M::STICKING.len() {
-            let (one, speed) = (R::splat(1.0), stepper.state[M::STICKING[shaft]]);
-            let forward = R::select(zero.lt(speed), one, zero);
-            stepper.directions[shaft] = R::select(speed.lt(zero), -one, forward);
-        }
-        stepper.settle::<M>(every_lane::<R>());
+        stepper.slide::<M>(every_lane::<R>());
         let rates = stepper.rates::<M>(R::constant(stepper.t), &stepper.state);
-        let mut value = zero;
-        value = R::select(R::Mask::from_bits(signals[0]), rates.windup, value);
-        value = R::select(R::Mask::from_bits(signals[1]), rates.te, value);
-        value = R::select(R::Mask::from_bits(signals[2]), rates.omega_l, value);
-        value * R::constant(sign)
+        let mut value = R::zero();
+        value = R::select(R::Mask::from_bits(wanted.signals[0]), rates.windup, value);
+        value = R::select(R::Mask::from_bits(wanted.signals[1]), rates.te, value);
+        value = R::select(R::Mask::from_bits(wanted.signals[2]), rates.omega_l, value);
+        value * R::constant(wanted.sign)
     }
 }
 

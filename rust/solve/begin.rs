@@ -14,6 +14,18 @@ impl<R: Real, const N: usize> Stepper<R, N> {
         }
     }
 
+    /// Lets the shafts slide the way they move, on the pieces on which the lanes lie.
+    #[inline(always)]
+    pub fn slide<M: Model<N>>(&mut self, lanes: R::Mask) {
+        let zero = R::zero();
+        for (direction, &speed) in self.directions.iter_mut().zip(M::STICKING) {
+            let (one, speed) = (R::splat(1.0), self.state[speed]);
+            let forward = R::select(zero.lt(speed), one, zero);
+            *direction = R::select(speed.lt(zero), -one, forward);
+        }
+        self.settle::<M>(lanes);
+    }
+
     /// Evaluates the first slope anew in the given lanes.
     #[inline(always)]
     pub fn refresh<M: Model<N>>(&mut self, lanes: R::Mask) -> Rates<R, N> {

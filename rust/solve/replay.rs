@@ -29,39 +29,39 @@ pub trait Retrace<S: Scalar, const N: usize> {
 pub type Lane<P> = <<P as Path>::Lanes as Real>::Lane;
 
 /// Recomputes single steps of the row last loaded, with the same bits as the lanes had.
-pub struct Replay<P: Path, M, T, const N: usize> {
+pub struct Replay<'a, P: Path, M, T, const N: usize> {
     stepper: Stepper<Lane<P>, N>,
     again: Again<P::Lanes, M, T, N>,
-    shared: Harmonics<Lane<P>>,
+    shared: &'a Harmonics<Lane<P>>,
 }
 
-impl<P: Path, M: Model<N>, T: Method, const N: usize> Replay<P, M, T, N> {
+impl<'a, P: Path, M: Model<N>, T: Method, const N: usize> Replay<'a, P, M, T, N> {
     /// For rows like this one.
-    pub fn new(layout: &Layout, row: &Row<Lane<P>>, harmonics: &Harmonics<Lane<P>>) -> Self {
+    pub fn new(layout: &Layout, row: &Row<Lane<P>>, shared: &'a Harmonics<Lane<P>>) -> Self {
         Self {
-            stepper: Stepper::new::<M, T>(layout, row, harmonics, Integrands::default(), [false; WATCHED]),
-            again: Again::new(layout, row, harmonics),
-            shared: harmonics.clone(),
+            stepper: Stepper::new::<M, T>(layout, row, shared, Integrands::default(), [false; WATCHED]),
+            again: Again::new(layout, row, shared),
+            shared,
         }
     }
 
     /// Makes a row the one that is replayed.
     pub fn load(&mut self, seat: &Seat<Lane<P>, N>) {
-        seat.load(0, &mut self.stepper, &self.shared);
+        seat.load(0, &mut self.stepper, self.shared);
     }
 
     /// Takes the closer looks that rows which have ended ask for, as many at once as there are lanes.
     pub(super) fn look(&mut self, ended: &mut [Ended<Lane<P>, N>]) {
         let mut places = Vec::new();
         for (row, Ended { seat, .. }) in ended.iter().enumerate() {
-            places.extend((0..seat.candidates.len()).filter(|&it| seat.candidates[it].1.asked).map(|it| (row, it)));
+            places.extend(seat.asked().map(|place| (row, place)));
         }
         for part in places.chunks(P::Lanes::LANES) {
             let mut candidates = Vec::with_capacity(part.len());
             for (lane, &(row, place)) in part.iter().enumerate() {
                 let seat = &ended[row].seat;
                 let candidate = &seat.candidates[place].1;
-                self.again.set_lane(lane, seat, (&candidate.start, candidate.step), &self.shared);
+                self.again.set_lane(lane, seat, (&candidate.start, candidate.step), self.shared);
                 candidates.push(candidate);
             }
             self.again.take();
@@ -80,11 +80,11 @@ impl<P: Path, M: Model<N>, T: Method, const N: usize> Replay<P, M, T, N> {
         }
     }
 
-    /// Puts the row on the pieces on which it lies.
-    fn settle(&mut self, t: f64, state: &[Lane<P>; N]) {
+    /// Brings the row to an instant.
+    fn place(&mut self, seat: &Seat<Lane<P>, N>, t: f64, state: &[Lane<P>; N]) {
+        self.stepper.input.set_lane(0, seat.segment_before(t), &seat.assignment.row);
         self.stepper.t = t;
         self.stepper.state = *state;
-        self.stepper.settle::<M>(true);
     }
 
     /// What the corners find at an instant: how much is left of the pieces, or the pieces where none is held.
@@ -175,25 +175,23 @@ impl<P: Path, M: Model<N>, T: Method, const N: usize> Replay<P, M, T, N> {
     }
 }
 
-impl<P: Path, M: Model<N>, T: Method, const N: usize> Retrace<Lane<P>, N> for Replay<P, M, T, N> {
+impl<P: Path, M: Model<N>, T: Method, const N: usize> Retrace<Lane<P>, N> for Replay<'_, P, M, T, N> {
     fn dense(&mut self, seat: &Seat<Lane<P>, N>, start: &Record<Lane<P>, N>, step: f64) -> Dense<Lane<P>, N> {
-        self.again.set_lane(0, seat, (start, step), &self.shared);
+        self.again.set_lane(0, seat, (start, step), self.shared);
         self.again.take();
         self.again.dense(0)
     }
 
     fn rates(&mut self, seat: &Seat<Lane<P>, N>, t: f64, state: &[Lane<P>; N]) -> Rates<Lane<P>, N> {
-        let way = |shaft: usize| M::STICKING.get(shaft).map_or(0, |&speed| sign(state[speed].plain()));
-        self.stepper.directions = [way(0), way(1)].map(|way| Lane::<P>::splat(f64::from(way)));
-        self.stepper.input.set_lane(0, seat.segment_before(t), &seat.assignment.row);
-        self.settle(t, state);
+        self.place(seat, t, state);
+        self.stepper.slide::<M>(true);
         let t = Lane::<P>::splat(t);
         Lane::<P>::apart(Instant::<Lane<P>, M, N> { stepper: &self.stepper, t, state, model: PhantomData })
     }
 
     fn energies(&mut self, seat: &Seat<Lane<P>, N>, t: f64, state: &[Lane<P>; N]) -> Energies<Lane<P>> {
-        self.stepper.input.set_lane(0, seat.segment_before(t), &seat.assignment.row);
-        self.settle(t, state);
+        self.place(seat, t, state);
+        self.stepper.settle::<M>(true);
         Lane::<P>::apart(Energy::<Lane<P>, M, N> { stepper: &self.stepper, t, state, model: PhantomData })
     }
 
@@ -204,11 +202,6 @@ impl<P: Path, M: Model<N>, T: Method, const N: usize> Retrace<Lane<P>, N> for Re
     fn kinematic_error(&self, angle: Lane<P>) -> (Lane<P>, Lane<P>) {
         Lane::<P>::apart(KinematicError(&self.stepper.harmonics, angle))
     }
-}
-
-/// +1, -1, or 0 at zero.
-fn sign(value: f64) -> i8 {
-    if value == 0.0 { 0 } else { value.signum() as i8 }
 }
 
 struct KinematicError<'a, S>(&'a Harmonics<S>, S);

@@ -203,6 +203,11 @@ impl<S: Scalar, const N: usize> Seat<S, N> {
         self.marks[self.position(mark)].0
     }
 
+    /// Places of the candidates for which closer looks are asked.
+    pub fn asked(&self) -> impl Iterator<Item = usize> + '_ {
+        self.ranked.iter().copied().filter(|&place| self.candidates[place].1.asked)
+    }
+
     /// The intervals between two marks.
     pub fn between(&self, from: Mark, to: Mark) -> std::ops::Range<usize> {
         self.position(from) + 1..self.position(to) + 1

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -122,9 +123,12 @@ def test_exact_a_search_is_taken_back_to_what_holds(monkeypatch, holds, refutes,
     class Trial:
         gain = nothing
 
+        def __init__(self, number):
+            self.candidate = SimpleNamespace(label=f"effect {number}")
+
     class Round:
         def __init__(self, number):
-            self.before, self.accepted = Model(number), Trial()
+            self.before, self.accepted = Model(number), Trial(number)
 
     monkeypatch.setattr(session, "noise_floor", lambda held: 0.1)
     monkeypatch.setattr(session, "replayed", lambda held, model, reference: model)
@@ -135,6 +139,7 @@ def test_exact_a_search_is_taken_back_to_what_holds(monkeypatch, holds, refutes,
         layout = None
 
     whole = Search([Round(number) for number in range(3)], Model(3), [])
-    found, proof = session.proven(Held(), whole)
+    found, proof, shown = session.proven(Held(), whole)
+    assert list(shown) == [f"effect {number}" for number in range(kept)]
     assert (3 if found is whole else found) == kept
     assert proof.span == (0, kept)

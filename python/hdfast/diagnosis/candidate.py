@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Hashable, Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -57,6 +57,11 @@ class Candidate:
     def label(self) -> str:
         """Effect and shape, unique within a library."""
         return f"{self.effect} {self.shape}".strip()
+
+    @property
+    def built(self) -> Hashable:
+        """What it adds to a structure; the same for a shape that is another amplitude alone."""
+        return self.terms, self.orders, self.sensors, tuple(sorted(self.fixed.items())), self.free
 
     @property
     def names(self) -> list[str]:

@@ -12,7 +12,7 @@ from hdfast.checks import Floats
 from hdfast.diagnosis.facts import FACTS
 from hdfast.diagnosis.fit import Bench
 from hdfast.diagnosis.masking import pulled
-from hdfast.diagnosis.rivals import ALIKE, Standing
+from hdfast.diagnosis.rivals import ALIKE, FAINT, Standing
 from hdfast.diagnosis.score import Gain, nrmse
 from hdfast.diagnosis.session import Session
 from hdfast.diagnosis.unknown import Unknown
@@ -140,7 +140,7 @@ def _effect(one: Standing, verdict: Verdict, sigma: Mapping[str, float]) -> dict
         "place": candidate.place,
         "probability": one.probability,
         "parameters": parameters,
-        "rivals": list(dict.fromkeys(r.effect for r in one.rivals if r.weight > 0.05 or r.alike > ALIKE)),
+        "rivals": list(dict.fromkeys(r.effect for r in one.rivals if r.weight > FAINT or r.alike > ALIKE)),
         "evidence": {
             "screen_p": seen.screen.p.get(candidate.label),
             **_gained(one.trial.gain),

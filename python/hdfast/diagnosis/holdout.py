@@ -15,6 +15,7 @@ from hdfast.diagnosis.whiten import Whitener
 
 PROOF_ERRORS = 2.0
 TELLS, POWERED = 0.5, 8.0
+LIKELY = 5.0
 CLEARLY, WORSE = 0.9, 1.02
 PART = 0.25
 
@@ -28,7 +29,7 @@ class Proof:
         floor: nrmse of the sensor noise.
         gain: of the extended model over the baseline, block by block.
         expected: the total gain if the extended model is right.
-        margin: left-out gain on the recordings that were fitted, less two of its errors.
+        margin: limited left-out gain on the recordings that were fitted, less two of its errors.
         mismatch: stacked mismatches (N,) of baseline and extended model.
     """
 
@@ -67,7 +68,8 @@ class Proof:
         """
         if self.shows:
             return True
-        return not (self._worse or self.refutes) and self.margin + min(self.gain.total, 0.0) >= CONVINCING
+        needed = CONVINCING if self.expected >= POWERED else LIKELY
+        return not (self._worse or self.refutes) and self.margin + min(self.gain.total, 0.0) >= needed
 
     @property
     def _worse(self) -> bool:

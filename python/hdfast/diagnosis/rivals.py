@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from typing import Any
 
@@ -15,11 +16,12 @@ from hdfast.diagnosis.screen import Signature
 from hdfast.diagnosis.select import Round, Search, Trial, special, without
 
 INDISTINCT, ALIKE, BESIDE = 0.98, 0.95, 0.3
-UNKNOWN_FLOOR = 0.02
+FAINT = 0.05
+UNKNOWN_FLOOR, THIN = 0.02, 10.0
 SURE = 0.75
 MOST_RIVALS = 3
 CLOSE_ERRORS = 2.0
-UNCERTAIN = ("A1", "A3")
+UNCERTAIN = ("A1", "A2", "A3")
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,8 +73,18 @@ class Standing:
     lesser: Fit = field(repr=False)
 
 
-def stand(bench: Bench, search: Search, floor: float, rng: np.random.Generator) -> list[Standing]:
-    """Put rivals in the place of each accepted effect, refit, and weigh them."""
+def stand(
+    bench: Bench, search: Search, floor: float, shown: Mapping[str, float], rng: np.random.Generator
+) -> list[Standing]:
+    """Put rivals in the place of each accepted effect, refit, and weigh them.
+
+    Args:
+        bench: recordings.
+        search: its accepted effects.
+        floor: nrmse of the sensor noise.
+        shown: gain of each accepted effect on what was held out, by its label.
+        rng: of the weights.
+    """
     found = []
     error = nrmse(bench.layout, search.final.mismatch)
     bench, folds = bench.commanded(search.final), folds_near(bench, error, floor)
@@ -87,20 +99,22 @@ def stand(bench: Bench, search: Search, floor: float, rng: np.random.Generator) 
         ]
         rivals.sort(key=lambda rival: -rival.weight)
         name = trial.candidate.effect
-        probability = _probability(rivals)
+        alone = gain(bench, search.final, lesser, folds)
+        evidence = max(alone.limited, trial.gain.limited) + shown.get(trial.candidate.label, 0.0)
+        probability = _probability(rivals, evidence)
         kin = [rival for rival in rivals if set(rival.contains) & set(trial.candidate.contains)]
         if (probability < SURE and kin) or special(trial.candidate, search.final):
             name = trial.candidate.contains[0]
             rivals = [rival for rival in rivals if rival not in kin]
-            probability = _probability(rivals)
-        alone = gain(bench, search.final, lesser, folds)
+            probability = _probability(rivals, evidence)
         found.append(Standing(trial, name, probability, tuple(rivals), alone, lesser))
     return found
 
 
-def _probability(rivals: Sequence[Rival]) -> float:
+def _probability(rivals: Sequence[Rival], evidence: float) -> float:
+    """Of a name, by its rivals and by its gain on all recordings: thin evidence may be that of something else."""
     odds = sum(rival.weight / max(1.0 - rival.weight, 1e-6) for rival in rivals)
-    return (1.0 - UNKNOWN_FLOOR) / (1.0 + odds)
+    return (1.0 - UNKNOWN_FLOOR) * (1.0 - math.exp(-max(evidence, 0.0) / THIN)) / (1.0 + odds)
 
 
 def _owned(trial: Trial) -> list[str]:
@@ -112,8 +126,8 @@ def _owned(trial: Trial) -> list[str]:
 def _challengers(trial: Trial, seen: Round, names: set[str]) -> list[Trial]:
     """The best other effects of the round that are neither special cases, nor generalisations, nor accepted as well.
 
-    One whose gain or amplitude is uncertain may still be what it was, if it looks alike. One that looks like something
-    else entirely does not stand in the place of the effect but beside it.
+    One whose gain or amplitude is uncertain may still be what it was. One that looks like something else entirely does
+    not stand in the place of the effect but beside it.
     """
     own = trial.candidate
     others = [
@@ -123,15 +137,9 @@ def _challengers(trial: Trial, seen: Round, names: set[str]) -> list[Trial]:
         and one.candidate.effect not in own.contains
         and own.effect not in one.candidate.contains
         and alike(_signature(seen, trial), _signature(seen, one)) > BESIDE
-        and (not one.failed or _uncertain(one, trial, seen))
+        and all(rule.startswith(UNCERTAIN) for rule in one.failed)
     ]
     return sorted(others, key=lambda one: -one.gain.total)[:MOST_RIVALS]
-
-
-def _uncertain(other: Trial, trial: Trial, seen: Round) -> bool:
-    if not all(rule.startswith(UNCERTAIN) for rule in other.failed):
-        return False
-    return alike(_signature(seen, trial), _signature(seen, other)) > ALIKE
 
 
 def _compare(

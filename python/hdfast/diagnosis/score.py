@@ -56,11 +56,15 @@ class Gain:
         return float(self._clipped.sum())
 
     @property
+    def limited_error(self) -> float:
+        """Standard error of the limited sum."""
+        n = len(self.by_block)
+        return float(np.sqrt(n) * np.std(self._clipped, ddof=1)) if n > 1 else np.inf
+
+    @property
     def ratio(self) -> float:
         """Limited sum in standard errors."""
-        n = len(self.by_block)
-        error = np.sqrt(n) * np.std(self._clipped, ddof=1) if n > 1 else np.inf
-        return float(self.limited / max(error, 1e-9 + 0.05 * CONVINCING))
+        return self.limited / max(self.limited_error, 1e-9 + 0.05 * CONVINCING)
 
     @property
     def spared(self) -> float:

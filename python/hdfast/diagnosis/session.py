@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -45,6 +45,7 @@ class Session:
         baseline: the calibrated nominal model.
         search: rounds and result of the search.
         proof: baseline and extended model on held-out recordings, or None.
+        shown: gain of each accepted effect there over the model before it, by its label.
         floor: nrmse of the sensor noise on the fitted recordings.
         weaker: sentence that says how held-out data were made when the campaign names none.
     """
@@ -55,6 +56,7 @@ class Session:
     baseline: Fit = field(repr=False)
     search: Search = field(repr=False)
     proof: Proof | None
+    shown: Mapping[str, float]
     floor: float
     weaker: str | None
 
@@ -168,14 +170,15 @@ def run(campaign: Campaign, sources: Sequence[Source], seed: int, threads: int |
     rng = np.random.default_rng([seed, 1])
     ratio = calibrated.value("ratio")
     found = search(bench, calibrated, lambda current: candidates(bench, current, ratio), rules, rng, stages)
-    proof = None
+    proof: Proof | None = None
+    shown: dict[str, float] = {}
     if held is not None:
-        found, proof = proven(held, found)
-    return Session(setup.campaign, bench, held, calibrated, found, proof, floor, setup.weaker)
+        found, proof, shown = proven(held, found)
+    return Session(setup.campaign, bench, held, calibrated, found, proof, shown, floor, setup.weaker)
 
 
-def proven(held: Bench, found: Search) -> tuple[Search, Proof]:
-    """The search up to the first later effect that does not hold on what was held out, and its proof.
+def proven(held: Bench, found: Search) -> tuple[Search, Proof, dict[str, float]]:
+    """The search up to the first later effect that does not hold on what was held out, its proof, and its gains there.
 
     A first effect that is refuted there takes all others with it; one that does not show alone is judged with those
     that came after it, as two may hide each other. Every model is simulated there once.
@@ -183,19 +186,21 @@ def proven(held: Bench, found: Search) -> tuple[Search, Proof]:
     floor = noise_floor(held)
     taken = [one for one in found.rounds if one.accepted is not None]
     models = [*(one.before for one in taken), found.final]
-    gains = [one.accepted.gain for one in taken if one.accepted is not None]
+    trials = [one.accepted for one in taken if one.accepted is not None]
     replays = [replayed(held, model, models[0]) for model in models]
 
     def between(first: int, last: int) -> Proof:
-        total = sum(one.total for one in gains[first:last])
-        margin = total - 2.0 * float(np.linalg.norm([one.error for one in gains[first:last]]))
+        gains = [one.gain for one in trials[first:last]]
+        margin = sum(one.limited for one in gains) - 2.0 * float(np.linalg.norm([one.limited_error for one in gains]))
         return weigh_up(held.layout, models[last].white, replays[first], replays[last], floor, margin)
 
     last = len(models) - 1
-    if last and between(0, 1).refutes:
-        return found.until(0), between(0, 0)
-    kept = next((n for n in range(1, last) if not between(n, n + 1).holds), last)
-    return found if kept == last else found.until(kept), between(0, kept)
+    steps = [between(n, n + 1) for n in range(last)]
+    if last and steps[0].refutes:
+        return found.until(0), between(0, 0), {}
+    kept = next((n for n in range(1, last) if not steps[n].holds), last)
+    shown = {one.candidate.label: step.gain.limited for one, step in zip(trials, steps[:kept], strict=False)}
+    return found if kept == last else found.until(kept), between(0, kept), shown
 
 
 def noise_floor(bench: Bench) -> float:

@@ -14,7 +14,7 @@ from hdfast.diagnosis.holdout import Proof
 from hdfast.diagnosis.limits import Limit, limits, without_windup
 from hdfast.diagnosis.locate import Where, locate
 from hdfast.diagnosis.masking import Masked, masked
-from hdfast.diagnosis.rivals import CLOSE_ERRORS, INDISTINCT, SURE, Standing, stand
+from hdfast.diagnosis.rivals import CLOSE_ERRORS, FAINT, INDISTINCT, SURE, Standing, stand
 from hdfast.diagnosis.score import CONVINCING, nrmse
 from hdfast.diagnosis.select import ALONE, TIMING, USELESS
 from hdfast.diagnosis.session import Session
@@ -108,7 +108,7 @@ def conclude(session: Session, seed: int) -> Verdict:
     """Weigh what the session found."""
     bench, search, baseline = session.bench, session.search, session.baseline
     rng = np.random.default_rng([seed, 2])
-    standings = stand(bench, search, session.floor, rng)
+    standings = stand(bench, search, session.floor, session.shown, rng)
     unknown = None if standings else describe(bench, session.held, search.final, rng)
     name, reason, contest = _decide(session, standings, unknown)
     claim = Claim(name, reason, session, standings, unknown)
@@ -137,6 +137,9 @@ def _decide(
         return "undecided", "the improvement does not show on the held-out recordings", contest
     rivals = leading.rivals
     if leading.probability < SURE:
+        if not rivals or rivals[0].weight < FAINT:
+            reason = f"the evidence for {leading.name} is too thin for a name"
+            return "undecided", reason, Contest((leading.name, NOTHING), (search.final, leading.lesser))
         reason = f"{leading.name} cannot be told from {rivals[0].effect}"
         return "undecided", reason, Contest((leading.name, rivals[0].effect), (search.final, rivals[0].fit))
     close = [rival for rival in rivals if rival.alike > INDISTINCT and rival.behind < CLOSE_ERRORS]

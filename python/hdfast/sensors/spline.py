@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg import solve_banded
 
 from hdfast.checks import Floats
 
@@ -104,11 +105,7 @@ def _knot_rates(h: Floats, slope: Floats) -> Floats:
         diagonal[k] = far
         right[k] = ((near + 2.0 * both) * far * first + near**2 * second) / both
     upper[0], lower[-1] = h[0] + h[1], h[-1] + h[-2]
-    for k in range(1, size):
-        factor = lower[k] / diagonal[k - 1]
-        diagonal[k] -= factor * upper[k - 1]
-        right[k] -= factor * right[k - 1]
-    right[-1] /= diagonal[-1]
-    for k in range(size - 2, -1, -1):
-        right[k] = (right[k] - upper[k] * right[k + 1]) / diagonal[k]
-    return np.ascontiguousarray(np.moveaxis(right, 0, -1))
+    banded = np.zeros((3, size))
+    banded[0, 1:], banded[1], banded[2, :-1] = upper[:-1], diagonal, lower[1:]
+    rates = solve_banded((1, 1), banded, right.reshape(size, -1), check_finite=False).reshape(right.shape)
+    return np.ascontiguousarray(np.moveaxis(rates, 0, -1))

@@ -23,6 +23,7 @@ MET = {
     "article": (DRY,),
 }
 PUBLISHED = [name for name in MET if EXPECTED[name].heldout_percent is not None]
+ORDERED = ("emps", "ur10e_j4")
 QUIET_TWINS = ("emps", "ur10e_j1", "ur10e_j2", "ur10e_j4", "kinova", "bam", "brfd", "hej90", "tx40", "heads", "article")
 
 Verdicts = Callable[[str], dict[str, Any]]
@@ -55,6 +56,13 @@ def test_against_known_effects(diagnosed: Verdicts, name: str) -> None:
 def test_against_published_error_on_what_was_held_out(diagnosed: Verdicts, name: str) -> None:
     after = diagnosed(name)["fit"]["heldout"]["channels"]["motor_torque"]["extended_nrmse"]
     assert 100.0 * after <= EXPECTED[name].heldout_percent
+
+
+@pytest.mark.parametrize("name", ORDERED)
+def test_against_known_orders(diagnosed: Verdicts, name: str) -> None:
+    listed = diagnosed(name)["where"]["orders"]
+    for order in EXPECTED[name].orders:
+        assert any(abs(order - one) <= 0.01 * order for one in listed)
 
 
 @pytest.mark.long

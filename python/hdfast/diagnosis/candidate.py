@@ -64,6 +64,11 @@ class Candidate:
         return self.terms, self.orders, self.sensors, tuple(sorted(self.fixed.items())), self.free
 
     @property
+    def refines(self) -> bool:
+        """Whether it only frees parameters of an effect that is there."""
+        return not (self.terms or self.orders or self.sensors)
+
+    @property
     def names(self) -> list[str]:
         """Names of the fitted parameters."""
         return [free.name for free in self.free]

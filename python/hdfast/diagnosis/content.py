@@ -120,18 +120,16 @@ def _effect(one: Standing, verdict: Verdict, sigma: Mapping[str, float]) -> dict
     candidate = one.trial.candidate
     seen = next(r for r in verdict.session.search.rounds if r.accepted is one.trial)
     prefixes = [f"{channel}_{effect}_" for effect, channel in candidate.sensors] or [f"{candidate.effect}_"]
+    values = {**candidate.fixed, **{name: final.value(name) for name in final.structure.names}}
+    units = {free.name: free.unit for free in final.structure.free}
     parameters: dict[str, Any] = {
-        free.name.removeprefix(prefixes[0]): {
-            "value": final.value(free.name),
-            "sigma": sigma[free.name],
-            "unit": free.unit,
+        name.removeprefix(prefixes[0]): {
+            "value": values[name],
+            "sigma": sigma.get(name, 0.0),
+            "unit": units.get(name, ""),
         }
-        for free in candidate.free
-        if free.name in sigma
-    }
-    parameters |= {
-        name.removeprefix(prefixes[0]): {"value": value, "sigma": 0.0, "unit": ""}
-        for name, value in candidate.fixed.items()
+        for name in (*candidate.names, *candidate.fixed)
+        if name in values
     }
     if candidate.orders:
         parameters["order"] = {"value": _number(candidate.orders[0]), "sigma": 0.0, "unit": "1"}

@@ -32,6 +32,7 @@ class Sizes:
         loaded: whether a load torque is recorded.
         warm: whether temperatures are recorded.
         orders: orders the baseline already has.
+        detents: order of a cogging torque that is there, or None.
         turns: motor revolutions of the longest recording.
         lines: orders per motor revolution at which the mismatch has lines.
         tones: frequencies at which it has lines [Hz].
@@ -47,6 +48,7 @@ class Sizes:
     loaded: bool
     warm: bool
     orders: tuple[float, ...]
+    detents: float | None
     turns: float
     lines: tuple[float, ...]
     tones: tuple[float, ...]
@@ -291,10 +293,15 @@ def _lines(s: Sizes) -> list[Candidate]:
                 order=order,
             )
         )
+    size = 0.05 * s.motor_torque
+    if s.detents is not None:
+        free = [_positive("T_cog_2", size, "N m"), _phase("psi_2")]
+        twice = _one("cogging", free, amplitude="T_cog_2", waves=("T_cog_2", "psi_2"), order=2.0 * s.detents)
+        found.append(replace(twice, terms=(), fixed={}, shape=f"order {2.0 * s.detents:.4g} beside its own"))
     return found + [
         _one(
             "cogging",
-            [_positive("T_cog", 0.05 * s.motor_torque, "N m"), _phase("psi_1")],
+            [_positive("T_cog", size, "N m"), _phase("psi_1")],
             fixed={"order": order, "T_cog_2": 0.0},
             waves=("T_cog", "psi_1"),
             shape=f"order {order:.4g}",

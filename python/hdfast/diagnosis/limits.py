@@ -36,9 +36,9 @@ class Limit:
 
 
 def limits(signatures: Sequence[Signature], seen: Screen) -> list[Limit]:
-    """The best shape of each effect of the library."""
+    """The best shape of each effect of the library that is not there."""
     best: dict[str, Limit] = {}
-    for one in signatures:
+    for one in [one for one in signatures if not one.candidate.refines]:
         limit = _limit(one, seen)
         known = best.get(limit.effect)
         if known is None or _easier(limit, known, stiffness=one.candidate.stiffness):

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from hdfast.checks import Floats
 from hdfast.diagnosis.fit import Bench, Fit
-from hdfast.diagnosis.lines import Line, order_lines, tone_lines
+from hdfast.diagnosis.lines import Line, order_lines, snapped, tone_lines
 from hdfast.diagnosis.prepare import Unit
 
 PHASES = ("standstill", "start", "run", "stop", "reversal")
@@ -63,8 +64,15 @@ def phases(unit: Unit) -> Floats:
     return found
 
 
-def locate(bench: Bench, before: Fit, after: Fit) -> Where:
-    """Where the mismatch of `before` is that `after` explains; all of it where `after` explains nothing."""
+def locate(bench: Bench, before: Fit, after: Fit, named: Sequence[float] = ()) -> Where:
+    """Where the mismatch of `before` is that `after` explains; all of it where `after` explains nothing.
+
+    Args:
+        bench: recordings.
+        before: the lesser fit.
+        after: the better fit.
+        named: orders of the effects that make the difference; lines at other orders are listed after them.
+    """
     layout = bench.layout
     scale = np.maximum(bench.floor, SILENT * before.weights.scale)[layout.channel]
     explained = before.mismatch - after.mismatch
@@ -89,10 +97,15 @@ def locate(bench: Bench, before: Fit, after: Fit) -> Where:
         windows=_windows(bench, telling),
         phase=top if shares[top] >= NAMED_SHARE else "all",
         shares=shares,
-        orders=tuple(round(line.position, 4) for line in orders),
+        orders=tuple(round(position, 4) for position in [*named, *_apart(orders, named)]),
         frequencies=tuple(round(line.position, 3) for line in tones),
         channels={channel: value / whole if whole else 0.0 for channel, value in share.items()},
     )
+
+
+def _apart(lines: Sequence[Line], named: Sequence[float]) -> list[float]:
+    """Positions of the lines that are none of the named ones."""
+    return [line.position for line in lines if snapped(line, named) not in named]
 
 
 def _sorted_out(bench: Bench, before: Fit) -> tuple[list[Line], list[Line]]:

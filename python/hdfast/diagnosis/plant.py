@@ -105,14 +105,19 @@ class Structure:
         fixed: Mapping[str, float],
         free: Sequence[Free],
     ) -> Structure:
-        """More terms, more orders of the kinematic error, more sensor effects, and their parameters."""
+        """More terms, more orders of the kinematic error, more sensor effects, and their parameters.
+
+        What was fixed may become free.
+        """
         model = replace(
             self.model,
             terms=(*self.model.terms, *(term for term in terms if term not in self.model.terms)),
             orders=(*self.model.orders, *(order for order in orders if order not in self.model.orders)),
         )
         stage = (*self.sensors, *(pair for pair in sensors if pair not in self.sensors))
-        return Structure(model, {**self.fixed, **fixed}, (*self.free, *free), stage)
+        freed = {one.name for one in free}
+        kept = {name: value for name, value in {**self.fixed, **fixed}.items() if name not in freed}
+        return Structure(model, kept, (*self.free, *free), stage)
 
 
 @dataclass(frozen=True, eq=False)

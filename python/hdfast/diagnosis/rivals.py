@@ -90,6 +90,8 @@ def stand(
     bench, folds = bench.commanded(search.final), folds_near(bench, error, floor)
     names = {trial.candidate.effect for trial in search.accepted}
     for trial in search.accepted:
+        if trial.candidate.refines:
+            continue
         seen = next(one for one in search.rounds if one.accepted is trial)
         reduced, here = without(search.final, _owned(trial))
         lesser = fit(bench, reduced, here)

@@ -30,7 +30,7 @@ AMPLITUDE_SIGMAS = 2.0
 PULL, PRICE = 3.0, 0.2
 GENERAL_ERRORS, GENERAL_FALL = 3.0, 0.10
 DISPLACED = 2.0
-RISE, TELLING = 0.01, 8.0
+RISE, TELLING, CERTAIN = 0.01, 8.0, 30.0
 USELESS = 1.5
 SHORT = "A1 gain"
 TIMING = ("actuator_lag", "delay", "sensor_delay", "sensor_lowpass")
@@ -156,8 +156,11 @@ def search(
 
 
 def _possible(candidate: Candidate, accepted: Sequence[Trial], current: Fit) -> bool:
-    present = {trial.candidate.effect for trial in accepted} | set(current.structure.model.terms)
+    found = {trial.candidate.effect for trial in accepted}
+    present = found | set(current.structure.model.terms)
     structure = current.structure
+    if (candidate.refines and candidate.effect not in found) or set(candidate.names) & set(structure.names):
+        return False
     if set(candidate.terms) & set(structure.model.terms) or set(candidate.sensors) & set(structure.sensors):
         return False
     if candidate.needs and not present & set(candidate.needs):
@@ -278,7 +281,8 @@ def _failed(
         failed.append(SHORT)
     after, before = gained.nrmse
     waived = rules.waived(seen, candidate, before) and gained.total >= TELLING
-    if after > (1.0 + RISE) * before or not (gained.fall >= FALL or waived):
+    enough = gained.fall >= FALL or waived or _certain_line(candidate, gained, seen)
+    if after > (1.0 + RISE) * before or not enough:
         failed.append("A2 error")
     if after > USELESS:
         failed.append("A8 prediction")
@@ -297,6 +301,12 @@ def _failed(
         failed.append("A6 special case")
     failed += [f"A4 {name}" for name in [*_at_bounds(candidate, joint), *_strained(joint, current, gained)][:1]]
     return tuple(failed)
+
+
+def _certain_line(candidate: Candidate, gained: Gain, seen: Screen) -> bool:
+    """Whether a line is certain: it is narrow, so that the rest of the mismatch hides how far the error falls."""
+    single = candidate.order is not None and seen.p.get(candidate.label, 1.0) <= ALARM
+    return single and gained.limited >= CERTAIN and gained.ratio > GENERAL_ERRORS
 
 
 def special(candidate: Candidate, fitted: Fit) -> bool:

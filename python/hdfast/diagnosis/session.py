@@ -231,6 +231,7 @@ def candidates(bench: Bench, current: Fit, ratio: float) -> list[Candidate]:
         loaded=any(bool(np.any(unit.load_torque != 0.0)) for unit in units),
         warm=all(unit.temperature is not None for unit in units),
         orders=tuple(model.order_values),
+        detents=current.structure.fixed.get("cogging_order"),
         turns=max(float(np.ptp(unit.angle)) for unit in units) / (2.0 * np.pi),
         lines=tuple(lines[:MOST_LINES]),
         tones=tuple(tones[: MOST_LINES // 2]),

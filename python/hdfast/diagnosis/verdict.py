@@ -115,9 +115,10 @@ def conclude(session: Session, seed: int) -> Verdict:
     extended = claim.extended or search.final
     rigid = baseline.structure.model.base == "one_inertia"
     last = search.rounds[-1]
+    taken = [trial.candidate for trial in search.accepted]
     return Verdict(
         **vars(claim),
-        where=locate(bench, baseline, extended),
+        where=locate(bench, baseline, extended, [one.order for one in taken if one.order is not None]),
         masked=masked(baseline, extended, bench.layout) if extended is not baseline else (),
         limits=[*limits(last.signatures, last.screen), *(without_windup(OF_THE_WINDUP) if rigid else [])],
         experiment=None if contest is None else propose(bench, contest, np.random.default_rng([seed, 3])),

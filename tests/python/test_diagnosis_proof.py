@@ -8,6 +8,7 @@ import small_campaign
 from hdfast.diagnosis import diagnose
 from hdfast.diagnosis.fit import Bench
 from hdfast.diagnosis.holdout import Proof
+from hdfast.diagnosis.rivals import confidence
 from hdfast.diagnosis.score import Gain
 
 ERRORS = (0.5, 0.5)
@@ -55,6 +56,22 @@ def test_exact_what_convinces_elsewhere_stands_unless_refuted(
     assert not weighed.shows
     assert weighed.holds == holds
     assert weighed.refutes == (expected > 8.0 and total < 0.0)
+
+
+@pytest.mark.parametrize(
+    ("weights", "evidence", "probability"),
+    [
+        ((), 1e3, 0.98),
+        ((), 10.0, 0.98 * (1.0 - np.exp(-1.0))),
+        ((), -3.0, 0.0),
+        ((0.5,), 1e3, 0.49),
+        ((0.5, 0.5), 1e3, 0.98 / 3.0),
+    ],
+)
+def test_exact_a_name_is_as_probable_as_its_evidence(
+    weights: tuple[float, ...], evidence: float, probability: float
+) -> None:
+    assert confidence(weights, evidence) == pytest.approx(probability)
 
 
 def test_exact_a_model_that_predicts_worse_never_holds() -> None:

@@ -103,19 +103,24 @@ def stand(
         name = trial.candidate.effect
         alone = gain(bench, search.final, lesser, folds)
         evidence = max(alone.limited, trial.gain.limited) + shown.get(trial.candidate.label, 0.0)
-        probability = _probability(rivals, evidence)
+        probability = confidence([rival.weight for rival in rivals], evidence)
         kin = [rival for rival in rivals if set(rival.contains) & set(trial.candidate.contains)]
         if (probability < SURE and kin) or special(trial.candidate, search.final):
             name = trial.candidate.contains[0]
             rivals = [rival for rival in rivals if rival not in kin]
-            probability = _probability(rivals, evidence)
+            probability = confidence([rival.weight for rival in rivals], evidence)
         found.append(Standing(trial, name, probability, tuple(rivals), alone, lesser))
     return found
 
 
-def _probability(rivals: Sequence[Rival], evidence: float) -> float:
-    """Of a name, by its rivals and by its gain on all recordings: thin evidence may be that of something else."""
-    odds = sum(rival.weight / max(1.0 - rival.weight, 1e-6) for rival in rivals)
+def confidence(weights: Sequence[float], evidence: float) -> float:
+    """Probability of a name: thin evidence may be that of something else.
+
+    Args:
+        weights: of its rivals, each against it, 0 to 1.
+        evidence: left-out gain of all recordings [nats].
+    """
+    odds = sum(weight / max(1.0 - weight, 1e-6) for weight in weights)
     return (1.0 - UNKNOWN_FLOOR) * (1.0 - math.exp(-max(evidence, 0.0) / THIN)) / (1.0 + odds)
 
 

@@ -23,7 +23,7 @@ MET = {
     "article": (DRY,),
 }
 PUBLISHED = [name for name in MET if EXPECTED[name].heldout_percent is not None]
-ORDERED = ("emps", "ur10e_j4")
+ORDERED = ("emps", "ur10e_j1", "ur10e_j4")
 QUIET_TWINS = ("emps", "ur10e_j1", "ur10e_j2", "ur10e_j4", "kinova", "bam", "brfd", "hej90", "tx40", "heads", "article")
 
 Verdicts = Callable[[str], dict[str, Any]]

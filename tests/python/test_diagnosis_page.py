@@ -11,12 +11,13 @@ import small_campaign
 from hdfast.cli import main
 from hdfast.diagnosis import diagnose
 from hdfast.diagnosis.experiment import NOTHING, Contest, propose
+from hdfast.diagnosis.session import set_up_usable
 from hdfast.diagnosis.verdict import NAMED
 from hdfast.recordings import load_campaign
 from hdfast.report import diagnosis_page
 from hdfast.report.diagnosis_screen import TAGS, cards
 from hdfast.report.diagnosis_tables import plus_minus, spoken, words
-from hdfast.report.diagnosis_views import spectrum, telling, traces
+from hdfast.report.diagnosis_views import spectrum, telling, traces, traces_of
 
 
 @pytest.fixture(scope="module")
@@ -159,7 +160,7 @@ def test_exact_telling_window_is_of_a_recording_kept_for_the_proof(found):
 
 def test_exact_prediction_is_measured_minus_mismatch(found):
     session = found.evidence.session
-    trace = next(one for one in traces(found.evidence) if one.unit is session.bench.plant.units[0])
+    trace = next(one for one in traces(found.evidence) if one.unit.name == session.bench.plant.units[0].name)
     where = session.bench.layout.pieces[0][2]
     known = np.isfinite(trace.missing)
     np.testing.assert_allclose(trace.missing[known], session.baseline.mismatch[where], atol=1e-12)
@@ -188,3 +189,14 @@ def test_exact_spectrum_of_two_known_lines_at_a_speed_that_changes():
 )
 def test_exact_sizes_are_written_with_two_digits_of_their_deviation(value, sigma, unit, text):
     assert plus_minus(value, sigma, unit) == text
+
+
+def test_exact_samples_that_follow_each_other_are_neighbours_in_pictures(tmp_path):
+    """Where the band leaves every other sample out, lines through the rest are drawn all the same."""
+    bench = set_up_usable(load_campaign(small_campaign.write(tmp_path, angle_noise=1e-4)), None).bench
+    assert bench.plant.band.stride("motor_torque") > 1
+    nothing = np.zeros(bench.layout.size)
+    for trace in traces_of(bench, (nothing, nothing), ("nominal", "")):
+        known = np.isfinite(trace.measured)
+        assert np.mean(known[1:] & known[:-1]) > 0.5
+        assert len(trace.t) == len(trace.unit.speed) == len(trace.measured)

@@ -187,11 +187,6 @@ def _where(verdict: Verdict) -> dict[str, Any]:
     facts = [FACTS[one.name] for one in verdict.told]
     depends = list(dict.fromkeys(name for own in facts for name in own.depends_on))
     memory = max((own.memory for own in facts), key=MEMORIES.index, default=MEMORIES[0])
-    orders = list(verdict.where.orders)
-    for one in verdict.told:
-        order = one.trial.candidate.order
-        if order is not None and all(abs(order - known) > 0.01 * known for known in orders):
-            orders.append(order)
     if verdict.described is not None:
         feature = verdict.described.feature
         places = [feature.place] if verdict.described.place else ["motor", "load"]
@@ -203,7 +198,7 @@ def _where(verdict: Verdict) -> dict[str, Any]:
         "phase": verdict.where.phase,
         "phase_shares": verdict.where.shares,
         "channel_shares": verdict.where.channels,
-        "orders": orders,
+        "orders": list(verdict.where.orders),
         "frequencies_hz": list(verdict.where.frequencies),
         "depends_on": depends,
         "memory": memory,

@@ -49,6 +49,17 @@ def order_lines(bench: Bench, mismatch: Floats) -> list[Line]:
     return _merged(found)
 
 
+def torque_lines(bench: Bench) -> list[Line]:
+    """Lines per motor revolution in the motor torque above the band of the motion, strongest first."""
+    found = []
+    for unit in bench.plant.units:
+        fast = float(np.quantile(np.abs(unit.speed), 0.9)) / (2.0 * math.pi)
+        highest = min(HIGHEST_ORDER, INSIDE * bench.plant.band.sensed / max(fast, 1e-9))
+        lines = _lines(unit.angle / (2.0 * math.pi), unit.beyond, highest)
+        found += [line for line in lines if line.position * fast > bench.plant.band.motion]
+    return _merged(found)
+
+
 def tone_lines(bench: Bench, mismatch: Floats) -> list[Line]:
     """Lines per second in a stacked mismatch (N,), strongest first."""
     found = []

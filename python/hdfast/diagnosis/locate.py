@@ -9,12 +9,12 @@ import numpy as np
 
 from hdfast.checks import Floats
 from hdfast.diagnosis.fit import Bench, Fit
-from hdfast.diagnosis.lines import Line, order_lines, snapped, tone_lines
+from hdfast.diagnosis.lines import Line, order_lines, snapped, tone_lines, torque_lines
 from hdfast.diagnosis.prepare import Unit
 
 PHASES = ("standstill", "start", "run", "stop", "reversal")
 LOUD = 3.0
-FAINT = 0.03
+FAINT, CLEAR = 0.03, 0.5
 SILENT = 1e-3
 CELL_S, JOIN_S = 0.05, 0.25
 RAMP_S = 0.25
@@ -31,7 +31,7 @@ class Where:
         windows: (begin [s], end [s], file) in the recordings' own time.
         phase: the phase of motion with most of it, or "all".
         shares: share of the mismatch energy by phase.
-        orders: orders of its lines, per motor revolution.
+        orders: of its lines per motor revolution, and of those of the motor torque above the band of the motion.
         frequencies: its lines in Hz that no order explains.
         channels: share of the mismatch above the noise by channel.
     """
@@ -93,11 +93,12 @@ def locate(bench: Bench, before: Fit, after: Fit, named: Sequence[float] = ()) -
     shares = {phase: float(value / total) if total else 0.0 for phase, value in zip(PHASES, energy, strict=True)}
     top = max(shares, key=lambda phase: shares[phase])
     orders, tones = _sorted_out(bench, before)
+    known = [*named, *_apart(orders, named)]
     return Where(
         windows=_windows(bench, telling),
         phase=top if shares[top] >= NAMED_SHARE else "all",
         shares=shares,
-        orders=tuple(round(position, 4) for position in [*named, *_apart(orders, named)]),
+        orders=tuple(round(position, 4) for position in [*known, *_apart(_beyond(bench), known)]),
         frequencies=tuple(round(line.position, 3) for line in tones),
         channels={channel: value / whole if whole else 0.0 for channel, value in share.items()},
     )
@@ -108,12 +109,23 @@ def _apart(lines: Sequence[Line], named: Sequence[float]) -> list[float]:
     return [line.position for line in lines if snapped(line, named) not in named]
 
 
+def _beyond(bench: Bench) -> list[Line]:
+    """The strongest lines of the motor torque above the band of the motion: they are seen, not simulated."""
+    lines = [line for line in torque_lines(bench) if line.recordings >= _several(bench)]
+    return [line for line in lines if line.prominence >= CLEAR * lines[0].prominence]
+
+
+def _several(bench: Bench) -> int:
+    """In how many recordings a line has to stand."""
+    return min(2, len(bench.plant.units))
+
+
 def _sorted_out(bench: Bench, before: Fit) -> tuple[list[Line], list[Line]]:
     """Lines that keep their order, and lines that keep their frequency, over recordings of different speed.
 
     With one recording of constant speed the two cannot be told apart, and a line is listed as an order.
     """
-    several = 2 if len(bench.plant.units) > 1 else 1
+    several = _several(bench)
     orders = [line for line in order_lines(bench, before.mismatch) if line.recordings >= several]
     speeds = [float(np.median(np.abs(unit.speed))) / (2.0 * np.pi) for unit in bench.plant.units]
 

@@ -122,6 +122,7 @@ class Manoeuvre:
             t=t,
             angle=angle,
             turned=angle / ratio,
+            beyond=nothing,
             reversing=band.reversing(t, np.interp(fine_of(t), t, speed), slowest),
             speed=speed,
             acceleration=np.gradient(speed, 1.0 / band.rate),

@@ -99,6 +99,7 @@ class Unit:
         turned: motor angle over the ratio [rad], shape (n,).
         reversing: rate of the direction of motion, which is 1 or -1, in the band of the motor torque [1/s], shape (n,).
         measured: what is compared, by channel: motor_torque [N m], te [rad], output_torque [N m], each (n,).
+        beyond: motor torque above the band of the motion [N m], which no replay explains, shape (n,).
         judged: which samples of a channel count, each (n,).
         command: motor torque on which the actuator acts [N m], shape (n,).
         load_torque: external torque on the load [N m], shape (n,).
@@ -116,6 +117,7 @@ class Unit:
     speed: Floats = field(repr=False)
     acceleration: Floats = field(repr=False)
     measured: Mapping[str, Floats] = field(repr=False)
+    beyond: Floats = field(repr=False)
     judged: Mapping[str, Mask] = field(repr=False)
     command: Floats = field(repr=False)
     load_torque: Floats = field(repr=False)
@@ -126,6 +128,17 @@ class Unit:
     def fine(self) -> Floats:
         """Times at the fine rate [s], shape (FINE (n - 1) + 1,)."""
         return fine_of(self.t)
+
+    def thinned(self, stride: int) -> Unit:
+        """Every so many samples of the same recording, to be looked at."""
+        names = ("t", "angle", "turned", "reversing", "speed", "acceleration", "beyond", "command", "load_torque")
+        return replace(
+            self,
+            **{name: getattr(self, name)[::stride] for name in names},
+            measured={channel: values[::stride] for channel, values in self.measured.items()},
+            judged={channel: mask[::stride] for channel, mask in self.judged.items()},
+            temperature=None if self.temperature is None else self.temperature[::stride],
+        )
 
     def seen_on(self, channels: Sequence[str]) -> Unit:
         """The same recording with no other channels to compare."""
@@ -205,11 +218,11 @@ def prepare(source: Source, band: Band, ratio: float) -> Unit:
     stride = max(1, round(1.0 / (step * band.rate)))
     rate = 1.0 / step
 
-    def bring(values: Floats, channel: str = "motor_torque") -> Floats:
+    def bring(values: Floats, corner: float = band.motion) -> Floats:
         known = np.isfinite(values)
         even = np.interp(fine, clock[known], values[known])
-        if band.of(channel) < PASS_SHARE * rate:
-            even = _passed(even, band.of(channel), rate)
+        if corner < PASS_SHARE * rate:
+            even = _passed(even, corner, rate)
         return np.ascontiguousarray(even[::stride])
 
     t = fine[::stride]
@@ -218,9 +231,9 @@ def prepare(source: Source, band: Band, ratio: float) -> Unit:
     speed, acceleration = spline(t, 1), spline(t, 2)
     measured = {"motor_torque": bring(recording["motor_torque"])}
     if "load_angle" in recording:
-        measured["te"] = bring(recording["motor_angle"] / ratio - recording["load_angle"], "te")
+        measured["te"] = bring(recording["motor_angle"] / ratio - recording["load_angle"], band.sensed)
     if "output_torque" in recording:
-        measured["output_torque"] = bring(recording["output_torque"], "output_torque")
+        measured["output_torque"] = bring(recording["output_torque"], band.sensed)
     load = bring(recording["load_torque"]) if "load_torque" in recording else np.zeros_like(t)
     command = band.quiet(measured["motor_torque"])
     usable = _usable(source, clock, t, band)
@@ -243,6 +256,7 @@ def prepare(source: Source, band: Band, ratio: float) -> Unit:
         speed=speed,
         acceleration=acceleration,
         measured={channel: band.smooth(values, channel) for channel, values in measured.items()},
+        beyond=bring(recording["motor_torque"], band.sensed) - measured["motor_torque"],
         command=command,
         judged=judged,
         load_torque=load,

@@ -50,7 +50,8 @@ def page(diagnosis: Diagnosis) -> str:
         screen = cards(content, verdict, found)
         units = verdict.session.bench.plant.units
         held = verdict.session.held
-        parts.append(f"{len(units)} recordings fitted, {len(held.plant.units) if held else 0} kept for the proof")
+        fitted = f"{len(units)} recording{'s' * (len(units) != 1)} fitted"
+        parts.append(f"{fitted}, {len(held.plant.units) if held else 0} kept for the proof")
         band = verdict.session.bench.plant.band
         parts.append(f"compared at {band.rate:.0f} Hz below {band.motion:.0f} Hz")
         sections = [*_sections(content, verdict, found), _health(content)]

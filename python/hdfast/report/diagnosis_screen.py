@@ -264,7 +264,7 @@ def _better(content: Mapping[str, Any], verdict: Verdict) -> Card:
         groups.append((title, rows, floor or 0.0))
     proof = verdict.proof
     if extended and proof is not None and len(groups[0][1]) == 2:
-        texts.append(f"Proof: a gain of {proof.gain.ratio:.1f} standard errors.")
+        texts.append(f"Proof: a gain of {proof.gain.total / max(proof.gain.error, 1e-9):.1f} standard errors.")
     texts += [verdict.session.weaker] if verdict.session.weaker else []
     title = "How much better" if extended else "How well it predicts"
     return Card(title, "four", texts=texts, figures=[picture(plots.errors(groups), "")])

@@ -23,7 +23,7 @@ class Trace:
     """One channel of one recording; signals are NaN where the diagnosis does not judge them.
 
     Attributes:
-        unit: the recording at the working rate.
+        unit: the recording at the samples that the channel's band holds.
         channel: motor_torque [N m], te [rad] or output_torque [N m].
         measured, baseline, extended: as the sensor reads and as the two models predict, each (n,).
         missing, left: measured minus baseline and measured minus extended, each (n,).
@@ -71,12 +71,13 @@ def traces(verdict: Verdict) -> list[Trace]:
 
 
 def traces_of(bench: Bench, mismatches: tuple[Floats, Floats], models: tuple[str, str]) -> list[Trace]:
-    """The channels of a bench with the stacked mismatches (N,) of two models."""
+    """The channels of a bench with the stacked mismatches (N,) of two models, at the samples that their bands hold."""
     layout = bench.layout
     found = []
     for index, channel, where in layout.pieces:
-        unit = bench.plant.units[index]
-        sample = layout.sample[where]
+        stride = bench.plant.band.stride(channel)
+        unit = bench.plant.units[index].thinned(stride)
+        sample = layout.sample[where] // stride
         measured = np.full(len(unit.t), np.nan)
         measured[sample] = unit.measured[channel][sample]
         before, after = measured.copy(), measured.copy()

@@ -36,9 +36,11 @@ class Limit:
 
 
 def limits(signatures: Sequence[Signature], seen: Screen) -> list[Limit]:
-    """The best shape of each effect of the library that is not there."""
+    """The best shape of each effect of the library; what only refines an effect that is there is none."""
     best: dict[str, Limit] = {}
-    for one in [one for one in signatures if not one.candidate.refines]:
+    for one in signatures:
+        if one.candidate.refines:
+            continue
         limit = _limit(one, seen)
         known = best.get(limit.effect)
         if known is None or _easier(limit, known, stiffness=one.candidate.stiffness):

@@ -69,6 +69,11 @@ def tone_lines(bench: Bench, mismatch: Floats) -> list[Line]:
     return _merged(found)
 
 
+def several(bench: Bench) -> int:
+    """In how many recordings a line has to stand: in two where there are so many."""
+    return min(2, len(bench.plant.units))
+
+
 def snapped(line: Line, expected: Sequence[float]) -> float:
     """The nearest expected position within half a resolution or 1 %, else the line's own."""
     best = min(expected, key=lambda value: abs(value - line.position), default=line.position)

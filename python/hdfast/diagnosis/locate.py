@@ -9,7 +9,7 @@ import numpy as np
 
 from hdfast.checks import Floats
 from hdfast.diagnosis.fit import Bench, Fit
-from hdfast.diagnosis.lines import Line, order_lines, snapped, tone_lines, torque_lines
+from hdfast.diagnosis.lines import Line, order_lines, several, snapped, tone_lines, torque_lines
 from hdfast.diagnosis.prepare import Unit
 
 PHASES = ("standstill", "start", "run", "stop", "reversal")
@@ -64,7 +64,7 @@ def phases(unit: Unit) -> Floats:
     return found
 
 
-def locate(bench: Bench, before: Fit, after: Fit, named: Sequence[float] = ()) -> Where:
+def locate(bench: Bench, before: Fit, after: Fit, named: Sequence[float]) -> Where:
     """Where the mismatch of `before` is that `after` explains; all of it where `after` explains nothing.
 
     Args:
@@ -111,13 +111,8 @@ def _apart(lines: Sequence[Line], named: Sequence[float]) -> list[float]:
 
 def _beyond(bench: Bench) -> list[Line]:
     """The strongest lines of the motor torque above the band of the motion: they are seen, not simulated."""
-    lines = [line for line in torque_lines(bench) if line.recordings >= _several(bench)]
+    lines = [line for line in torque_lines(bench) if line.recordings >= several(bench)]
     return [line for line in lines if line.prominence >= CLEAR * lines[0].prominence]
-
-
-def _several(bench: Bench) -> int:
-    """In how many recordings a line has to stand."""
-    return min(2, len(bench.plant.units))
 
 
 def _sorted_out(bench: Bench, before: Fit) -> tuple[list[Line], list[Line]]:
@@ -125,15 +120,15 @@ def _sorted_out(bench: Bench, before: Fit) -> tuple[list[Line], list[Line]]:
 
     With one recording of constant speed the two cannot be told apart, and a line is listed as an order.
     """
-    several = _several(bench)
-    orders = [line for line in order_lines(bench, before.mismatch) if line.recordings >= several]
+    least = several(bench)
+    orders = [line for line in order_lines(bench, before.mismatch) if line.recordings >= least]
     speeds = [float(np.median(np.abs(unit.speed))) / (2.0 * np.pi) for unit in bench.plant.units]
 
     def geared(tone: Line) -> bool:
         width = max(2.0 * tone.resolution, 0.02 * tone.position)
         return any(abs(line.position * speed - tone.position) < width for line in orders for speed in speeds)
 
-    tones = [line for line in tone_lines(bench, before.mismatch) if line.recordings >= several and not geared(line)]
+    tones = [line for line in tone_lines(bench, before.mismatch) if line.recordings >= least and not geared(line)]
     strong = [line for line in orders if line.prominence >= FAINT * orders[0].prominence]
     return strong, [line for line in tones if line.prominence >= FAINT * tones[0].prominence]
 

@@ -6,6 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -131,14 +132,12 @@ class Unit:
 
     def thinned(self, stride: int) -> Unit:
         """Every so many samples of the same recording, to be looked at."""
-        names = ("t", "angle", "turned", "reversing", "speed", "acceleration", "beyond", "command", "load_torque")
-        return replace(
-            self,
-            **{name: getattr(self, name)[::stride] for name in names},
-            measured={channel: values[::stride] for channel, values in self.measured.items()},
-            judged={channel: mask[::stride] for channel, mask in self.judged.items()},
-            temperature=None if self.temperature is None else self.temperature[::stride],
-        )
+        arrays: dict[str, Any] = {
+            name: value[::stride] for name, value in vars(self).items() if isinstance(value, np.ndarray)
+        }
+        measured = {channel: values[::stride] for channel, values in self.measured.items()}
+        judged = {channel: mask[::stride] for channel, mask in self.judged.items()}
+        return replace(self, **arrays, measured=measured, judged=judged)
 
     def seen_on(self, channels: Sequence[str]) -> Unit:
         """The same recording with no other channels to compare."""
@@ -231,9 +230,9 @@ def prepare(source: Source, band: Band, ratio: float) -> Unit:
     speed, acceleration = spline(t, 1), spline(t, 2)
     measured = {"motor_torque": bring(recording["motor_torque"])}
     if "load_angle" in recording:
-        measured["te"] = bring(recording["motor_angle"] / ratio - recording["load_angle"], band.sensed)
+        measured["te"] = bring(recording["motor_angle"] / ratio - recording["load_angle"], band.of("te"))
     if "output_torque" in recording:
-        measured["output_torque"] = bring(recording["output_torque"], band.sensed)
+        measured["output_torque"] = bring(recording["output_torque"], band.of("output_torque"))
     load = bring(recording["load_torque"]) if "load_torque" in recording else np.zeros_like(t)
     command = band.quiet(measured["motor_torque"])
     usable = _usable(source, clock, t, band)

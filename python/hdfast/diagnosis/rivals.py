@@ -143,8 +143,8 @@ def _challengers(trial: Trial, seen: Round, names: set[str]) -> list[Trial]:
         if one.candidate.effect not in names
         and one.candidate.effect not in own.contains
         and own.effect not in one.candidate.contains
-        and alike(_signature(seen, trial), _signature(seen, one)) > BESIDE
         and all(rule.startswith(UNCERTAIN) for rule in one.failed)
+        and alike(_signature(seen, trial), _signature(seen, one)) > BESIDE
     ]
     return sorted(others, key=lambda one: -one.gain.total)[:MOST_RIVALS]
 

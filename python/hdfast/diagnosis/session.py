@@ -13,7 +13,7 @@ from hdfast.diagnosis.evidence import lay_out
 from hdfast.diagnosis.fit import Bench, Fit, fit
 from hdfast.diagnosis.holdout import Proof, replayed, weigh_up
 from hdfast.diagnosis.library import Sizes, library
-from hdfast.diagnosis.lines import order_lines, snapped, tone_lines
+from hdfast.diagnosis.lines import order_lines, several, snapped, tone_lines
 from hdfast.diagnosis.noise import floors, stated
 from hdfast.diagnosis.plant import Plant, Structure
 from hdfast.diagnosis.prepare import Source, choose_band, prepare
@@ -219,8 +219,8 @@ def candidates(bench: Bench, current: Fit, ratio: float) -> list[Candidate]:
     model = current.structure.model
     expected = [1.0, 2.0, 4.0, 6.0, 1.0 / ratio, 2.0 / ratio, 1.0 - 1.0 / ratio, 2.0 - 2.0 / ratio]
     lines = [snapped(line, expected) for line in order_lines(bench, current.mismatch)]
-    several = min(2, len(units))
-    tones = [line.position for line in tone_lines(bench, current.mismatch) if line.recordings >= several]
+    least = several(bench)
+    tones = [line.position for line in tone_lines(bench, current.mismatch) if line.recordings >= least]
     sizes = Sizes(
         motor_torque=float(np.median([np.std(unit.measured["motor_torque"]) for unit in units])),
         speed=max(float(np.abs(unit.speed).max()) for unit in units),

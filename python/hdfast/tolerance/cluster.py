@@ -12,7 +12,10 @@ from hdfast.tolerance.chunks import Range, Report, Store, Work, describe
 from hdfast.tolerance.task import Piece, join
 
 LOCAL = "local"
-ALLOWED_FAILURES = 2
+LOCAL_SETTINGS = {
+    "distributed.scheduler.allowed-failures": 2,
+    "distributed.deploy.lost-worker-timeout": "1 day",
+}
 AHEAD = 2
 
 
@@ -35,7 +38,11 @@ def run_on_cluster(
 
 @contextmanager
 def connect(address: str = LOCAL, workers: int | None = None) -> Iterator[Any]:
-    """A Dask client; a local cluster lives as long as the client."""
+    """A Dask client; a local cluster lives as long as the client.
+
+    A local cluster gives a worker up for good when, some time after its death, it happens to be starting again; with
+    rows that kill many workers none would be left to wait for, so that this time outlasts any study.
+    """
     require_package("distributed", "cluster")
     import dask
     from distributed import Client, LocalCluster
@@ -45,13 +52,22 @@ def connect(address: str = LOCAL, workers: int | None = None) -> Iterator[Any]:
             yield client
         return
     with (
-        dask.config.set({"distributed.scheduler.allowed-failures": ALLOWED_FAILURES}),
+        dask.config.set(LOCAL_SETTINGS),
         LocalCluster(  # type: ignore[no-untyped-call]
             n_workers=workers or available_threads(), threads_per_worker=1, processes=True, dashboard_address=None
         ) as cluster,
         Client(cluster) as client,  # type: ignore[no-untyped-call]
     ):
         yield client
+
+
+def blame(failure: Exception) -> str:
+    """Why a row cannot be run, in words that are the same in every run."""
+    from distributed import KilledWorker
+
+    if isinstance(failure, KilledWorker):
+        return f"KilledWorker: {failure.allowed_failures + 1} workers died while running this row alone"
+    return describe(failure)
 
 
 def outcome(future: Any) -> Piece | Exception:
@@ -106,7 +122,7 @@ class _Dispatch:
             wait(future)  # type: ignore[no-untyped-call]
             found = outcome(future)
             if isinstance(found, Exception):
-                found = self.work.poisoned(part[0], describe(found))
+                found = self.work.poisoned(part[0], blame(found))
             self.collect(chunk, found)
             future.release()
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -42,13 +43,14 @@ def coefficients() -> tuple[np.ndarray, np.ndarray]:
 
 
 def columns(rows: int) -> dict[str, np.ndarray]:
-    """The varied columns, and the set speed [rad/s]; every further row continues the same draw per column."""
+    """The varied columns, and the set speed [rad/s], from one fixed draw."""
     rng = np.random.default_rng(12345)
     drawn = {name: NOMINAL[name] * rng.uniform(0.9, 1.1, rows) for name in VARIED}
     drawn["omega_set"] = rng.uniform(50.0, 300.0, rows) * 2 * np.pi / 60
     return drawn
 
 
+@cache
 def constants() -> dict[str, float]:
     """The parameters that all rows share."""
     cosines, sines = coefficients()
@@ -57,6 +59,7 @@ def constants() -> dict[str, float]:
     return shared | {f"te_sin_{n}": b for n, b in zip(ORDERS, sines, strict=True)}
 
 
+@cache
 def scenario() -> hdfast.Scenario:
     """Up in half a second, steady to 2 s, down in half a second, at rest to 3 s."""
     import hdfast

@@ -47,7 +47,7 @@ fn methods(criterion: &mut Criterion) {
 fn outputs(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("output");
     group.throughput(Throughput::Elements(ROWS as u64));
-    let all: Vec<String> = Metric::catalogue().into_iter().map(|entry| entry.name).collect();
+    let all: Vec<String> = Metric::catalogue().iter().map(|entry| entry.name.clone()).collect();
     let all: Vec<&str> = all.iter().map(String::as_str).collect();
     let cases: [(&str, &[&str]); 3] =
         [("final_state", &[]), ("rms_and_peak", &["te_rms", "peak_windup"]), ("all_metrics", &all)];

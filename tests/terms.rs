@@ -41,6 +41,7 @@ fn check(base: Base) {
                 ..Problem::new(rows.to_vec())
             };
             let expected = problem(&rows).run();
+            assert!(expected.steps.iter().all(|&steps| steps > 100), "rows of {ids:?} hardly move with {method:?}");
             for path in paths() {
                 let found = Problem { path, ..problem(&rows) }.run();
                 (0..ROWS).for_each(|row| assert_eq!(bits(&expected, row), bits(&found, row), "{path:?} row {row}"));

@@ -30,19 +30,27 @@ pub fn sweep(job: &Job, progress: &mut dyn Progress) -> (Outputs, bool) {
     (outputs, interrupted)
 }
 
-/// Runs what is in the queue.
+/// Runs what is in the queue, on as many of the threads as the system grants; without any, on the calling one.
 fn pass(shared: &Shared, progress: &mut dyn Progress) {
     let job = shared.job;
     let worker = worker_of(job, shared.method);
-    let working = AtomicUsize::new(job.threads);
+    let working = AtomicUsize::new(0);
     let caller = thread::current();
     thread::scope(|scope| {
-        for _ in 0..job.threads {
-            scope.spawn(|| {
+        for number in 0..job.threads.min(job.rows * job.runs_per_row()) {
+            working.fetch_add(1, Ordering::Relaxed);
+            let started = thread::Builder::new().spawn_scoped(scope, || {
                 worker(shared);
                 working.fetch_sub(1, Ordering::Release);
                 caller.unpark();
             });
+            if started.is_err() {
+                working.fetch_sub(1, Ordering::Relaxed);
+                if number == 0 {
+                    worker(shared);
+                }
+                break;
+            }
         }
         while working.load(Ordering::Acquire) > 0 {
             thread::park_timeout(PULSE);

@@ -191,6 +191,9 @@ impl<S: Scalar, const N: usize> Rows<S, N> for Queue<'_, '_, S> {
         let job = self.shared.job;
         let run = seat.assignment.index;
         let (row, direction) = self.shared.place(run);
+        if status == Status::Cancelled && direction > 0 {
+            return self.settle(run);
+        }
         self.metrics.clear();
         self.metrics.resize(job.metrics.len(), S::splat(f64::NAN));
         if status == Status::Finished {

@@ -17,7 +17,6 @@ type Series<S> = [S; TERMS];
 /// A kinematic error ready for evaluation.
 #[derive(Clone, Debug)]
 pub struct Harmonics<R> {
-    degree: usize,
     /// Ascending coefficients of P, Q, P' and R = c Q - (1 - c^2) Q'; the slope is R - sin theta P'.
     value_and_slope: Vec<[R; 4]>,
     /// Ascending coefficients of R' and W = (1 - c^2) P'' - c P'; the curvature is W - sin theta R'.
@@ -50,17 +49,10 @@ impl<S: Scalar> Harmonics<S> {
         let dr = derivative(&r);
         let terms = if degree == 0 { 0 } else { degree + 1 };
         Self {
-            degree: terms,
             value_and_slope: (0..terms).map(|j| [p[j], q[j], dp[j], r[j]]).collect(),
             curvature: (0..terms).map(|j| [dr[j], w[j]]).collect(),
             singles,
         }
-    }
-
-    /// The same error times a factor.
-    #[must_use]
-    pub fn scaled(&self, factor: S) -> Self {
-        self.map(|x| x * factor)
     }
 }
 
@@ -69,7 +61,6 @@ impl<R: Real> Harmonics<R> {
     #[must_use]
     pub fn map<Q>(&self, convert: impl Fn(R) -> Q + Copy) -> Harmonics<Q> {
         Harmonics {
-            degree: self.degree,
             value_and_slope: self.value_and_slope.iter().map(|c| c.map(convert)).collect(),
             curvature: self.curvature.iter().map(|c| c.map(convert)).collect(),
             singles: self.singles.iter().map(|&(n, a, b)| (n, convert(a), convert(b))).collect(),
@@ -117,9 +108,12 @@ impl<R: Real> Harmonics<R> {
     #[inline(always)]
     pub fn value_and_slope(&self, angle: R) -> (R, R) {
         let (sine, cosine) = angle.sin_cos();
-        let (mut sums, lower) = match self.value_and_slope.split_last() {
-            Some((highest, lower)) => (*highest, lower),
-            None => ([R::zero(); 4], &[][..]),
+        let (mut sums, lower) = match self.value_and_slope.as_slice() {
+            [lower @ .., [p, q, dp, r], [highest, _, _, steepest]] => {
+                ([highest.mul_add(cosine, *p), *q, *dp, steepest.mul_add(cosine, *r)], lower)
+            }
+            [only] => (*only, &[][..]),
+            [] => ([R::zero(); 4], &[][..]),
         };
         for coefficients in lower.iter().rev() {
             for (sum, &coefficient) in sums.iter_mut().zip(coefficients) {

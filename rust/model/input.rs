@@ -27,16 +27,12 @@ pub struct Input<R: Real> {
     motion: u64,
 }
 
-/// The inputs at one instant.
+/// The inputs of every lane at one instant.
 pub struct Inputs<R> {
-    /// Motor torque asked for in lanes without speed control [N m].
-    pub torque: R,
     /// Speed reference [rad/s].
     pub reference: R,
     /// Load torque [N m].
     pub load: R,
-    /// Imposed acceleration [rad/s^2].
-    pub acceleration: R,
 }
 
 impl<R: Real> Input<R> {
@@ -90,17 +86,27 @@ impl<R: Real> Input<R> {
         self.motion = self.motion & !bit | if matches!(segment.drive, Drive::Motion { .. }) { bit } else { 0 };
     }
 
-    /// The inputs at time `t`.
+    /// What every lane has at time `t`.
     #[inline(always)]
     pub fn at(&self, t: R) -> Inputs<R> {
         let l = &self.lines;
         let elapsed = t - l.start;
         Inputs {
-            torque: l.torque_slope.mul_add(elapsed, l.torque),
             reference: l.reference_slope.mul_add(elapsed, l.reference),
             load: l.load_slope.mul_add(elapsed, l.load),
-            acceleration: l.acceleration_slope.mul_add(elapsed, l.acceleration),
         }
+    }
+
+    /// Motor torque asked for in lanes without speed control, at time `t` [N m].
+    #[inline(always)]
+    pub fn torque(&self, t: R) -> R {
+        self.lines.torque_slope.mul_add(t - self.lines.start, self.lines.torque)
+    }
+
+    /// Imposed acceleration at time `t` [rad/s^2].
+    #[inline(always)]
+    pub fn acceleration(&self, t: R) -> R {
+        self.lines.acceleration_slope.mul_add(t - self.lines.start, self.lines.acceleration)
     }
 
     /// The lanes under speed control, if any.

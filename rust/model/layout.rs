@@ -244,7 +244,7 @@ impl Layout {
             source: CHOICE,
             group: Group::Drive,
         });
-        for (wave, symbol) in [("cos", "a"), ("sin", "b")] {
+        for (wave, symbol, word) in [("cos", "a", "cosine"), ("sin", "b", "sine")] {
             table.extend(self.orders.iter().zip(labels).map(|(&order, label)| Parameter {
                 name: format!("te_{wave}_{label}"),
                 symbol: format!("{symbol}_{label}"),
@@ -252,7 +252,7 @@ impl Layout {
                 default: default_coefficient(order, wave),
                 low: -1.5e-4,
                 high: 1.5e-4,
-                meaning: format!("kinematic error, {wave}ine coefficient of order {label}"),
+                meaning: format!("kinematic error, {word} coefficient of order {label}"),
                 source: CHOICE,
                 group: Group::Drive,
             }));

@@ -20,7 +20,7 @@ pub use input::Input;
 pub use layout::{BadParameter, Group, Layout, Parameter, ScenarioColumn};
 pub use one_inertia::OneInertia;
 pub use program::{Drive, Line, Program, Segment};
-pub use spring::{Spring, SpringLaw};
+pub use spring::Spring;
 pub use two_inertia::TwoInertia;
 
 use crate::real::{Real, Scalar};
@@ -56,7 +56,7 @@ pub struct Drivetrain<'a, R: Real> {
     /// The input in force.
     pub input: &'a Input<R>,
     /// Which spring law the constants describe.
-    pub spring: SpringLaw,
+    pub spring: Spring,
     /// Physics beyond the nominal model.
     pub terms: &'a terms::Terms<R>,
     /// Directions in which motor and load slide: +1, -1, or 0 where dry friction holds them.

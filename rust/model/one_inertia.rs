@@ -54,7 +54,7 @@ impl OneInertia {
         let omega_l = upsilon * omega_m;
 
         let inputs = drive.input.at(t);
-        let (drive_torque, z_rate) = controlled(drive, corners, inputs.torque, inputs.reference, omega_m, z);
+        let (drive_torque, z_rate) = controlled(drive, corners, t, inputs.reference, omega_m, z);
         let slip = (-c.s).mul_add(upsilon, R::splat(1.0));
         let reflected = upsilon * c.j_l;
         let damping = upsilon.mul_add(upsilon * c.b_l, slip.mul_add(slip * c.b_ml, c.b_m));
@@ -64,7 +64,7 @@ impl OneInertia {
         let mut motor_torque = drive_torque;
         let mut alpha_m = (motor_torque - resisting) / inertia;
         if let Some(motion) = drive.input.motion() {
-            alpha_m = R::select(motion, inputs.acceleration, alpha_m);
+            alpha_m = R::select(motion, drive.input.acceleration(t), alpha_m);
             motor_torque = R::select(motion, inertia.mul_add(alpha_m, resisting), motor_torque);
         }
         let alpha_l = upsilon.mul_add(alpha_m, -(curvature * omega_m * omega_m));

@@ -13,15 +13,12 @@ pub enum Spring {
     Piecewise,
 }
 
-/// The spring law as the kernel branches on it.
-pub type SpringLaw = Spring;
-
 /// Natural size of a windup [rad].
 const SIZE: f64 = 1e-5;
 
 /// Torque at a windup.
 #[inline(always)]
-pub fn torque<R: Real>(law: SpringLaw, c: &Constants<R>, windup: R) -> R {
+pub fn torque<R: Real>(law: Spring, c: &Constants<R>, windup: R) -> R {
     match law {
         Spring::Polynomial => {
             let within = windup.abs().le(c.phi_max);
@@ -38,7 +35,7 @@ pub fn torque<R: Real>(law: SpringLaw, c: &Constants<R>, windup: R) -> R {
 
 /// Torque at a windup on the piece of the law that is held.
 #[inline(always)]
-pub fn held_torque<R: Real>(law: SpringLaw, c: &Constants<R>, windup: R, corners: &mut impl Bends<R>) -> R {
+pub fn held_torque<R: Real>(law: Spring, c: &Constants<R>, windup: R, corners: &mut impl Bends<R>) -> R {
     match law {
         Spring::Polynomial => torque(law, c, windup),
         Spring::Piecewise => {
@@ -63,7 +60,7 @@ fn piecewise<R: Real>(c: &Constants<R>, windup: R, first: R, second: R) -> R {
 
 /// Energy stored at a windup, zero when relaxed.
 #[inline(always)]
-pub fn energy<R: Real>(law: SpringLaw, c: &Constants<R>, windup: R) -> R {
+pub fn energy<R: Real>(law: Spring, c: &Constants<R>, windup: R) -> R {
     let half = R::splat(0.5);
     match law {
         Spring::Polynomial => {
@@ -87,7 +84,7 @@ pub fn energy<R: Real>(law: SpringLaw, c: &Constants<R>, windup: R) -> R {
 }
 
 /// Stiffness at a windup.
-pub fn tangent<S: Scalar>(law: SpringLaw, c: &Constants<S>, windup: S) -> S {
+pub fn tangent<S: Scalar>(law: Spring, c: &Constants<S>, windup: S) -> S {
     match law {
         Spring::Polynomial => polynomial_tangent(c, windup.clamp_abs(c.phi_max)),
         Spring::Piecewise => {
@@ -98,7 +95,7 @@ pub fn tangent<S: Scalar>(law: SpringLaw, c: &Constants<S>, windup: S) -> S {
 }
 
 /// The windup at which the spring carries a torque: Newton's method kept inside a bracket, then its derivative.
-pub fn windup_at<S: Scalar>(law: SpringLaw, c: &Constants<S>, wanted: S) -> S {
+pub fn windup_at<S: Scalar>(law: Spring, c: &Constants<S>, wanted: S) -> S {
     let mut windup = 0.0;
     let (mut low, mut high) = (f64::NEG_INFINITY, f64::INFINITY);
     for _ in 0..100 {

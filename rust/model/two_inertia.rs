@@ -60,12 +60,12 @@ impl TwoInertia {
         let gear_torque = c.b_sp.mul_add(windup_rate, spring::held_torque(drive.spring, c, windup, corners));
 
         let inputs = drive.input.at(t);
-        let (drive_torque, z_rate) = controlled(drive, corners, inputs.torque, inputs.reference, omega_m, z);
+        let (drive_torque, z_rate) = controlled(drive, corners, t, inputs.reference, omega_m, z);
         let friction = c.d_mm.mul_add(omega_m, -(c.d_ml * omega_l));
         let mut motor_torque = drive_torque;
         let mut alpha_m = (-upsilon).mul_add(gear_torque, motor_torque - friction) * c.inverse_j_m;
         if let Some(motion) = drive.input.motion() {
-            alpha_m = R::select(motion, inputs.acceleration, alpha_m);
+            alpha_m = R::select(motion, drive.input.acceleration(t), alpha_m);
             let resisting = upsilon.mul_add(gear_torque, friction);
             motor_torque = R::select(motion, c.j_m.mul_add(alpha_m, resisting), motor_torque);
         }
@@ -101,21 +101,25 @@ const SIZE: f64 = 1e-2;
 pub(super) fn controlled<R: Real>(
     drive: &Drivetrain<R>,
     corners: &mut impl Bends<R>,
-    torque: R,
+    t: R,
     reference: R,
     omega_m: R,
     z: R,
 ) -> (R, R) {
     let Some(speed) = drive.input.speed() else {
-        return (torque, R::zero());
+        return (drive.input.torque(t), R::zero());
     };
     let c = drive.constants;
     let error = reference - omega_m;
     let asked = c.k_p.mul_add(error, c.k_i * z);
-    if !corners.are_held() && asked.abs().le(c.tau_max).all() {
-        return (R::select(speed, asked, torque), R::select(speed, error, R::zero()));
+    let (given, z_rate) = if !corners.are_held() && asked.abs().le(c.tau_max).all() {
+        (asked, error)
+    } else {
+        let given = corners.clamp_in(speed, TORQUE_LIMIT, asked, c.tau_max, SIZE);
+        (given, (given - asked).mul_add(c.inverse_k_p, error))
+    };
+    if speed.all() {
+        return (given, z_rate);
     }
-    let given = corners.clamp_in(speed, TORQUE_LIMIT, asked, c.tau_max, SIZE);
-    let z_rate = (given - asked).mul_add(c.inverse_k_p, error);
-    (R::select(speed, given, torque), R::select(speed, z_rate, R::zero()))
+    (R::select(speed, given, drive.input.torque(t)), R::select(speed, z_rate, R::zero()))
 }

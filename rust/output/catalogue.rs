@@ -3,6 +3,7 @@
 use super::signals::Signal;
 use crate::model::Base;
 use crate::solve::{ALL_STATES, Demand, Extreme, Integral, Mark, Watched};
+use std::sync::LazyLock;
 
 /// A part of the motion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -110,7 +111,12 @@ fn entry(name: impl Into<String>, unit: &'static str, meaning: impl Into<String>
 
 impl Metric {
     /// All metrics with fixed names.
-    pub fn catalogue() -> Vec<MetricEntry> {
+    pub fn catalogue() -> &'static [MetricEntry] {
+        static CATALOGUE: LazyLock<Vec<MetricEntry>> = LazyLock::new(Metric::table);
+        &CATALOGUE
+    }
+
+    fn table() -> Vec<MetricEntry> {
         use Signal::{OmegaL, OmegaM};
         let mut table = vec![
             entry(
@@ -269,8 +275,8 @@ impl Metric {
 
     /// The metric of a name; `order` reads the label after `order_` and `speed_order_`.
     pub fn from_name(name: &str, order: impl Fn(&str) -> Option<f64>) -> Option<MetricEntry> {
-        if let Some(found) = Self::catalogue().into_iter().find(|entry| entry.name == name) {
-            return Some(found);
+        if let Some(found) = Self::catalogue().iter().find(|entry| entry.name == name) {
+            return Some(found.clone());
         }
         let (signal, unit, label) = match (name.strip_prefix("order_"), name.strip_prefix("speed_order_")) {
             (Some(label), _) => (Signal::Te, "rad", label),

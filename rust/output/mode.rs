@@ -54,7 +54,8 @@ pub fn mode<S: Scalar, const N: usize>(
     let mut angles = Vec::with_capacity(SAMPLES);
     let interval = (to - from) / SAMPLES as f64;
     for (t, state) in seat.assignment.probes.iter().map(|t| t.plain()).zip(&seat.samples[1]) {
-        if t > from && t <= to && is_own(t - from, interval) {
+        let place = ((t - from) / interval).round() as usize;
+        if t > from && t <= to && is_own(t - from, interval) && place == times.len() + 1 {
             times.push(t - from);
             angles.push(state[0].plain());
             data.push(retrace.rates(seat, t, state).windup_rate.plain());

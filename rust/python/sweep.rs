@@ -27,11 +27,11 @@ impl Progress for Attendant {
             return false;
         }
         Python::attach(|py| {
-            if py.check_signals().is_err() {
-                self.interrupted = true;
-            } else if let Some(callback) = &self.callback
-                && let Err(error) = callback.call1(py, (done, rows))
-            {
+            let told = py.check_signals().and_then(|()| match &self.callback {
+                Some(callback) => callback.call1(py, (done, rows)).map(drop),
+                None => Ok(()),
+            });
+            if let Err(error) = told {
                 self.interrupted = error.is_instance_of::<PyKeyboardInterrupt>(py);
                 self.failure = (!self.interrupted).then_some(error);
             }

@@ -106,7 +106,7 @@ pub fn statuses() -> Vec<(u8, &'static str, &'static str)> {
 /// The metrics with fixed names.
 #[pyfunction]
 pub fn metrics(py: Python<'_>) -> PyResult<Vec<Bound<'_, PyDict>>> {
-    Metric::catalogue().into_iter().map(|entry| named(py, &entry.name, entry.unit, &entry.meaning)).collect()
+    Metric::catalogue().iter().map(|entry| named(py, &entry.name, entry.unit, &entry.meaning)).collect()
 }
 
 /// The signals that can be sampled.

@@ -53,10 +53,10 @@ impl<R: Real, const N: usize> Stepper<R, N> {
             self.margin = R::Plain::select(lanes, rates.margin, self.margin);
         }
         self.watch.begin(lanes, rates, &self.constants);
-        if self.integrands.any() {
+        if self.integrands.count() > 0 {
             let mut values = [R::zero(); INTEGRALS];
             self.integrands.add(R::splat(1.0), rates, &self.constants, &mut values);
-            for index in 0..INTEGRALS {
+            for index in 0..self.integrands.count() {
                 self.starting[index] = R::select(lanes, values[index], self.starting[index]);
             }
         }
@@ -116,7 +116,7 @@ in_lanes! {
         }
         let mut values = [R::zero(); INTEGRALS];
         stepper.integrands.add(R::splat(1.0), &rates, &stepper.constants, &mut values);
-        for index in 0..INTEGRALS {
+        for index in 0..stepper.integrands.count() {
             renew(lanes, &mut stepper.starting[index], values[index]);
         }
     }

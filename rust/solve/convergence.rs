@@ -90,8 +90,9 @@ fn check<T: Method>(counts: &[u32]) {
     }
     let (order, dense) = (slope(&ends), slope(&insides));
     assert!((order - f64::from(T::ORDER)).abs() < 0.2, "{}: order {order}, {ends:?}", T::NAME);
-    let nominal = f64::from(T::DENSE_ORDER.min(T::ORDER));
-    assert!((dense - nominal).abs() < 0.2 || (dense > nominal), "{}: dense {dense}, {insides:?}", T::NAME);
+    let nominal = f64::from((T::DENSE_ORDER + 1).min(T::ORDER));
+    let approached = if T::DENSE_ORDER < 7 { 0.2 } else { 1.0 }; // the eighth power is still far at these steps
+    assert!(dense > nominal - approached, "{}: dense {dense}, {insides:?}", T::NAME);
 }
 
 #[test]

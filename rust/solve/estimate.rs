@@ -6,6 +6,22 @@ use super::stepper::{Stepper, Trial, plain};
 use crate::model::Model;
 use crate::real::Real;
 
+/// A sum of fractions over one denominator.
+struct Fraction<P> {
+    numerator: P,
+    denominator: P,
+}
+
+impl<P: Real> Fraction<P> {
+    /// Adds (error / scale)^2.
+    #[inline(always)]
+    fn add(&mut self, error: P, scale: P) {
+        let square = scale * scale;
+        self.numerator = (error * error).mul_add(self.denominator, self.numerator * square);
+        self.denominator = self.denominator * square;
+    }
+}
+
 impl<R: Real, const N: usize> Stepper<R, N> {
     /// The squared error of the attempted step in units of the tolerance.
     #[inline(always)]
@@ -33,7 +49,8 @@ impl<R: Real, const N: usize> Stepper<R, N> {
         R::Plain::select(first.le(R::Plain::zero()), R::Plain::zero(), mixed * square)
     }
 
-    /// Sum over the states of (weighted slopes / scale)^2, with a single division.
+    /// Sum over the states of (weighted slopes / scale)^2, with one division for the model's own and one for the terms':
+    /// the product of all scales could underflow.
     #[inline(always)]
     fn error_ratio<M: Model<N>>(&self, weights: &[f64], scales: &[R::Plain; N]) -> R::Plain {
         let own = N - M::HIDDEN;
@@ -45,16 +62,14 @@ impl<R: Real, const N: usize> Stepper<R, N> {
                 }
             }
         });
-        let mut numerator = errors[0] * errors[0];
-        let mut denominator = scales[0] * scales[0];
-        let mut add = |error: R::Plain, scale: R::Plain| {
-            let square = scale * scale;
-            numerator = (error * error).mul_add(denominator, numerator * square);
-            denominator = denominator * square;
-        };
+        let mut sum = Fraction { numerator: errors[0] * errors[0], denominator: scales[0] * scales[0] };
         for index in 1..own {
-            add(errors[index], scales[index]);
+            sum.add(errors[index], scales[index]);
         }
+        if M::HIDDEN == 0 {
+            return sum.numerator / sum.denominator;
+        }
+        let mut hidden = Fraction { numerator: R::Plain::zero(), denominator: R::Plain::splat(1.0) };
         for index in own..self.used::<M>() {
             let mut error = R::Plain::zero();
             unrolled!(J => {
@@ -62,9 +77,9 @@ impl<R: Real, const N: usize> Stepper<R, N> {
                     error = self.slopes[J][index].plain().mul_add(R::Plain::splat(weight), error);
                 }
             });
-            add(error, scales[index]);
+            hidden.add(error, scales[index]);
         }
-        numerator / denominator
+        sum.numerator / sum.denominator + hidden.numerator / hidden.denominator
     }
 
     /// Squared distances between the new state and the last stage before it: of the slopes, and of the states.

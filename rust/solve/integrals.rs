@@ -54,10 +54,16 @@ pub struct Integrands {
 }
 
 impl Integrands {
-    /// Whether any is needed.
+    /// How many quadratures, the first ones, hold all that are needed.
     #[inline(always)]
-    pub fn any(self) -> bool {
-        self.te | self.ring | self.speed | self.energy
+    pub fn count(self) -> usize {
+        match self {
+            Self { energy: true, .. } => INTEGRALS,
+            Self { speed: true, .. } => Integral::OmegaLSquare as usize + 1,
+            Self { ring: true, .. } => Integral::WindupRateSquare as usize + 1,
+            Self { te: true, .. } => Integral::TeSquare as usize + 1,
+            _ => 0,
+        }
     }
 
     /// Adds `weight` times the integrands to the sums.

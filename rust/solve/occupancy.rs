@@ -150,6 +150,8 @@ impl<P: Path, M: Model<N>, T: Method, const N: usize> Advance<'_, P, M, T, N> {
             seat.rejected = self.attempts.get(lane) as u32 - seat.accepted;
             if status == Status::Finished {
                 extrema::rank(&self.demand.extremes, &mut seat);
+            } else {
+                seat.records = Vec::new();
             }
             let mut ended = Ended { seat, t: self.stepper.t.get(lane), state, status, asked: 0 };
             ended.ask(&self.demand.extremes);

@@ -8,6 +8,9 @@ use crate::model::{Base, Drive, Harmonics, Model, Program, Row, Segment};
 use crate::real::{Real, Scalar};
 use std::sync::Arc;
 
+/// Steps that a row may leave memory for.
+const RECORDS_KEPT: usize = 1 << 14;
+
 /// What counts as the very start of a motion [s].
 const SETTLING: f64 = 0.5;
 
@@ -145,8 +148,10 @@ impl<S: Scalar, const N: usize> Seat<S, N> {
         }
     }
 
-    /// Gives the memory back.
-    pub fn into_memory(self) -> Memory<S, N> {
+    /// Gives the memory back, as much of it as an ordinary row takes.
+    pub fn into_memory(mut self) -> Memory<S, N> {
+        self.records.clear();
+        self.records.shrink_to(RECORDS_KEPT);
         Memory { records: self.records, candidates: self.candidates, ranked: self.ranked, samples: self.samples }
     }
 

@@ -9,7 +9,7 @@ use super::record::DENSE_TERMS;
 use super::watch::{Watch, WatchList};
 use crate::model::terms::Terms;
 use crate::model::{
-    CORNERS, Constants, Drivetrain, Energies, Harmonics, Input, Layout, Model, Pieces, Rates, Row, Spring, SpringLaw,
+    CORNERS, Constants, Drivetrain, Energies, Harmonics, Input, Layout, Model, Pieces, Rates, Row, Spring,
 };
 use crate::real::{Mask, Real};
 
@@ -25,7 +25,7 @@ pub struct Stepper<R: Real, const N: usize> {
     pub constants: Constants<R>,
     pub harmonics: Harmonics<R>,
     pub input: Input<R>,
-    pub spring: SpringLaw,
+    pub spring: Spring,
     pub terms: Terms<R>,
     /// Directions in which motor and load slide, 0 where they are held.
     pub directions: [R; 2],
@@ -144,10 +144,8 @@ impl<R: Real, const N: usize> Stepper<R, N> {
         if let Some(method) = &T::ROSENBROCK {
             self.linearise::<M>(method, step);
         }
-        if self.integrands.any() {
-            for index in 0..INTEGRALS {
-                self.step_integrals[index] = self.starting[index] * R::splat(weights[0]);
-            }
+        for index in 0..self.integrands.count() {
+            self.step_integrals[index] = self.starting[index] * R::splat(weights[0]);
         }
         if HELD {
             self.margins = [f64::INFINITY, f64::NEG_INFINITY].map(R::Plain::splat);
@@ -163,14 +161,14 @@ impl<R: Real, const N: usize> Stepper<R, N> {
                 self.margins = [least.min(rates.margin), most.max(rates.margin)];
             }
             if stage == T::STAGES - 1 {
-                if T::ROSENBROCK.is_some() && self.integrands.any() {
+                if T::ROSENBROCK.is_some() && self.integrands.count() > 0 {
                     self.integrate::<M, T>(step);
                 }
                 return Trial { t, state, rates };
             }
             if let Some(method) = &T::ROSENBROCK {
                 self.solve_stage::<M>(method, stage, step);
-            } else if self.integrands.any() && weights[stage] != 0.0 {
+            } else if self.integrands.count() > 0 && weights[stage] != 0.0 {
                 let weight = R::splat(weights[stage]);
                 self.integrands.add(weight, &rates, &self.constants, &mut self.step_integrals);
             }
@@ -185,11 +183,9 @@ impl<R: Real, const N: usize> Stepper<R, N> {
         for index in 0..self.used::<M>() {
             self.state[index] = R::select(accepted, trial.state[index], self.state[index]);
         }
-        if self.integrands.any() {
-            for index in 0..INTEGRALS {
-                let grown = self.step_integrals[index].mul_add_plain(step, self.integrals[index]);
-                self.integrals[index] = R::select(accepted, grown, self.integrals[index]);
-            }
+        for index in 0..self.integrands.count() {
+            let grown = self.step_integrals[index].mul_add_plain(step, self.integrals[index]);
+            self.integrals[index] = R::select(accepted, grown, self.integrals[index]);
         }
         self.begin::<M, HELD>(accepted, &trial.rates);
     }

@@ -1,4 +1,4 @@
-//! The benchmark problem as a sweep of random rows, with everything that may vary as a field.
+//! The default drive as a sweep of random rows, with everything that may vary as a field.
 
 use hdfast::batch::{Direction, Job, MethodName, Outputs, Progress, SimdPath, StartKind, sweep};
 use hdfast::model::terms::Choice;
@@ -41,7 +41,7 @@ pub fn layout(base: Base) -> Layout {
     Layout { base, spring: Spring::Polynomial, orders: (1..=15).map(f64::from).collect(), terms: Choice::default() }
 }
 
-/// Rows that differ in everything the benchmark problem varies; reproducible.
+/// Rows that differ in the drive's inertias, losses and stiffnesses, in error and speed; reproducible.
 pub fn random_rows(layout: &Layout, count: usize) -> Vec<Vec<f64>> {
     let labels: Vec<String> = layout.orders.iter().map(ToString::to_string).collect();
     let defaults: Vec<f64> = layout.parameters(&labels).iter().map(|parameter| parameter.default).collect();
@@ -78,7 +78,7 @@ impl Problem {
             max_steps: 100_000,
             find_stiff: false,
             own_error: false,
-            metrics: Metric::catalogue().into_iter().map(|entry| entry.metric).collect(),
+            metrics: Metric::catalogue().iter().map(|entry| entry.metric).collect(),
             signals: vec![Signal::Te, Signal::OmegaL],
             directions: Vec::new(),
             poison: None,

@@ -400,3 +400,14 @@ def test_exact_table_of_te(sweep, J_l):
         np.testing.assert_allclose(found["te_rms"][0], rms * 1e-6, rtol=2e-2)
         if mean is not None:
             np.testing.assert_allclose(found["te_mean"][0], mean * 1e-6, rtol=4e-2)
+
+
+def test_exact_a_mode_is_the_same_beside_orders():
+    """A row in which a moment of the order's grid falls within a microsecond of one of the mode's."""
+    drive = {"J_l": 0.6857806111649245, "k1": 25509.07233420745}
+    scenario = hdfast.Scenario.start_stop(t_off=2.0, t_end=2.2)
+    alone, beside = (
+        hdfast.sweep(drive, scenario=scenario, metrics=metrics)["mode_frequency_start"]
+        for metrics in (["mode_frequency_start"], ["order_2", "mode_frequency_start"])
+    )
+    assert alone.tobytes() == beside.tobytes()

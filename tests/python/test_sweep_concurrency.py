@@ -115,3 +115,32 @@ print(waited)
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=120, check=False)
     assert done.returncode == 0, done.stderr
     assert float(done.stdout) < 0.2
+
+
+def test_exact_what_a_signal_handler_raises_reaches_the_caller():
+    code = """
+import signal
+import numpy as np
+import hdfast
+
+class TimeIsUp(Exception):
+    pass
+
+def ring(number, frame):
+    raise TimeIsUp
+
+signal.signal(signal.SIGALRM, ring)
+signal.setitimer(signal.ITIMER_REAL, 0.5)
+try:
+    hdfast.sweep({"J_l": np.full(200_000, 0.5)}, metrics=["te_pp"], threads=2)
+except TimeIsUp:
+    print("told")
+"""
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=120, check=False)
+    assert done.stdout == "told\n", done.stderr
+
+
+def test_exact_more_threads_than_rows():
+    rows = {"J_l": np.full(3, 0.5)}
+    many, one = (hdfast.sweep(rows, scenario=SHORT, metrics=["te_pp"], threads=threads) for threads in (1024, 1))
+    assert many["te_pp"].tobytes() == one["te_pp"].tobytes()

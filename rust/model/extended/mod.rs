@@ -32,9 +32,8 @@ impl<'a, R: Real> Sides<'a, R> {
     /// The torque that the drive delivers and the inertia it turns, and the rate of the speed controller.
     #[inline(always)]
     fn actuator(&mut self, z: R) -> (Actuator<R>, R) {
-        let Inputs { torque, reference, .. } = self.inputs;
-        let (commanded, z_rate) =
-            controlled(self.drive, &mut self.inner.corners, torque, reference, self.motion.omega_m, z);
+        let Motion { t, omega_m, .. } = self.motion;
+        let (commanded, z_rate) = controlled(self.drive, &mut self.inner.corners, t, self.inputs.reference, omega_m, z);
         let mut actuator = Actuator { torque: commanded, inertia: self.drive.constants.j_m };
         self.drive.terms.actuator(&self.motion, &mut actuator, &mut self.inner);
         (actuator, z_rate)
@@ -91,7 +90,7 @@ impl<'a, R: Real> Sides<'a, R> {
         let shaft = Shaft { net: actuator.torque - resisting, breakaway: dry.breakaway };
         let mut motor = Motor { shaft, alpha: acceleration(shaft.net, dry, inertia), torque: actuator.torque };
         if let Some(imposed) = self.drive.input.motion() {
-            motor.alpha = R::select(imposed, self.inputs.acceleration, motor.alpha);
+            motor.alpha = R::select(imposed, self.drive.input.acceleration(self.motion.t), motor.alpha);
             let needed = dry.direction.mul_add(dry.level, inertia.mul_add(motor.alpha, resisting));
             motor.torque = R::select(imposed, needed, motor.torque);
             motor.shaft.breakaway = R::select(imposed, R::zero(), motor.shaft.breakaway);

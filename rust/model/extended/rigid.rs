@@ -206,7 +206,7 @@ impl<R: Real> RigidGear<R> {
         let mut known = resting;
         let mut gear_torque = R::select(resting, about_to_slide, first);
         if let Some(imposed) = sides.drive.input.motion() {
-            let imposed_torque = self.reflected.mul_add(sides.inputs.acceleration, sliding);
+            let imposed_torque = self.reflected.mul_add(sides.drive.input.acceleration(sides.motion.t), sliding);
             gear_torque = R::select(imposed, imposed_torque, gear_torque);
             known = known | imposed;
         }

@@ -6,9 +6,9 @@ import math
 
 import numpy as np
 import pytest
-from hdfast import Model, config
-from hdfast.errors import ConfigError
-from hdfast.recordings import Controller, Recording, load_campaign, save
+from hdfast import Model, config, health
+from hdfast.errors import ConfigError, InputError
+from hdfast.recordings import Controller, Recording, load, load_campaign, save
 from hdfast.sensors import SensorFacts
 
 T = np.linspace(0.0, 1.0, 101)
@@ -174,6 +174,12 @@ WRONG = [
     ("[kinematic_error]\norders = [1]\ncos = [1]\nsin = [1]\nsigma = [1, 2]\n", 5, "sigma has 2 numbers"),
     (FULL.replace('"cogging"', '"coging"'), 22, "did you mean 'cogging'"),
     (FULL.replace("psi_1", "psi1"), 23, "unknown key 'psi1'; did you mean 'psi_1'"),
+    (FULL.replace('effect = "cogging"', 'id = "cogging"'), 22, "unknown key 'id'; the key is 'effect'"),
+    (
+        FULL.replace("parameters = { order = 24, ", "T_cog = 1 #"),
+        23,
+        "'T_cog' belongs into parameters = { T_cog = ... }",
+    ),
     ("[sensors]\nmotor_angel = { noise = 1 }\n", 2, "did you mean 'motor_angle'"),
     ("[sensors]\nmotor_angle = { noise = -1 }\n", 2, "sensors.motor_angle.noise = -1"),
     ("[sensors]\nmotor_angle = { averaged = 1 }\n", 2, "is not true or false"),
@@ -191,3 +197,30 @@ def test_exact_wrong_files_name_the_line(campaign, text, line, message):
     with pytest.raises(ConfigError, match=message) as caught:
         campaign(text)
     assert caught.value.line == line
+
+
+def test_exact_a_file_with_other_names_is_told_its_columns_once(campaign, tmp_path):
+    (tmp_path / "deg.csv").write_text("time,pos_deg,torque\n" + "".join(f"{0.1 * n},{n},0\n" for n in range(20)))
+    entry = '[[recording]]\nfile = "deg.csv"\n'
+    [finding] = health.check(campaign(entry)).recordings[0].findings
+    assert finding.sentence == (
+        "deg.csv: no column for t, motor_angle, motor_torque (the file has: time, pos_deg, torque); "
+        'name it in [columns], as in  motor_angle = { name = "angle_deg", scale = 0.0174533 }'
+    )
+    named = '[columns]\nt = "time"\nmotor_torque = "torque"\nmotor_angle = { name = "pos_deg", scale = 0.0174533 }\n'
+    assert health.check(campaign(named + entry)).usable
+    with pytest.raises(InputError, match=r"deg.csv: no column for t \(the file has: time, pos_deg, torque\); map it"):
+        load(tmp_path / "deg.csv")
+    with pytest.raises(InputError, match=r"a test needs motor_angle \[rad\] \(the file has: time, pos_deg, torque\)"):
+        load(tmp_path / "deg.csv", {"t": "time"}).need("a test", "motor_angle")
+
+
+def test_exact_recordings_of_one_name_are_told_apart_by_their_folders(tmp_path):
+    for day in ("day1", "day2"):
+        (tmp_path / day).mkdir()
+        save(Recording("run", FILES["motor.csv"]), tmp_path / day / "run.csv")
+    save(Recording("run", FILES["motor.csv"]), tmp_path / "other.csv")
+    files = ["day1/run.csv", "day2/run.csv", "other.csv"]
+    path = tmp_path / "campaign.toml"
+    path.write_text("[drive]\nratio = 121\n" + "".join(f'[[recording]]\nfile = "{file}"\n' for file in files))
+    assert [recording.name for recording in load_campaign(path).recordings] == files

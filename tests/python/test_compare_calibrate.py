@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import json
+import re
 
 import hdfast
 import numpy as np
@@ -74,11 +75,43 @@ def test_exact_commands_write_their_folder(command, files, path, tmp_path, capsy
     assert "A &lt;small&gt; campaign" in page
 
 
+@pytest.mark.parametrize("command", ["compare", "calibrate"])
+def test_exact_angles_in_degrees_are_said_in_every_output(command, tmp_path, capsys):
+    path = small_campaign.write(tmp_path)
+    for number in range(4):
+        table = dict(np.load(tmp_path / f"r{number}.npz"))
+        np.savez(
+            tmp_path / f"r{number}.npz",
+            **{name: np.rad2deg(values) if "angle" in name else values for name, values in table.items()},
+        )
+    out = tmp_path / "out"
+    assert main([command, str(path), "--out", str(out)]) == 0
+    captured = capsys.readouterr()
+    told = [line.removeprefix("hdfast: warning: ") for line in captured.err.splitlines()]
+    assert any("motor_angle may be in degrees" in sentence for sentence in told)
+    assert told == json.loads(next(out.glob("c*.json")).read_text())["warnings"]
+    assert "motor_angle may be in degrees" in (out / "report.html").read_text()
+    assert "further off than no model at all" in told[-1]
+    assert main([command, str(path), "--quiet"]) == 0
+    assert capsys.readouterr() == ("", "")
+
+
+def test_exact_commands_print_sentences_and_tables(path, capsys):
+    assert main(["compare", str(path)]) == 0
+    captured = capsys.readouterr()
+    assert captured.out.startswith("Error of the nominal drive (rms over the spread of what was measured): fit ")
+    assert captured.out.count("r3.npz") == 2
+    assert captured.err == ""
+    assert main(["calibrate", str(path)]) == 0
+    assert re.match(r"\d+ parameters calibrated, error \(.*\): fit .* -> .*, heldout", capsys.readouterr().out)
+
+
 def test_exact_unusable_recordings_are_refused_with_the_reason(tmp_path):
     path = small_campaign.write(tmp_path)
     for number in range(4):
         table = dict(np.load(tmp_path / f"r{number}.npz"))
         del table["motor_torque"]
         np.savez(tmp_path / f"r{number}.npz", **table)
-    with pytest.raises(InputError, match="motor_torque"):
+    with pytest.raises(InputError, match="motor_torque") as told:
         hdfast.compare(path)
+    assert str(told.value).count("r0.npz") == 1

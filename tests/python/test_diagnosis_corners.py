@@ -10,10 +10,17 @@ import numpy as np
 import pytest
 import small_campaign
 from hdfast.diagnosis import diagnose, session
+from hdfast.diagnosis.candidate import Candidate
 from hdfast.diagnosis.holdout import Proof
+from hdfast.diagnosis.library import OF_THE_WINDUP, Sizes, library
+from hdfast.diagnosis.limits import limits
+from hdfast.diagnosis.plant import Free, Structure
 from hdfast.diagnosis.score import Gain
+from hdfast.diagnosis.screen import Screen, Signature
 from hdfast.diagnosis.select import Search
 from hdfast.diagnosis.session import set_up_usable
+from hdfast.errors import InputError
+from hdfast.model import Model
 from hdfast.recordings import load_campaign
 
 
@@ -143,3 +150,77 @@ def test_exact_a_search_is_taken_back_to_what_holds(monkeypatch, holds, refutes,
     assert list(shown) == [f"effect {number}" for number in range(kept)]
     assert (3 if found is whole else found) == kept
     assert proof.span == (0, kept)
+
+
+@pytest.mark.parametrize("seed", [-1, 1.5, 2**63, "0"])
+def test_exact_a_seed_that_cannot_be_is_refused_before_the_run(tmp_path, seed):
+    with pytest.raises(InputError, match="seed = "):
+        diagnose(tmp_path / "there_is_none.toml", seed=seed)
+
+
+def test_exact_effects_of_the_windup_are_those_a_rigid_drive_has_none_of():
+    sizes = Sizes(
+        motor_torque=0.1, speed=100.0, stiffness=3e4, ratio=121.0, corner=100.0, elastic=True, loaded=True, warm=True,
+        orders=(), detents=None, turns=50.0, lines=(), tones=(), channels=("motor_torque",),
+    )  # fmt: skip
+    effects = [{one.effect for one in library(replace(sizes, elastic=elastic))} for elastic in (True, False)]
+    assert effects[0] - effects[1] == set(OF_THE_WINDUP)
+
+
+def test_exact_drifts_need_a_second_recording():
+    skew = Free("skew", 1e-4, 1.0, False, "1")
+    candidate = Candidate("clock_skew", "sensor", (), (skew,), "skew", sensors=(("clock_skew", "load_angle"),))
+    seen = Screen({"clock_skew": 1.0}, {"clock_skew": 1.0}, {"clock_skew": 1.0}, {"clock_skew": 1.0})
+    signature = Signature(candidate, np.ones((9, 1)), np.zeros((0, 1)), np.ones(1), 1.0, 1.0, 1.0)
+    reasons = [limits([signature], seen, recordings)[0].reason for recordings in (1, 2)]
+    assert "second recording" in reasons[0]
+    assert reasons[1] is None
+
+
+def test_exact_gains_by_recording_leave_out_recordings_without_blocks():
+    gained = Gain(np.array([1.0, 2.0, 3.0, 4.0]), (1.0, 1.0)).over(np.array([0, 0, 2, 2]))
+    assert gained.by_block.tolist() == [3.0, 7.0]
+
+
+def test_exact_shares_stay_where_the_parameters_can_follow():
+    signed = Candidate("clock_skew", "sensor", (), (Free("rate", 1e-4, 1.0, False, "1"),), "rate")
+    friction = Candidate("coulomb_friction", "motor", (), (Free("T_c", 0.1, 1.0, True, "N m"),), "T_c")
+    for candidate, value in ((signed, -2e-4), (friction, 0.01)):
+        shares = candidate.possible(np.array([-2.0]))
+        assert candidate.started(shares).free[0].value == pytest.approx(value)
+        assert shares[0] * candidate.free[0].value == pytest.approx(value)
+
+
+def test_exact_a_candidate_without_room_is_none():
+    free = (Free("delay_tau_d", 1e-3, 1.0, True, "s"),)
+    late = Candidate("delay", "actuator", ("delay",), free, "delay_tau_d")
+    full = ["viscoelastic", "base_compliance", "load_compliance", "input_compliance"]
+    assert late.fits_into(Structure(Model(), {}, ()))
+    assert not late.fits_into(Structure(Model(terms=full), {}, ()))
+
+
+def test_exact_a_declared_special_case_comes_back_where_its_law_is_taken_out(tmp_path, monkeypatch):
+    """Stribeck friction beside a declared Coulomb friction is weighed against Coulomb friction, not against none."""
+    small_campaign.shorten_library(monkeypatch, ("coulomb_friction", "stribeck_friction"))
+    parameters = {"T_c": 0.05, "breakaway_ratio": 2.5, "omega_s": 10.0}
+    path = small_campaign.write(tmp_path, ["stribeck_friction"], parameters)
+    path.write_text(path.read_text() + '\n[[terms]]\neffect = "coulomb_friction"\nparameters = { T_c = 0.05 }\n')
+    found = diagnose(path).evidence
+    [law] = found.standings
+    assert law.trial.candidate.effect == "stribeck_friction"
+    assert law.lesser.structure.model.terms == ("coulomb_friction",)
+
+
+def test_exact_rejected_recordings_are_told_with_the_same_keys(tmp_path, monkeypatch):
+    small_campaign.shorten_library(monkeypatch)
+    path = small_campaign.write(tmp_path)
+    accepted = diagnose(path).content
+    for file in tmp_path.glob("*.npz"):
+        columns = dict(np.load(file))
+        columns["t"][:] = 0.0
+        np.savez(file, **columns)
+    rejected = diagnose(path).content
+    assert rejected["verdict"] == "data_rejected"
+    assert rejected.keys() == accepted.keys()
+    assert rejected["where"].keys() == accepted["where"].keys()
+    assert rejected["fit"]["heldout"].keys() == accepted["fit"]["heldout"].keys()

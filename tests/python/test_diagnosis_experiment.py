@@ -63,7 +63,7 @@ def test_regress_the_proposal_tells_friction_from_nothing(friction):
     assert found.odds >= max(5.0, 1.2 * found.usual)
     content = found.to_dict()
     assert content["decides"]
-    assert "motor_torque is" in content["difference"]
+    assert "the motor torque is" in content["difference"]
     assert json.loads(json.dumps(content)) == content
 
 

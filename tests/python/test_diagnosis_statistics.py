@@ -40,7 +40,6 @@ def linear(
         np.zeros_like(slopes),
         weights,
         Whitener({"motor_torque": np.ones(1)}),
-        0.0,
     )
 
 

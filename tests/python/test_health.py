@@ -71,7 +71,7 @@ def test_exact_a_missing_column_rejects_and_is_named(run):
     del run["motor_torque"]
     result = examine(run)
     assert not result.usable
-    assert "column motor_torque [N m] is missing" in result.reason
+    assert "no column for motor_torque (the file has: t, motor_angle, load_angle, output_torque)" in result.reason
     assert result.recording is None
     assert not result.mask.any()
 
@@ -84,6 +84,17 @@ def test_exact_too_few_numbers_reject_and_a_few_missing_are_masked(run):
     assert few.mask.sum() == run["t"].size - 101
     run["motor_torque"][: run["t"].size // 2 + 1] = np.nan
     assert "of motor_torque are numbers" in examine(run).reason
+
+
+def test_exact_a_column_with_too_few_numbers_is_not_handed_on(run):
+    run["load_angle"][: run["t"].size // 2 + 1] = np.nan
+    run["load_torque"] = np.full(run["t"].size, np.nan)
+    result = examine(run)
+    assert [sentence.split("; ")[1] for sentence in sentences(result, "columns", "warning")] == [
+        "the column is not used"
+    ] * 2
+    assert result.usable
+    assert set(result.recording) == {"t", "motor_angle", "motor_torque", "output_torque"}
 
 
 def test_exact_backward_time_is_left_out_or_rejects(run):
@@ -153,10 +164,50 @@ def test_exact_a_cut_off_torque_is_told_from_a_constant_one(clean):
     torque = found["motor_torque"]
     found["motor_torque"] = np.clip(torque, -np.quantile(np.abs(torque), 0.9), np.quantile(np.abs(torque), 0.9))
     cut = examine(found)
-    assert "torque_saturation is a candidate" in sentences(cut, "saturation", "warning")[0]
+    assert "a limit of the drive or of its controller holds it" in sentences(cut, "saturation", "warning")[0]
     assert cut.facts.saturation[1] == pytest.approx(0.1, abs=0.05)
     found["motor_torque"] = np.clip(torque, -np.quantile(np.abs(torque), 0.5), np.quantile(np.abs(torque), 0.5))
     assert "record with less torque" in examine(found).reason
+
+
+@pytest.mark.parametrize(
+    ("turn", "scale"), [(2.0 * math.pi, 1.0), (360.0, 180.0 / math.pi), (RATIO * 2.0 * math.pi, 60.0)]
+)
+@pytest.mark.parametrize("kind", ["profile", "sine", "ladder", "multisine"])
+def test_exact_a_wrapped_angle_is_named_and_nothing_else(clean, kind, turn, scale):
+    found = dict(clean[kind])
+    found["motor_angle"] = scale * found["motor_angle"]
+    jumps = int(np.sum(np.diff(np.floor(found["motor_angle"] / turn + 0.5)) != 0))
+    found["motor_angle"] = (found["motor_angle"] + turn / 2.0) % turn - turn / 2.0
+    result = examine(found)
+    assert jumps > 0
+    assert sentences(result, "wrapping") == [
+        f"run0: motor_angle jumps by a whole turn {jumps} times: unwrap it (numpy.unwrap) before saving"
+    ]
+    assert len(result.findings) == 1
+    assert not result.usable
+
+
+def test_exact_a_jump_that_is_no_turn_is_not_called_one(clean):
+    found = dict(clean["sine"])
+    found["motor_angle"] = 0.2 * np.sin(found["t"])
+    found["motor_angle"][2000:] += 5.0
+    assert sentences(examine(found), "wrapping") == []
+
+
+def test_exact_a_torque_beyond_the_limit_of_the_controller_is_a_wrong_scale(run):
+    text = TEXT + '[controller]\nkind = "pi"\nkp = 0.05\nlimit = 2.0\n'
+    assert sentences(examine(run, text), "saturation") == []
+    largest = 1e3 * float(np.max(np.abs(run["motor_torque"])))
+    run["motor_torque"] = 1e3 * run["motor_torque"]
+    result = examine(run, text)
+    assert sentences(result, "saturation", "reject") == [
+        f"run0: motor_torque reaches {largest:.4g} N m, {largest / 2.0:.3g} times the limit of [controller]: "
+        "scale it in [columns] motor_torque, or correct limit"
+    ]
+    run["motor_torque"] = 1e-3 * run["motor_torque"]
+    run["motor_torque"][1000] = 5.0
+    assert "2.5 times the limit" in sentences(examine(run, text), "saturation", "warning")[0]
 
 
 def test_exact_the_limit_of_the_controller_is_a_saturation(run):
@@ -298,6 +349,14 @@ def test_exact_leakage_rejects_the_heldout_recording(run, clean):
 def test_exact_no_motion_rejects(run):
     run["motor_angle"][:] = 1.0
     assert "the motor does not move" in examine(run).reason
+
+
+def test_exact_warnings_are_those_to_mend_and_those_not_used(run, clean):
+    still = {name: 0.0 * values if name == "motor_angle" else values for name, values in run.items()}
+    run["load_torque"] = np.full(run["t"].size, np.nan)
+    found = health.check(campaign([clean["sine"], run, still]))
+    assert found.warnings[0] == "run1: 0 % of load_torque are numbers; the column is not used"
+    assert "not used: run2: the motor does not move" in " ".join(found.warnings)
 
 
 def test_exact_coverage_counts_groups(clean):

@@ -252,5 +252,5 @@ def test_exact_degrees_counts_and_amperes_become_si(scale, convert, tmp_path):
 def test_exact_an_optional_package_is_named(tmp_path, monkeypatch):
     monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
     (tmp_path / "run.tdms").write_bytes(b"TDSm")
-    with pytest.raises(MissingPackageError, match=r"pip install 'hdfast\[tdms\]'"):
+    with pytest.raises(MissingPackageError, match=r"python -m pip install nptdms  \(extra 'tdms'"):
         load(tmp_path / "run.tdms")

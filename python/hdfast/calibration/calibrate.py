@@ -13,6 +13,7 @@ from threadpoolctl import threadpool_limits
 
 from hdfast import files
 from hdfast.checks import Floats
+from hdfast.comparison.compare import ERROR, warned
 from hdfast.diagnosis.extended import extended_model
 from hdfast.diagnosis.fit import Bench, Fit, fit
 from hdfast.diagnosis.score import nrmse
@@ -60,13 +61,27 @@ class Calibration:
         sigma = self.fit.sigma_of(self.setup.bench.layout)
         return extended_model(self.setup.campaign, self.fit.structure, values, sigma, "calibrated")
 
-    def to_dict(self) -> dict[str, Any]:
-        """What calibration.json holds."""
-        errors = {
+    @property
+    def nrmse(self) -> dict[str, dict[str, float]]:
+        """Error over all recordings and channels by role, of the drive as given and as calibrated."""
+        return {
             role: {name: nrmse(bench.layout, stacked) for name, stacked in zip(MODELS, mismatches, strict=True)}
             for role, (bench, mismatches) in self.mismatches.items()
         }
-        return {"parameters": self.parameters, "nrmse": errors, "version": version("hdfast")}
+
+    @property
+    def warnings(self) -> list[str]:
+        """What the health checks want to be mended, and whether the calibrated model explains nothing at all."""
+        return warned(self.setup, (error["calibrated"] for error in self.nrmse.values()))
+
+    def to_dict(self) -> dict[str, Any]:
+        """What calibration.json holds."""
+        return {
+            "parameters": self.parameters,
+            "nrmse": self.nrmse,
+            "warnings": self.warnings,
+            "version": version("hdfast"),
+        }
 
     @cached_property
     def mismatches(self) -> dict[str, tuple[Bench, Floats]]:
@@ -92,9 +107,11 @@ class Calibration:
         return path / PAGE
 
     def __repr__(self) -> str:
-        bench, mismatches = self.mismatches["fit"]
-        before, after = (100 * nrmse(bench.layout, one) for one in mismatches)
-        return f"Calibration({len(self.fit.structure.free)} parameters, nrmse {before:.1f} % -> {after:.1f} %)"
+        shares = ", ".join(
+            f"{role} {100 * error['given']:.1f} % -> {100 * error['calibrated']:.1f} %"
+            for role, error in self.nrmse.items()
+        )
+        return f"{len(self.fit.structure.free)} parameters calibrated, error ({ERROR}): {shares}"
 
 
 def calibrate(campaign: str | Path | Campaign, *, threads: int | None = None) -> Calibration:

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import argparse
-import json
+import sys
 from collections.abc import Callable
 from typing import Any
 
 from hdfast.calibration.calibrate import calibrate
-from hdfast.printing import text_table
+from hdfast.printing import json_text, text_table
 
 NAME = "calibrate"
 TEXT = "Fit the parameters of a campaign's drive to its recordings, within their tolerances."
@@ -27,7 +27,7 @@ def run(options: argparse.Namespace) -> int:
     found = calibrate(options.campaign, threads=options.threads)
     page = found.report(options.out) if options.out else None
     if options.json:
-        print(json.dumps(found.to_dict(), indent=2))
+        print(json_text(found.to_dict()))
     elif not options.quiet:
         rows = [
             [row["parameter"], *(f"{row[key]:.5g}" for key in ("prior", "value", "sigma", "pull")), row["unit"]]
@@ -37,4 +37,7 @@ def run(options: argparse.Namespace) -> int:
         print(text_table(["parameter", "prior", "estimate", "sigma", "pull", "unit"], rows, right=(1, 2, 3, 4)))
         if page is not None:
             print(f"\n{page}\n{page.parent / 'model.toml'}")
+    if not options.quiet:
+        for sentence in found.warnings:
+            print(f"hdfast: warning: {sentence}", file=sys.stderr)
     return 0

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import argparse
-import json
+import sys
 from collections.abc import Callable
 from typing import Any
 
 from hdfast.comparison.compare import compare
+from hdfast.printing import json_text, text_table
 
 NAME = "compare"
 TEXT = "Simulate the drive of a campaign as given and compare it with the recordings."
@@ -26,9 +27,16 @@ def run(options: argparse.Namespace) -> int:
     found = compare(options.campaign, threads=options.threads)
     page = found.report(options.out) if options.out else None
     if options.json:
-        print(json.dumps(found.to_dict(), indent=2))
+        print(json_text(found.to_dict()))
     elif not options.quiet:
-        print(found)
+        rows = [[row["recording"], row["role"], row["channel"], f"{100 * row['nrmse']:.1f} %"] for row in found.errors]
+        print(f"{found}\n")
+        print(text_table(["recording", "role", "channel", "error"], rows, right=(3,)))
+        if found.setup.weaker is not None:
+            print(f"\nheldout: {found.setup.weaker}")
         if page is not None:
-            print(page)
+            print(f"\n{page}")
+    if not options.quiet:
+        for sentence in found.warnings:
+            print(f"hdfast: warning: {sentence}", file=sys.stderr)
     return 0

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from importlib.metadata import version
 from pathlib import Path
@@ -13,6 +14,12 @@ from hdfast.diagnosis.fit import Bench
 from hdfast.diagnosis.score import nrmse
 from hdfast.diagnosis.session import Setup, nominal, set_up_usable
 from hdfast.recordings import Campaign, load_campaign
+
+ERROR = "rms over the spread of what was measured"
+WORSE = (
+    "the model is further off than no model at all: check units, signs and ratio in [columns] and [drive], "
+    "and whether a load is missing"
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,10 +48,19 @@ class Comparison:
                 )
         return rows
 
+    @property
+    def nrmse(self) -> dict[str, float]:
+        """Error over all recordings and channels, by role."""
+        return {bench.plant.units[0].role: nrmse(bench.layout, stacked) for bench, stacked in self.mismatch}
+
+    @property
+    def warnings(self) -> list[str]:
+        """What the health checks want to be mended, and whether the model explains nothing at all."""
+        return warned(self.setup, self.nrmse.values())
+
     def to_dict(self) -> dict[str, Any]:
         """What comparison.json holds."""
-        overall = {bench.plant.units[0].role: nrmse(bench.layout, stacked) for bench, stacked in self.mismatch}
-        return {"nrmse": overall, "errors": self.errors, "version": version("hdfast")}
+        return {"nrmse": self.nrmse, "errors": self.errors, "warnings": self.warnings, "version": version("hdfast")}
 
     def report(self, folder: str | Path) -> Path:
         """Write the page, the numbers and a copy of the campaign; returns the page's path.
@@ -61,8 +77,13 @@ class Comparison:
         return path / PAGE
 
     def __repr__(self) -> str:
-        shares = ", ".join(f"{role} {100 * share:.1f} %" for role, share in self.to_dict()["nrmse"].items())
-        return f"Comparison(nrmse of the nominal drive: {shares})"
+        shares = ", ".join(f"{role} {100 * share:.1f} %" for role, share in self.nrmse.items())
+        return f"Error of the nominal drive ({ERROR}): {shares}"
+
+
+def warned(setup: Setup, errors: Iterable[float]) -> list[str]:
+    """The warnings of the health checks, and one more where every error is larger than what was measured."""
+    return [*setup.warnings, *([WORSE] if min(errors) > 1.0 else [])]
 
 
 def compare(campaign: str | Path | Campaign, *, threads: int | None = None) -> Comparison:

@@ -10,6 +10,7 @@ import numpy as np
 
 from hdfast.checks import Floats
 from hdfast.diagnosis.plant import Free, Structure
+from hdfast.errors import InputError
 
 NOTHING = 1e-6
 LEAST = 0.1
@@ -77,6 +78,14 @@ class Candidate:
         """The structure with this effect."""
         return structure.with_terms(self.terms, self.orders, self.sensors, self.fixed, self.free)
 
+    def fits_into(self, structure: Structure) -> bool:
+        """Whether a model has room for it: hidden states and orders are limited."""
+        try:
+            self.added_to(structure)
+        except InputError:
+            return False
+        return True
+
     def settings(self) -> list[dict[str, float]]:
         """Values of its parameters at which its signatures are taken, one per column."""
         typical = {free.name: free.value for free in self.free}
@@ -93,18 +102,22 @@ class Candidate:
             return [typical | {first: size, second: 0.0}, typical | {first: 0.0, second: size}]
         return [typical | {second: 0.0}, typical | {second: math.pi / 2.0}]
 
+    def possible(self, shares: Floats) -> Floats:
+        """The shares (d,) of its signatures that are nearest to the given ones and that its parameters can have."""
+        if self.waves is not None:
+            return shares
+        positive = {free.name: free.positive for free in self.free}
+        bounded = [positive[name] for name in self.spans or (self.amplitude,)]
+        return np.where(bounded, np.maximum(shares, LEAST), shares)
+
     def started(self, shares: Floats) -> Candidate:
-        """The candidate with its amplitude at the given shares (d,) of its typical size, one per signature."""
+        """The candidate with its amplitude at possible shares (d,) of its typical size, one per signature."""
         changed: dict[str, float] = {}
         typical = {free.name: free.value for free in self.free}
         if self.spans:
-            for name, share in zip(self.spans, shares.tolist(), strict=True):
-                positive = next(one for one in self.free if one.name == name).positive
-                changed[name] = typical[name] * (max(share, LEAST) if positive else share)
+            changed = {name: typical[name] * share for name, share in zip(self.spans, shares.tolist(), strict=True)}
         elif self.waves is None:
-            size = float(shares[0])
-            positive = next(one for one in self.free if one.name == self.amplitude).positive
-            return self.scaled(max(size, LEAST) if positive else size)
+            return self.scaled(float(shares[0]))
         elif self._cartesian:
             size = math.hypot(typical[self.waves[0]], typical[self.waves[1]])
             changed = dict(zip(self.waves, (size * shares).tolist(), strict=True))

@@ -33,7 +33,7 @@ def run(options: argparse.Namespace) -> int:
     if options.json:
         print(json.dumps(found.to_dict(), indent=2))
     elif not options.quiet:
-        print(found)
+        print(f"{found.verdict.replace('_', ' ')}: {found.content['sentence']}")
         if page is not None:
             print(page)
     return REJECTED if found.verdict == "data_rejected" else 0

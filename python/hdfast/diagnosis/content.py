@@ -19,6 +19,7 @@ from hdfast.diagnosis.unknown import Unknown
 from hdfast.diagnosis.verdict import Verdict
 from hdfast.drive_file import UNKNOWN
 from hdfast.health import Health
+from hdfast.model import parse_order
 
 MEMORIES = ("none", "rate_independent", "fading")
 NOWHERE: dict[str, Any] = {
@@ -26,6 +27,8 @@ NOWHERE: dict[str, Any] = {
     "place_candidates": [],
     "windows": [],
     "phase": "all",
+    "phase_shares": {},
+    "channel_shares": {},
     "orders": [],
     "frequencies_hz": [],
     "depends_on": [],
@@ -51,25 +54,29 @@ def _findings(health: Health) -> list[dict[str, Any]]:
 
 def rejected(health: Health, seed: int, version: str) -> dict[str, Any]:
     """The content of verdict.json when the recordings cannot be used."""
-    content: dict[str, Any] = _finite(
-        {
-            "verdict": "data_rejected",
-            "sentence": f"The recordings cannot be used. {health.complaint}",
-            "effects": [],
-            "where": NOWHERE,
-            "fit": {
-                "fit": {"baseline_nrmse": None, "extended_nrmse": None},
-                "heldout": {"baseline_nrmse": None, "extended_nrmse": None, "noise_floor_nrmse": None},
-            },
-            "masking": [],
-            "not_showable": [],
-            "next_experiment": None,
-            "health": _findings(health),
-            "seed": seed,
-            "version": version,
-        }
-    )
-    return content
+    unknown: dict[str, Any] = {
+        "baseline_nrmse": None,
+        "extended_nrmse": None,
+        "noise_floor_nrmse": None,
+        "channels": {},
+    }
+    return {
+        "verdict": "data_rejected",
+        "sentence": f"The recordings cannot be used. {health.complaint}",
+        "effects": [],
+        "candidates": [],
+        "where": NOWHERE,
+        "fit": {"fit": unknown, "heldout": unknown},
+        "masking": [],
+        "displaced": [],
+        "not_showable": [],
+        "detectable": [],
+        "next_experiment": None,
+        "notes": [],
+        "health": _finite(_findings(health)),
+        "seed": seed,
+        "version": version,
+    }
 
 
 def as_dict(verdict: Verdict, health: Health, seed: int, version: str) -> dict[str, Any]:
@@ -132,7 +139,7 @@ def _effect(one: Standing, verdict: Verdict, sigma: Mapping[str, float]) -> dict
         if name in values
     }
     if candidate.orders:
-        parameters["order"] = {"value": _number(candidate.orders[0]), "sigma": 0.0, "unit": "1"}
+        parameters["order"] = {"value": float(parse_order(candidate.orders[0])), "sigma": 0.0, "unit": "1"}
     return {
         "effect": one.name,
         "place": candidate.place,
@@ -156,11 +163,6 @@ def _gained(gain: Gain) -> dict[str, Any]:
         "gain_in_errors": gain.ratio,
         "left_out_nrmse": list(gain.nrmse),
     }
-
-
-def _number(order: str) -> float:
-    top, _, bottom = order.partition("/")
-    return float(top) / float(bottom or 1.0)
 
 
 def _unknown_effect(unknown: Unknown) -> dict[str, Any]:

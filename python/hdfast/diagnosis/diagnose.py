@@ -10,7 +10,7 @@ from typing import Any
 
 from threadpoolctl import threadpool_limits
 
-from hdfast import files
+from hdfast import checks, files
 from hdfast.diagnosis.content import as_dict, rejected
 from hdfast.diagnosis.extended import extended_model
 from hdfast.diagnosis.session import run, usable
@@ -59,7 +59,8 @@ class Diagnosis:
         session, unknown = self.evidence.session, self.evidence.described
         final = session.search.final
         values = {name: final.value(name) for name in final.structure.names}
-        sigma = final.sigma_of(session.bench.layout)
+        with threadpool_limits(1):
+            sigma = final.sigma_of(session.bench.layout)
         unnamed = None if unknown is None else unknown.noted
         return extended_model(self.campaign, final.structure, values, sigma, unnamed=unnamed)
 
@@ -100,8 +101,9 @@ def diagnose(
 
     Raises:
         ConfigError: the campaign file is wrong.
-        InputError: a recording cannot be read.
+        InputError: a recording cannot be read, or an argument is out of range.
     """
+    seed = checks.whole("seed", seed, 0, checks.MAX_SEED)
     loaded = campaign if isinstance(campaign, Campaign) else load_campaign(campaign)
     health = check(loaded)
     number = version("hdfast")

@@ -74,8 +74,10 @@ class Layout:
 
     def grams(self, values: Floats) -> Floats:
         """Gram matrices of (N, d) in each block: (B, d, d)."""
-        products = values[:, :, None] * values[:, None, :]
-        return self.sums(products.reshape(len(values), -1)).reshape(-1, values.shape[1], values.shape[1])
+        found = np.empty((self.blocks, values.shape[1], values.shape[1]))
+        for i, j in zip(*np.tril_indices(values.shape[1]), strict=True):
+            found[:, i, j] = found[:, j, i] = self.sums(values[:, i] * values[:, j])
+        return found
 
 
 def lay_out(plant: Plant, stated: Floats) -> Layout:
@@ -147,8 +149,8 @@ class Weights:
 def limited(values: Floats) -> tuple[Floats, Floats]:
     """Half squares of normalised values, linear beyond `CAP` (Huber), and the weights that belong to them."""
     size = np.abs(values)
-    inside = size <= CAP
-    return np.where(inside, 0.5 * size**2, CAP * (size - 0.5 * CAP)), np.where(inside, 1.0, CAP / np.maximum(size, CAP))
+    near = np.minimum(size, CAP)
+    return 0.5 * near**2 + CAP * (size - near), CAP / np.maximum(size, CAP)
 
 
 def spread_of(values: Floats) -> float:

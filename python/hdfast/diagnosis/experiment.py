@@ -16,6 +16,7 @@ from hdfast.diagnosis.manoeuvres import Limits, Manoeuvre, drawn, known, varied
 RANDOM = 12
 ROUNDS, KEPT, NEIGHBOURS = 3, 2, 3
 NOTHING = "nothing left out"
+SPOKEN = {"te": "the transmission error", "motor_torque": "the motor torque", "output_torque": "the output torque"}
 DECIDING = 5.0
 
 
@@ -67,7 +68,7 @@ class Experiment:
             "expected_log_bayes_factor": self.odds,
             "random_motion_log_bayes_factor": self.usual,
             "decides": self.odds > DECIDING,
-            "difference": f"after {time:.2f} s, with the motor at {speed:.3g} rad/s, {channel} is "
+            "difference": f"after {time:.2f} s, with the motor at {speed:.3g} rad/s, {SPOKEN[channel]} is "
                           f"{abs(difference):.3g} {self.unit} {'higher' if difference > 0.0 else 'lower'} "
                           f"with {first} than with {second}",
         }  # fmt: skip

@@ -153,6 +153,7 @@ def slowed(bench: Bench) -> list[Unit]:
         replace(
             unit,
             angle=slow(unit.angle),
+            turned=slow(unit.turned),
             speed=np.where(unit.speed == 0.0, 0.0, slow(unit.speed)),
             acceleration=slow(unit.acceleration),
         )
@@ -168,7 +169,7 @@ def _size(columns: Sequence[Floats]) -> Floats:
 def _behind_the_gear(bench: Bench, fitted: Fit, torques: Sequence[Floats]) -> Floats:
     """Change of the simulated signals by torques (n, d) that resist the load, in N m at the motor, shape (N, d)."""
     plant, count = bench.plant, torques[0].shape[1]
-    push = PUSH * float(np.median([np.std(unit.measured["motor_torque"]) for unit in plant.units]))
+    push = PUSH * plant.torque_spread
     behind = push * fitted.value("ratio")
     pushed = [
         _pushed(unit, behind * torque[:, column])

@@ -35,7 +35,6 @@ class Fit:
         rough: noise of the acceleration in those derivatives, left out of `slopes`, shape (N, P).
         weights: scale and colour of the mismatch.
         white: filter to independent samples of unit variance.
-        cost: half the weighted sum of squares plus the prior's.
     """
 
     structure: Structure
@@ -45,7 +44,6 @@ class Fit:
     rough: Floats = field(repr=False)
     weights: Weights
     white: Whitener = field(repr=False)
-    cost: float
 
     def value(self, name: str) -> float:
         """A parameter's estimate; a fixed parameter's value."""
@@ -57,6 +55,11 @@ class Fit:
     def stiffness(self) -> float:
         """Of the mesh at small windup [N m/rad]."""
         return self.value("K1" if self.structure.model.spring == "piecewise" else "k1")
+
+    @property
+    def pulls(self) -> Floats:
+        """How far each coordinate is from its prior centre, in prior standard deviations, shape (P,)."""
+        return np.asarray(np.abs(self.coordinates - self.structure.start) / self.structure.sigma)
 
     def covariance(self, layout: Layout) -> Floats:
         """Covariance of the coordinates (P, P): block sandwich, never below the Fisher information's."""
@@ -202,7 +205,7 @@ def fit(bench: Bench, structure: Structure, start: Floats | None = None, known: 
             alike = found + (trials - x) @ rough.T
             costs = [metric.cost(layout, structure, *pair) for pair in zip(trials, alike, strict=True)]
             here = metric.cost(layout, structure, x, mismatch)
-            best = int(np.nanargmin(np.where(np.isfinite(costs), costs, np.inf)))
+            best = int(np.argmin(np.where(np.isfinite(costs), costs, np.inf)))
             if not costs[best] < here - SETTLED:
                 break
             moved = True
@@ -212,8 +215,7 @@ def fit(bench: Bench, structure: Structure, start: Floats | None = None, known: 
         _, fresh, rougher = linearise(bench, structure, x, kept)
         slopes[:, kept:], rough[:, kept:] = fresh[:, kept:], rougher[:, kept:]
     metric = Metric.of(bench, mismatch)
-    cost = metric.cost(layout, structure, x, mismatch)
-    return Fit(structure, x, mismatch, slopes, rough, metric.weights, metric.white, cost)
+    return Fit(structure, x, mismatch, slopes, rough, metric.weights, metric.white)
 
 
 def quieted(bench: Bench, one: Fit, other: Fit) -> Floats:

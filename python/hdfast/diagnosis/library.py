@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 
 from hdfast.diagnosis.candidate import Candidate
-from hdfast.diagnosis.plant import Free
-from hdfast.terms import Term, terms
+from hdfast.diagnosis.shapes import in_drive, in_sensor, phase, positive, signed
 
 FRICTION = ("coulomb_friction", "stribeck_friction", "presliding_friction")
 SLOTS, MOST_DETENTS = (12.0, 24.0, 36.0), 9
@@ -68,78 +66,17 @@ def library(sizes: Sizes) -> list[Candidate]:
     return found + _sensors(sizes)
 
 
-def _one(
-    effect: str,
-    free: Iterable[Free],
-    *,
-    amplitude: str | None = None,
-    shape: str = "",
-    fixed: dict[str, float] | None = None,
-    waves: tuple[str, str] | None = None,
-    spans: tuple[str, ...] = (),
-    contains: tuple[str, ...] = (),
-    needs: tuple[str, ...] = (),
-    order: float | None = None,
-    stiffness: bool = False,
-) -> Candidate:
-    term = terms()[effect]
-
-    def own(name: str) -> str:
-        return f"{effect}_{name}"
-
-    named = tuple(_allowed(one, term, own(one.name)) for one in free)
-    taken = {one.name for one in named}
-    values = {p.name: p.default for p in term.parameters} | (fixed or {})
-    return Candidate(
-        effect=effect,
-        place=term.place,
-        terms=(effect,),
-        free=named,
-        amplitude=own(amplitude or term.amplitude),
-        fixed={own(name): value for name, value in values.items() if own(name) not in taken},
-        waves=None if waves is None else (own(waves[0]), own(waves[1])),
-        spans=tuple(own(name) for name in spans),
-        contains=contains,
-        needs=needs,
-        shape=shape,
-        order=(fixed or {}).get("order", order),
-        stiffness=stiffness,
-    )
-
-
-def _allowed(free: Free, term: Term, name: str) -> Free:
-    """A parameter of a term under its long name, within its allowed range."""
-    low, high = next(one.allowed for one in term.parameters if one.name == free.name)
-    return replace(free, name=name, low=max(low, free.low), high=min(high, free.high))
-
-
-def _positive(
-    name: str, value: float, unit: str, *, sigma: float = 2.0, low: float = 0.0, high: float = math.inf
-) -> Free:
-    return Free(name, value, sigma, True, unit, low, high)
-
-
-def _signed(
-    name: str, value: float, sigma: float, unit: str, *, low: float = -math.inf, high: float = math.inf
-) -> Free:
-    return Free(name, value, sigma, False, unit, low, high)
-
-
-def _phase(name: str) -> Free:
-    return Free(name, 0.0, 2.0 * math.pi, False, "rad")
-
-
 def _friction(s: Sizes) -> list[Candidate]:
     level = 0.2 * s.motor_torque
     found = [
-        _one("coulomb_friction", [_positive("T_c", level, "N m")]),
+        in_drive("coulomb_friction", [positive("T_c", level, "N m")]),
         *(
-            _one(
+            in_drive(
                 "stribeck_friction",
                 [
-                    _positive("T_c", level, "N m"),
-                    _positive("breakaway_ratio", 1.5, "1", sigma=0.3, low=1.0, high=5.0),
-                    _positive("omega_s", share * s.speed, "rad/s", sigma=0.7),
+                    positive("T_c", level, "N m"),
+                    positive("breakaway_ratio", 1.5, "1", sigma=0.3, low=1.0, high=5.0),
+                    positive("omega_s", share * s.speed, "rad/s", sigma=0.7),
                 ],
                 shape=f"omega_s = {share:g} of the top speed",
                 contains=("coulomb_friction",),
@@ -147,39 +84,39 @@ def _friction(s: Sizes) -> list[Candidate]:
             for share in (0.03, 0.1, 0.3)
         ),
         *(
-            _one(
+            in_drive(
                 "presliding_friction",
-                [_positive("T_c", level, "N m"), _positive("sigma_0", level / angle, "N m/rad", sigma=1.0)],
+                [positive("T_c", level, "N m"), positive("sigma_0", level / angle, "N m/rad", sigma=1.0)],
                 fixed={"breakaway_ratio": 1.0, "sigma_1": 0.0},
                 shape=f"{angle:g} rad of presliding",
                 contains=("coulomb_friction",),
             )
             for angle in (0.01, 0.1, 0.5)
         ),
-        _one(
+        in_drive(
             "asymmetric_friction",
-            [_signed("eps_c", 0.1, 0.5, "1"), _signed("eps_B", 0.1, 0.3, "1")],
+            [signed("eps_c", 0.1, 0.5, "1"), signed("eps_B", 0.1, 0.3, "1")],
             spans=("eps_c", "eps_B"),
             needs=FRICTION,
         ),
-        _one(
+        in_drive(
             "load_dependent_friction",
-            [_positive("c_drive", 0.1, "1", high=1.0), _positive("c_back", 0.1, "1", high=1.0)],
+            [positive("c_drive", 0.1, "1", high=1.0), positive("c_back", 0.1, "1", high=1.0)],
             spans=("c_drive", "c_back"),
         ),
         *(
-            _one(
+            in_drive(
                 "nonlinear_viscous",
-                [_positive("drag_torque", level * (100.0 / s.speed) ** power, "N m")],
+                [positive("drag_torque", level * (100.0 / s.speed) ** power, "N m")],
                 fixed={"drag_power": power},
                 shape=f"power {power:.3g}",
             )
             for power in (2.0 / 3.0, 2.0, 3.0)
         ),
         *(
-            _one(
+            in_drive(
                 "position_dependent_friction",
-                [_signed("friction_ripple", 0.15, 0.5, "1", low=0.0, high=1.5), _phase("psi")],
+                [signed("friction_ripple", 0.15, 0.5, "1", low=0.0, high=1.5), phase("psi")],
                 fixed={"order": order},
                 waves=("friction_ripple", "psi"),
                 needs=FRICTION,
@@ -190,22 +127,36 @@ def _friction(s: Sizes) -> list[Candidate]:
         ),
     ]
     if s.warm:
-        found.append(_one("thermal_viscous", [_signed("beta", 0.03, 0.05, "1/K")]))
+        found.append(in_drive("thermal_viscous", [signed("beta", 0.03, 0.05, "1/K")]))
     return found
+
+
+#: Effects that a drive without windup does not have.
+OF_THE_WINDUP = (
+    "hysteresis",
+    "viscoelastic",
+    "backlash",
+    "soft_windup",
+    "mesh_stiffness_variation",
+    "te_load_dependence",
+    "load_side_friction",
+    "load_compliance",
+    "base_compliance",
+)
 
 
 def _load(s: Sizes) -> list[Candidate]:
     torque = 0.2 * s.motor_torque * s.ratio
     found = [
-        _one(
+        in_drive(
             "gravity_unbalance",
-            [_positive("T_gravity", torque, "N m"), _phase("psi")],
+            [positive("T_gravity", torque, "N m"), phase("psi")],
             waves=("T_gravity", "psi"),
         ),
         *(
-            _one(
+            in_drive(
                 "external_periodic_torque",
-                [_positive("T_external", torque, "N m"), _phase("psi")],
+                [positive("T_external", torque, "N m"), phase("psi")],
                 fixed={"f_external": tone},
                 waves=("T_external", "psi"),
                 shape=f"{tone:.4g} Hz",
@@ -215,11 +166,11 @@ def _load(s: Sizes) -> list[Candidate]:
     ]
     if s.elastic:
         found += [
-            _one("load_side_friction", [_positive("T_cl", torque, "N m")]),
+            in_drive("load_side_friction", [positive("T_cl", torque, "N m")]),
             *(
-                _one(
+                in_drive(
                     "load_compliance",
-                    [_positive("K_c", s.stiffness * times, "N m/rad", high=STIFFEST * s.stiffness)],
+                    [positive("K_c", s.stiffness * times, "N m/rad", high=STIFFEST * s.stiffness)],
                     fixed={"payload_share": share},
                     stiffness=True,
                     shape=f"{times:g} times the gear's stiffness, {share:g} of the inertia",
@@ -228,9 +179,9 @@ def _load(s: Sizes) -> list[Candidate]:
                 for share in (0.8, 0.95)
             ),
             *(
-                _one(
+                in_drive(
                     "base_compliance",
-                    [_positive("k_b", s.stiffness * times, "N m/rad", high=STIFFEST * s.stiffness)],
+                    [positive("k_b", s.stiffness * times, "N m/rad", high=STIFFEST * s.stiffness)],
                     stiffness=True,
                     shape=f"{times:g} times the gear's stiffness",
                 )
@@ -242,23 +193,23 @@ def _load(s: Sizes) -> list[Candidate]:
 
 def _actuator(s: Sizes) -> list[Candidate]:
     return [
-        _one("actuator_lag", [_positive("tau_e", 0.05 / s.corner, "s", sigma=1.5)]),
-        _one("delay", [_positive("tau_d", 0.05 / s.corner, "s", sigma=1.5)]),
+        in_drive("actuator_lag", [positive("tau_e", 0.05 / s.corner, "s", sigma=1.5)]),
+        in_drive("delay", [positive("tau_d", 0.05 / s.corner, "s", sigma=1.5)]),
         *(
-            _one(
+            in_drive(
                 "torque_ripple",
-                [_positive(name, size, "1" if name.startswith("r_") else "N m", sigma=1.5), _phase(phase)],
+                [positive(name, size, "1" if name.startswith("r_") else "N m", sigma=1.5), phase(lag)],
                 amplitude=name,
                 fixed={
                     "pole_pairs": float(pairs),
                     **{other: 0.0 for other in ("r_2", "r_6", "tau_off") if other != name},
                 },
-                waves=(name, phase),
+                waves=(name, lag),
                 shape=f"order {order * pairs}",
                 order=float(order * pairs),
             )
             for pairs in (4, 5)
-            for name, phase, order, size in (
+            for name, lag, order, size in (
                 ("r_2", "psi_2", 2, 0.02),
                 ("r_6", "psi_6", 6, 0.02),
                 ("tau_off", "psi_1", 1, 0.02 * s.motor_torque),
@@ -284,8 +235,8 @@ def _lines(s: Sizes) -> list[Candidate]:
                 terms=(),
                 orders=(label,),
                 free=(
-                    _signed(f"te_cos_{label}", size, 20.0 * size, "rad"),
-                    _signed(f"te_sin_{label}", 0.0, 20.0 * size, "rad"),
+                    signed(f"te_cos_{label}", size, 20.0 * size, "rad"),
+                    signed(f"te_sin_{label}", 0.0, 20.0 * size, "rad"),
                 ),
                 amplitude=f"te_cos_{label}",
                 waves=(f"te_cos_{label}", f"te_sin_{label}"),
@@ -295,13 +246,13 @@ def _lines(s: Sizes) -> list[Candidate]:
         )
     size = 0.05 * s.motor_torque
     if s.detents is not None:
-        free = [_positive("T_cog_2", size, "N m"), _phase("psi_2")]
-        twice = _one("cogging", free, amplitude="T_cog_2", waves=("T_cog_2", "psi_2"), order=2.0 * s.detents)
+        free = [positive("T_cog_2", size, "N m"), phase("psi_2")]
+        twice = in_drive("cogging", free, amplitude="T_cog_2", waves=("T_cog_2", "psi_2"), order=2.0 * s.detents)
         found.append(replace(twice, terms=(), fixed={}, shape=f"order {2.0 * s.detents:.4g} beside its own"))
     return found + [
-        _one(
+        in_drive(
             "cogging",
-            [_positive("T_cog", size, "N m"), _phase("psi_1")],
+            [positive("T_cog", size, "N m"), phase("psi_1")],
             fixed={"order": order, "T_cog_2": 0.0},
             waves=("T_cog", "psi_1"),
             shape=f"order {order:.4g}",
@@ -317,38 +268,38 @@ def _mesh(s: Sizes) -> list[Candidate]:
     torque = 0.2 * s.motor_torque * s.ratio
     found = [
         *(
-            _one(
+            in_drive(
                 "hysteresis",
-                [_positive("T_h", torque, "N m"), _positive("phi_h", angle, "rad", sigma=0.7)],
+                [positive("T_h", torque, "N m"), positive("phi_h", angle, "rad", sigma=0.7)],
                 shape=f"over {angle:g} rad",
             )
             for angle in (5e-5, 2e-4, 8e-4)
         ),
         *(
-            _one(
+            in_drive(
                 "viscoelastic",
-                [_positive("K_v", 0.1 * s.stiffness, "N m/rad")],
+                [positive("K_v", 0.1 * s.stiffness, "N m/rad")],
                 fixed={"tau_short": time, "tau_long": 100.0 * time},
                 shape=f"{time:g} s",
             )
             for time in (0.03, 0.3)
         ),
         *(
-            _one("backlash", [_positive("half_gap", gap, "rad")], shape=f"gap of {2.0 * gap:.3g} rad")
+            in_drive("backlash", [positive("half_gap", gap, "rad")], shape=f"gap of {2.0 * gap:.3g} rad")
             for gap in (share * max(s.windup, 5e-6) for share in (0.02, 0.06, 0.2))
         ),
-        _one("soft_windup", [_positive("delta_K", 0.3 * s.stiffness, "N m/rad", high=0.95 * s.stiffness)]),
+        in_drive("soft_windup", [positive("delta_K", 0.3 * s.stiffness, "N m/rad", high=0.95 * s.stiffness)]),
         *(
-            _one(
+            in_drive(
                 "mesh_stiffness_variation",
-                [_positive(size, 0.05, "1", sigma=1.5, high=0.9), _phase(phase)],
+                [positive(size, 0.05, "1", sigma=1.5, high=0.9), phase(lag)],
                 amplitude=size,
                 fixed={other: 0.0 for other in ("eps_2", "eps_o") if other != size},
-                waves=(size, phase),
+                waves=(size, lag),
                 shape=shape,
                 order=order,
             )
-            for size, phase, shape, order in (
+            for size, lag, shape, order in (
                 ("eps_2", "psi_2", "order 2", 2.0),
                 ("eps_o", "psi_o", "once per load turn", 1.0 / s.ratio),
             )
@@ -356,9 +307,9 @@ def _mesh(s: Sizes) -> list[Candidate]:
     ]
     if s.loaded:
         found += [
-            _one(
+            in_drive(
                 "te_load_dependence",
-                [_signed("A_cos", 3e-7, 3e-6, "rad/(N m)"), _signed("A_sin", 0.0, 3e-6, "rad/(N m)")],
+                [signed("A_cos", 3e-7, 3e-6, "rad/(N m)"), signed("A_sin", 0.0, 3e-6, "rad/(N m)")],
                 fixed={"order": order},
                 waves=("A_cos", "A_sin"),
                 shape=f"order {order:.4g}",
@@ -374,47 +325,25 @@ def _sensors(s: Sizes) -> list[Candidate]:
     found = []
     for channel in s.channels:
         found += [
-            _sensed("sensor_delay", channel, [_positive("tau_y", time, "s", sigma=1.5)]),
-            _sensed("sensor_lowpass", channel, [_positive("tau_s", time, "s", sigma=1.5)]),
+            in_sensor("sensor_delay", channel, [positive("tau_y", time, "s", sigma=1.5)]),
+            in_sensor("sensor_lowpass", channel, [positive("tau_s", time, "s", sigma=1.5)]),
         ]
     if "load_angle" in s.channels:
         found += [
-            _sensed(
+            in_sensor(
                 "encoder_eccentricity",
                 "load_angle",
-                [_positive("eccentricity", 2e-6, "m", sigma=1.5), _phase("psi")],
+                [positive("eccentricity", 2e-6, "m", sigma=1.5), phase("psi")],
                 waves=("eccentricity", "psi"),
             ),
-            _sensed("clock_skew", "load_angle", [_signed("skew", 5e-5, 2e-4, "1")]),
-            _sensed("ratio_error", "load_angle", [_signed("ratio_error", 1e-4, 1e-3, "1")]),
-            _sensed("sensor_offset_drift", "load_angle", [_signed("drift", 0.1 * s.windup, s.windup, "rad/s")]),
+            in_sensor("clock_skew", "load_angle", [signed("skew", 5e-5, 2e-4, "1")]),
+            in_sensor("ratio_error", "load_angle", [signed("ratio_error", 1e-4, 1e-3, "1")]),
+            in_sensor("sensor_offset_drift", "load_angle", [signed("drift", 0.1 * s.windup, s.windup, "rad/s")]),
         ]
     if "output_torque" in s.channels:
         size = 0.01 * s.motor_torque * s.ratio
-        found.append(_sensed("sensor_offset_drift", "output_torque", [_signed("drift", size, 10.0 * size, "N m/s")]))
+        found.append(in_sensor("sensor_offset_drift", "output_torque", [signed("drift", size, 10.0 * size, "N m/s")]))
     return found
-
-
-def _sensed(effect: str, channel: str, free: Iterable[Free], *, waves: tuple[str, str] | None = None) -> Candidate:
-    term = terms()[effect]
-
-    def own(name: str) -> str:
-        return f"{channel}_{effect}_{name}"
-
-    named = tuple(_allowed(one, term, own(one.name)) for one in free)
-    amplitude = term.amplitude if own(term.amplitude) in {one.name for one in named} else "drift"
-    fixed = {own(p.name): 0.0 if p.name in ("offset", "clock_offset", "psi") else p.default for p in term.parameters}
-    return Candidate(
-        effect=effect,
-        place=term.place,
-        terms=(),
-        sensors=((effect, channel),),
-        free=named,
-        amplitude=own(amplitude),
-        fixed={name: value for name, value in fixed.items() if name not in {one.name for one in named}},
-        waves=None if waves is None else (own(waves[0]), own(waves[1])),
-        shape=f"on {channel}",
-    )
 
 
 def _distinct(values: Sequence[float], most: int) -> list[float]:

@@ -9,10 +9,12 @@ import numpy as np
 
 from hdfast.diagnosis.candidate import Candidate
 from hdfast.diagnosis.screen import Screen, Signature
+from hdfast.diagnosis.select import DRIFTS
 from hdfast.terms import terms
 
 SWALLOWED = 0.05
 POWER = 0.84
+SECOND = "needs a second recording: it drifts too slowly for one to tell"
 NEEDS_WINDUP = "needs the windup of the gear: record the load angle or the output torque"
 
 
@@ -35,13 +37,19 @@ class Limit:
     reason: str | None
 
 
-def limits(signatures: Sequence[Signature], seen: Screen) -> list[Limit]:
-    """The best shape of each effect of the library; what only refines an effect that is there is none."""
+def limits(signatures: Sequence[Signature], seen: Screen, recordings: int) -> list[Limit]:
+    """The best shape of each effect of the library; what only refines an effect that is there is none.
+
+    Args:
+        signatures: of the last round.
+        seen: its screen.
+        recordings: how many are fitted.
+    """
     best: dict[str, Limit] = {}
     for one in signatures:
         if one.candidate.refines:
             continue
-        limit = _limit(one, seen)
+        limit = _limit(one, seen, recordings)
         known = best.get(limit.effect)
         if known is None or _easier(limit, known, stiffness=one.candidate.stiffness):
             best[limit.effect] = limit
@@ -61,7 +69,7 @@ def without_windup(effects: Sequence[str]) -> list[Limit]:
     return [Limit(effect, 0.0, None, "", NEEDS_WINDUP) for effect in effects]
 
 
-def _limit(one: Signature, seen: Screen) -> Limit:
+def _limit(one: Signature, seen: Screen, recordings: int) -> Limit:
     candidate = one.candidate
     free = next(free for free in candidate.free if free.name == candidate.amplitude)
     size = max(abs(free.value), 1e-300)
@@ -74,7 +82,9 @@ def _limit(one: Signature, seen: Screen) -> Limit:
     if one.visibility < SWALLOWED:
         reason = f"{100.0 * (1.0 - one.visibility):.0f} % of it is swallowed by the drive's parameters"
     elif smallest is not None and not _plausible(candidate, smallest):
-        reason = "only amplitudes beyond the plausible would be seen"
+        reason = "only an implausibly large effect would be seen"
+    elif candidate.effect in DRIFTS and recordings == 1:
+        reason = SECOND
     return Limit(candidate.effect, one.visibility, smallest, free.unit, reason)
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.ndimage import median_filter
@@ -18,6 +18,7 @@ HIGHEST_ORDER = 64.0
 FEWEST_CYCLES = 4.0
 INSIDE = 0.85  # of the band: its edge looks like a line
 MOST = 10
+CELLS = 16.0  # per cycle of the highest line
 
 
 @dataclass(frozen=True)
@@ -45,18 +46,18 @@ def order_lines(bench: Bench, mismatch: Floats) -> list[Line]:
         turns = source.angle[bench.layout.sample[where]] / (2.0 * math.pi)
         speed = float(np.median(np.abs(source.speed[bench.layout.sample[where]]))) / (2.0 * math.pi)
         highest = min(HIGHEST_ORDER, INSIDE * bench.plant.band.of(channel) / max(speed, 1e-9))
-        found += _lines(turns, mismatch[where], highest)
+        found += [(unit, line) for line in _lines(turns, mismatch[where], highest)]
     return _merged(found)
 
 
 def torque_lines(bench: Bench) -> list[Line]:
     """Lines per motor revolution in the motor torque above the band of the motion, strongest first."""
     found = []
-    for unit in bench.plant.units:
+    for number, unit in enumerate(bench.plant.units):
         fast = float(np.quantile(np.abs(unit.speed), 0.9)) / (2.0 * math.pi)
         highest = min(HIGHEST_ORDER, INSIDE * bench.plant.band.sensed / max(fast, 1e-9))
         lines = _lines(unit.angle / (2.0 * math.pi), unit.beyond, highest)
-        found += [line for line in lines if line.position * fast > bench.plant.band.motion]
+        found += [(number, line) for line in lines if line.position * fast > bench.plant.band.motion]
     return _merged(found)
 
 
@@ -65,7 +66,8 @@ def tone_lines(bench: Bench, mismatch: Floats) -> list[Line]:
     found = []
     for unit, channel, where in bench.layout.pieces:
         t = bench.plant.units[unit].t[bench.layout.sample[where]]
-        found += _lines(t, mismatch[where], INSIDE * bench.plant.band.of(channel))
+        lines = _lines(t, mismatch[where], INSIDE * bench.plant.band.of(channel))
+        found += [(unit, line) for line in lines]
     return _merged(found)
 
 
@@ -86,9 +88,8 @@ def _lines(x: Floats, values: Floats, highest: float) -> list[Line]:
     span = float(np.ptp(x))
     if span <= 0.0 or highest * span < 2.0 * FEWEST_CYCLES:
         return []
-    width = 1.0 / (4.0 * highest)
-    cell = ((x - x.min()) / width).astype(np.int64)
-    sums = np.bincount(cell, values - values.mean())
+    width = 1.0 / (CELLS * highest)
+    sums = _spread((x - x.min()) / width, values - values.mean())
     count = 1 << (2 * len(sums) - 1).bit_length()
     power = np.abs(np.fft.rfft(sums, count)) ** 2
     position = np.arange(len(power)) / (count * width)
@@ -103,6 +104,15 @@ def _lines(x: Floats, values: Floats, highest: float) -> list[Line]:
     return [Line(_peak(position, power, j), float(ratio[j]), 1.0 / span) for j in strongest]
 
 
+def _spread(places: Floats, values: Floats) -> Floats:
+    """Values (n,) summed in the cells on both sides of their places, in shares: a whole cell would mirror lines."""
+    cell = places.astype(np.int64)
+    share = places - cell
+    return np.asarray(
+        np.bincount(np.concatenate([cell, cell + 1]), np.concatenate([(1.0 - share) * values, share * values]))
+    )
+
+
 def _peak(position: Floats, power: Floats, j: int) -> float:
     """Vertex of the parabola through a peak and its neighbours."""
     left, middle, right = np.sqrt(power[j - 1 : j + 2])
@@ -111,18 +121,23 @@ def _peak(position: Floats, power: Floats, j: int) -> float:
     return float(position[j] + shift * (position[1] - position[0]))
 
 
-def _merged(found: Sequence[Line]) -> list[Line]:
-    """One line of several recordings that agree within their resolutions; the sharpest says where it is."""
-    groups: list[list[Line]] = []
-    for line in sorted(found, key=lambda one: one.resolution):
+def _merged(found: Sequence[tuple[int, Line]]) -> list[Line]:
+    """One line of several (recording, line) that agree within their resolutions; the sharpest says where it is."""
+    groups: list[list[tuple[int, Line]]] = []
+    for owner, line in sorted(found, key=lambda one: one[1].resolution):
         for group in groups:
-            if abs(group[0].position - line.position) <= max(group[0].resolution, line.resolution):
-                group.append(line)
+            sharpest = group[0][1]
+            if abs(sharpest.position - line.position) <= max(sharpest.resolution, line.resolution):
+                group.append((owner, line))
                 break
         else:
-            groups.append([line])
+            groups.append([(owner, line)])
     merged = [
-        Line(group[0].position, sum(one.prominence for one in group), group[0].resolution, len(group))
+        replace(
+            group[0][1],
+            prominence=sum(line.prominence for _, line in group),
+            recordings=len({owner for owner, _ in group}),
+        )
         for group in groups
     ]
     return sorted(merged, key=lambda one: -one.prominence)[:MOST]

@@ -149,11 +149,12 @@ def _windows(bench: Bench, telling: Floats) -> tuple[tuple[float, float, str], .
             break
         kept += loud[place]
         chosen.append(place)
-    found: list[tuple[float, float, str]] = []
+    found: list[tuple[int, float, float]] = []
     for number, index in sorted(chosen):
         unit = bench.plant.units[number]
         begin, end = unit.offset + index * CELL_S, unit.offset + (index + 1) * CELL_S
-        if found and found[-1][2] == unit.name and begin - found[-1][1] <= JOIN_S:
-            begin = found.pop()[0]
-        found.append((round(begin, 4), round(end, 4), unit.name))
-    return tuple(sorted(found, key=lambda window: (window[2], window[0])))
+        if found and found[-1][0] == number and begin - found[-1][2] <= JOIN_S:
+            begin = found.pop()[1]
+        found.append((number, round(begin, 4), round(end, 4)))
+    named = [(begin, end, bench.plant.units[number].name) for number, begin, end in found]
+    return tuple(sorted(named, key=lambda window: (window[2], window[0])))

@@ -63,7 +63,7 @@ class Manoeuvre:
     Attributes:
         kind: where it comes from.
         segments: one after another.
-        start: motor angle at its begin [rad].
+        start: motor angle at its beginning [rad].
     """
 
     kind: str

@@ -10,6 +10,7 @@ from hdfast.diagnosis.evidence import Layout
 from hdfast.diagnosis.fit import Fit
 from hdfast.diagnosis.plant import NUISANCE
 
+FAR = 3.0
 MOVED_SIGMAS = 2.0
 MOVED_SHARE = 0.02
 
@@ -40,7 +41,7 @@ def masked(before: Fit, after: Fit, layout: Layout) -> list[Masked]:
     return found
 
 
-def pulled(fitted: Fit, sigmas: float = 3.0) -> list[str]:
-    """Parameters that the recordings drag away from their priors."""
-    pull = np.abs(fitted.coordinates - fitted.structure.start) / fitted.structure.sigma
-    return [name for name, own in zip(fitted.structure.names, pull, strict=True) if own > sigmas]
+def pulled(fitted: Fit) -> list[str]:
+    """Parameters of the drive that the recordings drag away from their priors."""
+    far = dict(zip(fitted.structure.names, fitted.pulls > FAR, strict=True))
+    return [name for name, own in far.items() if own and name not in NUISANCE]

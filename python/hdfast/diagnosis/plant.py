@@ -137,6 +137,11 @@ class Plant:
     threads: int | None = field(default=None)
 
     @cached_property
+    def torque_spread(self) -> float:
+        """Standard deviation of the recorded motor torque, median over the recordings [N m]."""
+        return float(np.median([np.std(unit.measured[TORQUE]) for unit in self.units]))
+
+    @cached_property
     def _asked(self) -> list[Floats]:
         """Torque that each unit's actuator is asked for, as simulated signals are seen [N m], per unit (n,)."""
         return [self.band.simulated(np.interp(unit.fine, unit.t, unit.command), TORQUE) for unit in self.units]

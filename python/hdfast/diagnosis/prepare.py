@@ -18,7 +18,7 @@ from hdfast.scenario import Scenario
 
 Mask = NDArray[np.bool_]
 
-HIGHEST_RATE = 500.0
+HIGHEST_RATE, CLOCK = 500.0, 0.01
 FINE = 4
 MOST_SAMPLES = 40_000
 PASS_SHARE = 0.4
@@ -33,6 +33,7 @@ LEAD_IN = 0.25
 AT_REST, RESTING = 0.02, 0.02
 SLOWEST_SHARE, SLOWEST = 0.005, 1e-9
 MARGIN, REVERSED = 3.0, 1.5
+CONSTANT = 1e-9
 
 
 @dataclass(frozen=True)
@@ -161,19 +162,26 @@ class Source:
     good: Mask
 
 
+def fitted(sources: Sequence[Source]) -> list[Source]:
+    """Those that are not held out."""
+    return [source for source in sources if source.role == "fit"]
+
+
 def choose_band(sources: Sequence[Source], inertia: float) -> Band:
     """The widest band of motion in which the angle's noise disturbs the inertia torque by less than its share.
 
     It ends where that disturbance would drown the torque's own noise: beyond, a smaller inertia would always seem
     better. Noise is that of the resolution, or what a signal shows near the top of its spectrum, where nothing moves.
+    The slowest clock sets the rate of all, what is fitted the rest.
 
     Args:
         sources: recordings of the campaign.
         inertia: total inertia at the motor [kg m^2].
     """
     rate = min(1.0 / np.median(np.diff(source.recording["t"])) for source in sources)
+    sources = fitted(sources)
     total = sum(float(np.ptp(source.recording["t"])) for source in sources)
-    working = rate / max(1, math.ceil(max(rate / HIGHEST_RATE, rate * total / MOST_SAMPLES)))
+    working = rate / max(1, math.ceil(max(rate / HIGHEST_RATE, rate * total / MOST_SAMPLES) - CLOCK))
     torque = float(np.median([np.nanstd(source.recording["motor_torque"]) for source in sources]))
     noise = {
         name: max(_noise(source.recording["t"], source.recording[name]) for source in sources)
@@ -214,17 +222,18 @@ def prepare(source: Source, band: Band, ratio: float) -> Unit:
     clock = recording["t"] - recording["t"][0]
     step = float(np.median(np.diff(clock)))
     fine = np.arange(0.0, clock[-1] + 0.5 * step, step)
-    stride = max(1, round(1.0 / (step * band.rate)))
     rate = 1.0 / step
+    stride = max(1, round(rate / band.rate))
+    alike = abs(rate / (stride * band.rate) - 1.0) <= CLOCK
+    t = fine[::stride] if alike else np.arange(0.0, fine[-1], 1.0 / band.rate)
 
     def bring(values: Floats, corner: float = band.motion) -> Floats:
         known = np.isfinite(values)
         even = np.interp(fine, clock[known], values[known])
         if corner < PASS_SHARE * rate:
             even = _passed(even, corner, rate)
-        return np.ascontiguousarray(even[::stride])
+        return np.ascontiguousarray(even[::stride] if alike else np.interp(t, fine, even))
 
-    t = fine[::stride]
     angle = bring(recording["motor_angle"])
     spline = CubicSpline(t, angle)
     speed, acceleration = spline(t, 1), spline(t, 2)
@@ -235,14 +244,17 @@ def prepare(source: Source, band: Band, ratio: float) -> Unit:
         measured["output_torque"] = bring(recording["output_torque"], band.of("output_torque"))
     load = bring(recording["load_torque"]) if "load_torque" in recording else np.zeros_like(t)
     command = band.quiet(measured["motor_torque"])
-    usable = _usable(source, clock, t, band)
+    usable = _usable(source.good, clock, t, band)
     slowest = _slowest(clock, recording["motor_angle"], speed, band)
     turning = np.diff(np.sign(speed), prepend=np.sign(speed[0]), append=np.sign(speed[-1])) != 0.0
     moving = (np.abs(speed) > slowest) & ~turning[1:] & ~turning[:-1]
     judged = {"motor_torque": usable & _eroded(moving, round(REVERSED * band.rate / band.motion))}
     resting = bool(np.all(np.abs(speed[t <= AT_REST]) <= min(slowest, RESTING * np.max(np.abs(speed)))))
-    settled = usable & (resting | (t >= min(LEAD_IN, 0.1 * t[-1])))
-    judged |= {channel: settled for channel in measured if channel != "motor_torque"}
+    settled = resting | (t >= min(LEAD_IN, 0.1 * t[-1]))
+    for channel, column in (("te", "load_angle"), ("output_torque", "output_torque")):
+        if channel in measured:
+            judged[channel] = settled & _usable(source.good & np.isfinite(recording[column]), clock, t, band)
+    judged = {channel: mask & _varies(measured[channel]) for channel, mask in judged.items()}
     return Unit(
         name=source.name,
         role=source.role,
@@ -303,18 +315,22 @@ def _slowest(clock: Floats, angle: Floats, speed: Floats, band: Band) -> float:
 
 def _eroded(mask: Mask, width: int) -> Mask:
     """`mask` without the samples closer than `width` to a gap in it."""
-    kernel = np.ones(2 * width + 1)
-    outside: Floats = np.convolve(~mask, kernel, mode="same")
+    outside: Floats = np.convolve(~mask, np.ones(2 * width + 1))[width : width + len(mask)]
     inside: Mask = outside < 0.5
     return inside
 
 
-def _usable(source: Source, clock: Floats, t: Floats, band: Band) -> Mask:
-    """Samples away from gaps, from samples the health checks rejected, and from both ends."""
+def _varies(values: Floats) -> bool:
+    """Whether a channel is not dead."""
+    return bool(np.ptp(values) > CONSTANT * np.max(np.abs(values)))
+
+
+def _usable(good: Mask, clock: Floats, t: Floats, band: Band) -> Mask:
+    """Times (n,) away from gaps of a clock (m,), from its samples that are not good (m,), and from both ends."""
     margin = MARGIN / band.motion
     spans = np.diff(clock)
     wide = np.flatnonzero(spans > 1.5 * np.median(spans) + 1.0 / band.rate)
-    bad = [(clock[i], clock[i + 1]) for i in wide] + [(time, time) for time in clock[~source.good]]
+    bad = [(clock[i], clock[i + 1]) for i in wide] + [(time, time) for time in clock[~good]]
     usable: Mask = (t >= margin) & (t <= t[-1] - margin)
     for begin, end in bad:
         usable &= (t < begin - margin) | (t > end + margin)

@@ -9,8 +9,10 @@ from typing import Any
 
 import numpy as np
 
+from hdfast.checks import Floats
 from hdfast.diagnosis.evidence import Index
 from hdfast.diagnosis.fit import Bench, Fit, fit
+from hdfast.diagnosis.plant import Structure
 from hdfast.diagnosis.score import Gain, folds_near, gain, nrmse, weights_of
 from hdfast.diagnosis.screen import Signature
 from hdfast.diagnosis.select import Round, Search, Trial, special, without
@@ -93,11 +95,10 @@ def stand(
         if trial.candidate.refines:
             continue
         seen = next(one for one in search.rounds if one.accepted is trial)
-        reduced, here = without(search.final, _owned(trial))
-        lesser = fit(bench, reduced, here)
+        lesser = fit(bench, *_less(search, trial))
         rivals = [
             _compare(bench, search.final, other, lesser, trial, seen, folds, rng)
-            for other in _challengers(trial, seen, names)
+            for other in _challengers(trial, seen, names, lesser)
         ]
         rivals.sort(key=lambda rival: -rival.weight)
         name = trial.candidate.effect
@@ -124,13 +125,23 @@ def confidence(weights: Sequence[float], evidence: float) -> float:
     return (1.0 - UNKNOWN_FLOOR) * (1.0 - math.exp(-max(evidence, 0.0) / THIN)) / (1.0 + odds)
 
 
-def _owned(trial: Trial) -> list[str]:
-    """What to take out of the structure to be without an effect: terms, orders of the kinematic error, sensors."""
-    sensors = [f"{channel}_{effect}" for effect, channel in trial.candidate.sensors]
-    return [*trial.candidate.terms, *trial.candidate.orders, *sensors]
+def _less(search: Search, trial: Trial) -> tuple[Structure, Floats]:
+    """The final structure and coordinates without an effect; a declared special case that it replaced comes back."""
+    own = trial.candidate
+    sensors = [f"{channel}_{effect}" for effect, channel in own.sensors]
+    reduced, here = without(search.final, [*own.terms, *own.orders, *sensors])
+    declared = search.rounds[0].before
+    lost = tuple(term for term in declared.structure.model.terms if term in own.contains)
+    if not lost:
+        return reduced, here
+    prefixes = tuple(f"{term}_" for term in lost)
+    fixed = {name: value for name, value in declared.structure.fixed.items() if name.startswith(prefixes)}
+    back = [j for j, free in enumerate(declared.structure.free) if free.name.startswith(prefixes)]
+    free = [declared.structure.free[j] for j in back]
+    return reduced.with_terms(lost, (), (), fixed, free), np.concatenate([here, declared.coordinates[back]])
 
 
-def _challengers(trial: Trial, seen: Round, names: set[str]) -> list[Trial]:
+def _challengers(trial: Trial, seen: Round, names: set[str], lesser: Fit) -> list[Trial]:
     """The best other effects of the round that are neither special cases, nor generalisations, nor accepted as well.
 
     One whose gain or amplitude is uncertain may still be what it was. One that looks like something else entirely does
@@ -144,6 +155,7 @@ def _challengers(trial: Trial, seen: Round, names: set[str]) -> list[Trial]:
         and one.candidate.effect not in own.contains
         and own.effect not in one.candidate.contains
         and all(rule.startswith(UNCERTAIN) for rule in one.failed)
+        and one.candidate.fits_into(lesser.structure)
         and alike(_signature(seen, trial), _signature(seen, one)) > BESIDE
     ]
     return sorted(others, key=lambda one: -one.gain.total)[:MOST_RIVALS]
@@ -159,14 +171,11 @@ def _compare(
     folds: Index,
     rng: np.random.Generator,
 ) -> Rival:
-    structure = other.candidate.added_to(lesser.structure)
-    begin = [float(one.coordinate(one.value)) for one in other.candidate.free]
-    known = other.fit.structure.names
-    begin = [
-        float(other.fit.coordinates[known.index(one.name)]) if one.name in known else value
-        for one, value in zip(other.candidate.free, begin, strict=True)
-    ]
-    substitute = fit(bench, structure, np.concatenate([lesser.coordinates, begin]))
+    contained = [term for term in lesser.structure.model.terms if term in other.candidate.contains]
+    reduced, here = without(lesser, contained)
+    found = dict(zip(other.fit.structure.names, other.fit.coordinates.tolist(), strict=True))
+    begin = [found.get(one.name, float(one.coordinate(one.value))) for one in other.candidate.free]
+    substitute = fit(bench, other.candidate.added_to(reduced), np.concatenate([here, begin]))
     lead = gain(bench, final, substitute, folds)
     none = Gain(np.zeros_like(lead.by_block), lead.nrmse)
     weight = float(weights_of([lead, none], rng)[1])

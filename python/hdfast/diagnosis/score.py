@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Hashable, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -48,7 +48,8 @@ class Gain:
 
     def over(self, owner: Index) -> Gain:
         """The same with the blocks (B,) of an owner counted as one: what drifts slowly is alike in all of them."""
-        return Gain(np.bincount(owner, self.by_block).astype(np.float64), self.nrmse, self.fall)
+        _, present = np.unique(owner, return_inverse=True)
+        return Gain(np.bincount(present, self.by_block).astype(np.float64), self.nrmse, self.fall)
 
     @property
     def limited(self) -> float:
@@ -64,7 +65,7 @@ class Gain:
     @property
     def ratio(self) -> float:
         """Limited sum in standard errors."""
-        return self.limited / max(self.limited_error, 1e-9 + 0.05 * CONVINCING)
+        return self.limited / max(self.limited_error, 0.05 * CONVINCING)
 
     @property
     def spared(self) -> float:
@@ -90,12 +91,12 @@ def folds_near(bench: Bench, error: float, floor: float) -> Index:
 
 def groups(plant: Plant, layout: Layout) -> Index:
     """Fold of every stacked sample: whole groups, else whole recordings, else stretches of blocks."""
-    names = [unit.group for unit in plant.units]
-    if len(set(names)) < FEWEST_GROUPS:
-        names = [unit.name for unit in plant.units]
-    if len(set(names)) >= FEWEST_GROUPS:
-        labels = {name: number % max(FOLDS, FEWEST_GROUPS) for number, name in enumerate(dict.fromkeys(names))}
-        return np.array([labels[name] for name in names])[layout.unit]
+    owners: list[Hashable] = [unit.group for unit in plant.units]
+    if len(set(owners)) < FEWEST_GROUPS:
+        owners = list(range(len(plant.units)))
+    if len(set(owners)) >= FEWEST_GROUPS:
+        labels = {owner: number % FOLDS for number, owner in enumerate(dict.fromkeys(owners))}
+        return np.array([labels[owner] for owner in owners])[layout.unit]
     return layout.block * FOLDS // max(layout.blocks, 1)
 
 

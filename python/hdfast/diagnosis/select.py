@@ -9,10 +9,11 @@ from operator import attrgetter
 import numpy as np
 
 from hdfast.checks import Floats
-from hdfast.diagnosis.candidate import LEAST, Candidate
+from hdfast.diagnosis.candidate import Candidate
 from hdfast.diagnosis.changes import attentive, changes
 from hdfast.diagnosis.evidence import Index
 from hdfast.diagnosis.fit import Bench, Fit, Metric, fit
+from hdfast.diagnosis.masking import FAR
 from hdfast.diagnosis.plant import Structure
 from hdfast.diagnosis.resolution import unresolved
 from hdfast.diagnosis.score import NEAR_NOISE, Gain, folds_near, gain, nrmse
@@ -27,7 +28,7 @@ GAIN_ERRORS, SPARED = 2.0, 4.0
 FALL = 0.05
 NEAR_FLOOR = 1.3
 AMPLITUDE_SIGMAS = 2.0
-PULL, PRICE = 3.0, 0.2
+PRICE = 0.2
 GENERAL_ERRORS, GENERAL_FALL = 3.0, 0.10
 DISPLACED = 2.0
 RISE, TELLING, CERTAIN = 0.01, 8.0, 30.0
@@ -165,7 +166,9 @@ def _possible(candidate: Candidate, accepted: Sequence[Trial], current: Fit) -> 
         return False
     if candidate.needs and not present & set(candidate.needs):
         return False
-    return not any(candidate.effect in trial.candidate.contains for trial in accepted)
+    if any(candidate.effect in trial.candidate.contains for trial in accepted):
+        return False
+    return candidate.fits_into(structure)
 
 
 def _shortlist(found: Sequence[Signature], seen: Screen) -> list[list[Signature]]:
@@ -244,11 +247,9 @@ def _starts(bench: Bench, structure: Structure, current: Fit, here: Floats, alik
 def _sized(signature: Signature) -> list[tuple[Candidate, Floats]]:
     """The candidate at several amplitudes, with the shares (d,) of its signatures."""
     candidate = signature.candidate
-    shares = np.maximum(signature.shares, LEAST) if candidate.bends else signature.shares
-    first = np.eye(len(shares))[0]
-    return [(candidate.started(signature.shares), shares)] + [
-        (candidate.scaled(times), times * first) for times in AMPLITUDES
-    ]
+    shares = candidate.possible(signature.shares)
+    typical = np.ones(len(shares)) if candidate.spans else np.eye(len(shares))[0]
+    return [(candidate.started(shares), shares)] + [(candidate.scaled(times), times * typical) for times in AMPLITUDES]
 
 
 def without(current: Fit, parts: Sequence[str]) -> tuple[Structure, Floats]:
@@ -321,12 +322,10 @@ def _at_bounds(candidate: Candidate, fitted: Fit) -> list[str]:
 
 def _strained(joint: Fit, current: Fit, gained: Gain) -> list[str]:
     """Parameters far from what is known of them: the effect's own, and others that it pulls there for a small gain."""
-    pulls = np.abs(joint.coordinates - joint.structure.start) / joint.structure.sigma
-    before = np.abs(current.coordinates - current.structure.start) / current.structure.sigma
-    known = dict(zip(current.structure.names, before, strict=True))
+    known = dict(zip(current.structure.names, current.pulls, strict=True))
     strained = []
-    for name, pull in zip(joint.structure.names, pulls, strict=True):
-        far = pull > max(PULL, known.get(name, 0.0) + 0.5)
+    for name, pull in zip(joint.structure.names, joint.pulls, strict=True):
+        far = pull > max(FAR, known.get(name, 0.0) + 0.5)
         if far and (name not in known or 0.5 * (pull**2 - known[name] ** 2) > PRICE * gained.total):
             strained.append(name)
     return strained

@@ -16,7 +16,7 @@ from hdfast.diagnosis.library import Sizes, library
 from hdfast.diagnosis.lines import order_lines, several, snapped, tone_lines
 from hdfast.diagnosis.noise import floors, stated
 from hdfast.diagnosis.plant import Plant, Structure
-from hdfast.diagnosis.prepare import Source, choose_band, prepare
+from hdfast.diagnosis.prepare import Source, choose_band, fitted, prepare
 from hdfast.diagnosis.score import groups
 from hdfast.diagnosis.select import Rules, Search, search
 from hdfast.diagnosis.stages import Stages
@@ -31,6 +31,7 @@ LAST_SHARE = 0.3
 MOST_LINES = 6
 LESS = "for the proof, which proves less than recordings of another day"
 NOTHING_HELD = "no recording is held out"
+NOTHING_LEFT = "none of the recordings that are held out can be used"
 UNPROVEN = "nothing is proven on other recordings: no sample of what is held out can be judged"
 
 
@@ -71,6 +72,7 @@ class Setup:
         held: the recordings kept for the proof, or None.
         weaker: sentence that says how held-out data were made when the campaign names none.
         period: between the samples of the slowest recording [s].
+        warnings: what the health checks want to be mended or kept in mind.
     """
 
     campaign: Campaign
@@ -78,6 +80,7 @@ class Setup:
     held: Bench | None = field(repr=False)
     weaker: str | None
     period: float
+    warnings: Sequence[str] = ()
 
 
 def usable(health: Health) -> list[Source]:
@@ -102,23 +105,22 @@ def set_up(campaign: Campaign, sources: Sequence[Source], threads: int | None) -
     """
     ratio = campaign.priors["ratio"].value
     inertia = campaign.priors["J_m"].value + campaign.priors["J_l"].value / ratio**2
-    sources, weaker = with_heldout(sources)
-    if weaker and any(one.role == "heldout" for one in campaign.recordings):
-        weaker = weaker.replace(NOTHING_HELD, "none of the recordings that are held out can be used")
-    band = choose_band([source for source in sources if source.role == "fit"], inertia)
+    named = any(one.role == "heldout" for one in campaign.recordings)
+    sources, weaker = with_heldout(sources, NOTHING_LEFT if named else NOTHING_HELD)
+    band = choose_band(sources, inertia)
     units = [prepare(source, band, ratio) for source in sources]
     channels = list(dict.fromkeys(channel for unit in units if unit.role == "fit" for channel in unit.measured))
+    floor = floors(fitted(sources), channels, band, campaign.sensors, ratio, inertia)
+    noise = stated(channels, campaign.sensors, ratio, floor)
 
     def bench(role: str) -> Bench:
         plant = Plant([unit.seen_on(channels) for unit in units if unit.role == role], channels, band, threads)
-        floor = floors(sources, plant.channels, band, campaign.sensors, ratio, inertia)
-        noise = stated(plant.channels, campaign.sensors, ratio, floor)
         return Bench(plant, lay_out(plant, noise), floor, noise)
 
-    fitted = bench("fit")
-    if not fitted.layout.size:
+    judged = bench("fit")
+    if not judged.layout.size:
         raise InputError(
-            f"{', '.join(unit.name for unit in fitted.plant.units)}: no sample can be judged: near standstill and near "
+            f"{', '.join(unit.name for unit in judged.plant.units)}: no sample can be judged: near standstill and near "
             f"reversals nothing is, and with the band of {band.motion:.3g} Hz that clock and noise of the angle leave, "
             "that is all of the motion; record longer strokes, or with a faster clock"
         )
@@ -126,7 +128,7 @@ def set_up(campaign: Campaign, sources: Sequence[Source], threads: int | None) -
     if held is not None and not held.layout.size:
         held, weaker = None, UNPROVEN
     period = max(float(np.median(np.diff(source.recording["t"]))) for source in sources)
-    return Setup(campaign, fitted, held, weaker, period)
+    return Setup(campaign, judged, held, weaker, period)
 
 
 def set_up_usable(campaign: Campaign, threads: int | None) -> Setup:
@@ -138,14 +140,12 @@ def set_up_usable(campaign: Campaign, threads: int | None) -> Setup:
     health = check(campaign)
     if not health.usable:
         raise InputError(health.complaint)
-    return set_up(campaign, usable(health), threads)
+    return replace(set_up(campaign, usable(health), threads), warnings=health.warnings)
 
 
 def nominal(setup: Setup) -> Structure:
     """The model of the campaign with what its priors leave open."""
-    units = setup.bench.plant.units
-    spread = float(np.median([np.std(unit.measured["motor_torque"]) for unit in units]))
-    return baseline(setup.campaign, spread, setup.period)
+    return baseline(setup.campaign, setup.bench.plant.torque_spread, setup.period)
 
 
 def run(campaign: Campaign, sources: Sequence[Source], seed: int, threads: int | None, stages: Stages) -> Session:
@@ -222,7 +222,7 @@ def candidates(bench: Bench, current: Fit, ratio: float) -> list[Candidate]:
     least = several(bench)
     tones = [line.position for line in tone_lines(bench, current.mismatch) if line.recordings >= least]
     sizes = Sizes(
-        motor_torque=float(np.median([np.std(unit.measured["motor_torque"]) for unit in units])),
+        motor_torque=bench.plant.torque_spread,
         speed=max(float(np.abs(unit.speed).max()) for unit in units),
         stiffness=current.stiffness if model.base == "two_inertia" else STIFF,
         ratio=ratio,
@@ -240,23 +240,23 @@ def candidates(bench: Bench, current: Fit, ratio: float) -> list[Candidate]:
     return library(sizes)
 
 
-def with_heldout(sources: Sequence[Source]) -> tuple[list[Source], str | None]:
-    """The sources with something held out, and a sentence where the campaign itself names nothing."""
+def with_heldout(sources: Sequence[Source], reason: str = NOTHING_HELD) -> tuple[list[Source], str | None]:
+    """The sources with something held out, and a sentence that begins with a reason where none is named or left."""
     if any(source.role == "heldout" for source in sources):
         return list(sources), None
     groups = list(dict.fromkeys(source.group for source in sources))
     if len(groups) >= 3:
         kept = [replace(one, role="heldout") if one.group == groups[-1] else one for one in sources]
-        return kept, f"{NOTHING_HELD}: group {groups[-1]} was set aside {LESS}"
+        return kept, f"{reason}: group {groups[-1]} was set aside {LESS}"
     cut = []
     for source in sources:
         t = source.recording["t"]
         edge = t[0] + (1.0 - LAST_SHARE) * (t[-1] - t[0])
         guard = GUARD * (t[-1] - t[0])
         cut += [_part(source, t < edge - guard, "fit"), _part(source, t >= edge, "heldout")]
-    return cut, f"{NOTHING_HELD}: the last 30 % of each were set aside {LESS}"
+    return cut, f"{reason}: the last {100 * LAST_SHARE:.0f} % of each were set aside {LESS}"
 
 
 def _part(source: Source, rows: np.ndarray, role: str) -> Source:
-    columns = {name: values[rows] for name, values in source.recording.items()}
+    columns = {name: own for name, values in source.recording.items() if np.isfinite(own := values[rows]).any()}
     return Source(source.name, columns, role, source.group, source.good[rows])

@@ -202,4 +202,4 @@ def _augmented(bench: Bench, heard: Fit, columns: Floats) -> Fit:
         score = A.T @ (share * r) - precision * (start - structure.start)
         step = np.asarray(np.linalg.solve(information, score), dtype=np.float64)
     mismatch = heard.mismatch - (slopes + rough) @ step
-    return Fit(structure, start + step, mismatch, slopes, rough, heard.weights, heard.white, np.nan)
+    return Fit(structure, start + step, mismatch, slopes, rough, heard.weights, heard.white)

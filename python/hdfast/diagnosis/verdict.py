@@ -11,6 +11,7 @@ import numpy as np
 from hdfast.diagnosis.experiment import NOTHING, Contest, Experiment, propose
 from hdfast.diagnosis.fit import Fit
 from hdfast.diagnosis.holdout import Proof
+from hdfast.diagnosis.library import OF_THE_WINDUP
 from hdfast.diagnosis.limits import Limit, limits, without_windup
 from hdfast.diagnosis.locate import Where, locate
 from hdfast.diagnosis.masking import Masked, masked
@@ -22,7 +23,6 @@ from hdfast.diagnosis.unknown import Unknown, describe
 
 NAMED = ("no_evidence", "found", "undecided", "depends_on", "sensor", "not_reproducible", "data_rejected")
 PASTS = {"none": "", "rate_independent": " and on its path", "fading": " and on its recent past"}
-OF_THE_WINDUP = ("hysteresis", "viscoelastic", "backlash", "soft_windup", "mesh_stiffness_variation", "load_compliance")
 
 
 @dataclass(frozen=True, eq=False)
@@ -120,7 +120,10 @@ def conclude(session: Session, seed: int) -> Verdict:
         **vars(claim),
         where=locate(bench, baseline, extended, [one.order for one in taken if one.order is not None]),
         masked=masked(baseline, extended, bench.layout) if extended is not baseline else (),
-        limits=[*limits(last.signatures, last.screen), *(without_windup(OF_THE_WINDUP) if rigid else [])],
+        limits=[
+            *limits(last.signatures, last.screen, len(bench.plant.units)),
+            *(without_windup(OF_THE_WINDUP) if rigid else []),
+        ],
         experiment=None if contest is None else propose(bench, contest, np.random.default_rng([seed, 3])),
     )
 
@@ -147,7 +150,7 @@ def _decide(
     if close:
         reason = f"{leading.name} looks like {close[0].effect} on these recordings"
         return "undecided", reason, Contest((leading.name, close[0].effect), (search.final, close[0].fit))
-    if all(one.trial.candidate.place == "sensor" for one in standings):
+    if all(one.trial.candidate.place == "sensor" for one in standings if one.probability >= SURE):
         return "sensor", "", None
     return "found", "", None
 

@@ -16,6 +16,7 @@ from hdfast.health import (
     timing,
     torque_sign,
     units,
+    wrapping,
 )
 from hdfast.health.repeats import repeats
 from hdfast.health.result import Health, RecordingHealth
@@ -37,7 +38,7 @@ ON_EACH: tuple[Callable[[Subject], None], ...] = (
 def check(campaign: Campaign) -> Health:
     """Examine every recording of a campaign; nothing is changed, and one rejected recording does not reject the others.
 
-    A recording whose columns or time cannot be used is not examined further.
+    A recording whose columns, time or angles cannot be used is not examined further.
     """
     subjects = [Subject(campaign, recording) for recording in campaign.recordings]
     for subject in subjects:
@@ -46,6 +47,8 @@ def check(campaign: Campaign) -> Health:
             timing.check(subject)
         if not subject.rejected:
             columns.together(subject)
+        if not subject.rejected:
+            wrapping.check(subject)
     readable = [subject for subject in subjects if not subject.rejected]
     for subject in readable:
         for examine in ON_EACH:

@@ -6,9 +6,9 @@ import numpy as np
 
 from hdfast.health.finding import NOTE, REJECT, WARNING
 from hdfast.health.subject import REQUIRED, Subject
-from hdfast.recordings import COLUMNS
 
 NAME = "columns"
+EXAMPLE = 'motor_angle = { name = "angle_deg", scale = 0.0174533 }'
 FEWEST_FINITE = 0.5
 FEWEST = 8
 
@@ -16,17 +16,15 @@ FEWEST = 8
 def check(subject: Subject) -> None:
     """Reject a recording without a required column or with less than half of one; count what is missing elsewhere."""
     recording = subject.recording
-    for name in REQUIRED:
-        if name not in recording:
-            unit = COLUMNS[name][0]
-            found = ", ".join(recording) or "none"
-            subject.find(
-                NAME, REJECT, f"column {name} [{unit}] is missing (found: {found}); name it in [columns] {name}"
-            )
+    absent = ", ".join(name for name in REQUIRED if name not in recording)
+    if absent:
+        there = f"no column for {absent} (the file has: {recording.listing})"
+        subject.find(NAME, REJECT, f"{there}; name it in [columns], as in  {EXAMPLE}")
     for name in recording:
         share = float(np.mean(np.isfinite(subject.clean(name)))) if recording.samples else 0.0
         if share < FEWEST_FINITE:
             severity, what = (REJECT, "the recording") if name in REQUIRED else (WARNING, "the column")
+            subject.unused.add(name)
             subject.find(
                 NAME,
                 severity,

@@ -49,7 +49,7 @@ class RecordingHealth:
     @property
     def reason(self) -> str:
         """Why it is rejected, empty when it is usable."""
-        return " ".join(finding.sentence for finding in self.findings if finding.severity == REJECT)
+        return ". ".join(finding.sentence for finding in self.findings if finding.severity == REJECT)
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,14 +85,22 @@ class Health:
             return ""
         if not any(item.source.role == "fit" for item in self.recordings):
             return 'No recording has the role "fit": without one there is nothing to calibrate the model on.'
-        return " ".join(f"{name}: {reason}" for name, reason in self.rejected.items())
+        return ". ".join(self.rejected.values())
+
+    @property
+    def warnings(self) -> list[str]:
+        """What to mend or keep in mind: the sentences of warnings, and of recordings that are not used."""
+        marks = {WARNING: "", REJECT: "not used: "}
+        return [marks[item.severity] + item.sentence for item in self._every() if item.severity in marks]
 
     def __iter__(self) -> Iterator[RecordingHealth]:
         return iter(self.recordings)
 
+    def _every(self) -> list[Finding]:
+        return [*self.findings, *(finding for item in self.recordings for finding in item.findings)]
+
     def __repr__(self) -> str:
-        every = [*self.findings, *(finding for item in self.recordings for finding in item.findings)]
         marks = {REJECT: "rejected", WARNING: "warning"}
-        lines = [f"{marks.get(item.severity, 'note'):>8}  {item.check:<12} {item.sentence}" for item in every]
+        lines = [f"{marks.get(item.severity, 'note'):>8}  {item.check:<12} {item.sentence}" for item in self._every()]
         good = sum(item.usable for item in self.recordings)
         return "\n".join([f"{good} of {len(self.recordings)} recordings usable", *lines])

@@ -18,6 +18,7 @@ AT_LIMIT = 0.99
 FEWEST_STAYS, SHORTEST_STAY = 3, 3
 FEWEST_LEVELS = 20
 CROWDED = 6.0
+BEYOND = 1.5
 
 
 @dataclass(frozen=True)
@@ -32,17 +33,25 @@ class Plateau:
 def check(subject: Subject) -> None:
     """Tell a torque that is cut off from one that was asked to be constant.
 
-    At the stated limit of the controller a plateau is a saturation. Without a stated limit it takes several separate
-    stays at one extreme while the torque between them varies freely.
+    At the stated limit of the controller a plateau is a saturation; far beyond it, torque or limit is wrong. Without a
+    stated limit it takes several separate stays at one extreme while the torque between them varies freely.
     """
     torque = subject.checked["motor_torque"]
     torque = torque[np.isfinite(torque)]
     controller = subject.campaign.controller
     limit = controller.limit if controller is not None else np.inf
-    closed_loop = np.isfinite(limit) or "speed_reference" in subject.recording
+    closed_loop = np.isfinite(limit) or "speed_reference" in subject.checked
     if np.isfinite(limit):
         share = float(np.mean(np.abs(torque) >= AT_LIMIT * limit))
         found = [Plateau(limit, share, 1)] if share else []
+        largest = float(np.max(np.abs(torque)))
+        if largest > BEYOND * limit > 0.0:
+            sentence = (
+                f"motor_torque reaches {largest:.4g} N m, {largest / limit:.3g} times the limit of [controller]: "
+                "scale it in [columns] motor_torque, or correct limit"
+            )
+            subject.find(NAME, REJECT if share > MOST else WARNING, sentence, value=largest / limit, limit=BEYOND)
+            return
     else:
         found = cut_off(torque, subject.facts.resolution.get("motor_torque", 0.0))
     share = sum(plateau.share for plateau in found)
@@ -55,7 +64,7 @@ def check(subject: Subject) -> None:
         NAME,
         REJECT if reject else WARNING,
         f"motor_torque stays at {level:.4g} N m in {100.0 * share:.3g} % of the samples; "
-        + ("record with less torque" if reject else "torque_saturation is a candidate"),
+        + ("record with less torque" if reject else "a limit of the drive or of its controller holds it"),
         value=share,
         limit=MOST,
     )

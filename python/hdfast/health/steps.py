@@ -73,7 +73,7 @@ def held(subject: Subject) -> None:
         subject.facts.effective_rate_hz[name] = 1.0 / period
         sentence = (
             f"{name} holds its values for {1e3 * period:.3g} ms: {1.0 / period:.3g} new values per second at "
-            f"{subject.facts.rate_hz:.4g} Hz; the hold is modelled in the sensor chain"
+            f"{subject.facts.rate_hz:.4g} Hz; the hold is not modelled: record it faster, or keep one sample per value"
         )
         subject.find("held_values", WARNING, sentence, value=1.0 / period, limit=subject.facts.rate_hz)
 

@@ -50,6 +50,7 @@ class Subject:
 
     Attributes:
         timed: (n,) samples whose time can be used.
+        unused: columns with too few numbers.
         findings, facts: what the checks found.
     """
 
@@ -57,6 +58,7 @@ class Subject:
         self.campaign = campaign
         self.recording = recording
         self.timed: NDArray[np.bool_] = np.ones(recording.samples, dtype=bool)
+        self.unused: set[str] = set()
         self.findings: list[Finding] = []
         self.facts = Facts()
         drive = campaign.drive.values
@@ -83,8 +85,8 @@ class Subject:
 
     @cached_property
     def checked(self) -> Recording:
-        """The samples whose time can be used; first asked for after the time was judged."""
-        columns = {name: self.clean(name)[self.timed] for name in self.recording}
+        """The columns and samples that can be used; first asked for after columns and time were judged."""
+        columns = {name: self.clean(name)[self.timed] for name in self.recording if name not in self.unused}
         return Recording(self.recording.name, columns, self.facts.resolution, self.recording.notes)
 
     @cached_property

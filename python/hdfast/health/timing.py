@@ -121,7 +121,7 @@ def _gaps(subject: Subject, t: Floats, steps: Floats, limit: Floats) -> None:
         severity,
         f"{found.size} gaps, together {100.0 * missing:.3g} % of the duration, the longest of {steps[worst]:.4g} s "
         f"after {t[worst]:.6g} s; "
-        + ("record again without them" if severity == REJECT else "windows are split there"),
+        + ("record again without them" if severity == REJECT else "nothing is judged near wide ones"),
         value=missing,
         limit=MOST_MISSING,
         t0=float(t[worst]),

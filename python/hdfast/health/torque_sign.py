@@ -19,7 +19,7 @@ def check(subject: Subject) -> None:
     used = motion.valid
     power = (motion.torque * motion.speed)[used]
     total = float(np.sum(np.abs(power)))
-    if total == 0.0 or ("load_torque" in subject.recording and np.ptp(_load(subject)) > 0.0):
+    if total == 0.0 or ("load_torque" in subject.checked and np.ptp(_load(subject)) > 0.0):
         return
     energy = float(np.sum(power)) / total
     fit = subject.rigid

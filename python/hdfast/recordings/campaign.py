@@ -154,7 +154,8 @@ class _Recordings:
         for standard, entry in self.columns.items():
             if tables and not any(entry.name in found.columns for _, found in tables):
                 raise self.file.error(("columns", standard), f"no recording has a column {entry.name!r} for {standard}")
-        return [self.recording(facts, found) for facts, found in tables]
+        names = _names([entry["file"] for entry in entries])
+        return [self.recording(name, *table) for name, table in zip(names, tables, strict=True)]
 
     def entry(self, path: Keys, entry: Mapping[str, Any]) -> dict[str, Any]:
         self.file.known(path, entry, RECORDING_KEYS)
@@ -172,14 +173,20 @@ class _Recordings:
             )
         return facts
 
-    def recording(self, facts: dict[str, Any], found: Source) -> CampaignRecording:
+    def recording(self, name: str, facts: dict[str, Any], found: Source) -> CampaignRecording:
         present = {standard: entry for standard, entry in self.columns.items() if entry.name in found.columns}
         absent = {standard: entry for standard, entry in self.columns.items() if standard not in present}
-        table = to_table(facts["file"].name, found, present)
+        table = to_table(name, found, present)
         kept = {standard: values for standard, values in table.columns.items() if standard not in absent}
         missing = [f"no column {entry.name!r} for {standard}" for standard, entry in absent.items()]
         notes = (*table.notes, *missing)
-        return CampaignRecording(table.name, kept, self.steps, notes, table.units, **facts)
+        return CampaignRecording(table.name, kept, self.steps, notes, table.units, table.file_columns, **facts)
+
+
+def _names(files: list[str]) -> list[str]:
+    """What recordings are called: their files, with folders where two files share a name."""
+    bare = [Path(file).name for file in files]
+    return [file if bare.count(name) > 1 else name for file, name in zip(files, bare, strict=True)]
 
 
 def _text(argument: str, value: Any) -> str:

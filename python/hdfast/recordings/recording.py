@@ -24,7 +24,10 @@ class Recording(Table):
     def __post_init__(self) -> None:
         super().__post_init__()
         if "t" not in self.columns:
-            raise InputError(f"{self.name}: column 't' is missing (found: {', '.join(self.columns) or 'none'})")
+            raise InputError(
+                f"{self.name}: no column for t (the file has: {self.listing}); map it with columns "
+                "(on the command line  --column t=NAME)"
+            )
         if self.samples < 8:
             raise InputError(f"{self.name}: {self.samples} samples (allowed: at least 8)")
         checks.times(f"{self.name}: t - first", self.columns["t"] - self.columns["t"][0])
@@ -38,7 +41,7 @@ class Recording(Table):
         missing = [name for name in names if name not in self.columns]
         if missing:
             listed = ", ".join(f"{name} [{COLUMNS[name][0]}]" for name in missing)
-            raise InputError(f"{self.name}: {purpose} needs {listed} (the recording has {', '.join(self.columns)})")
+            raise InputError(f"{self.name}: {purpose} needs {listed} (the file has: {self.listing})")
         known = np.logical_and.reduce([np.isfinite(self.columns[name]) for name in names])
         if known.sum() < 8:
             raise InputError(f"{self.name}: {purpose} finds {int(known.sum())} samples with {', '.join(names)}")
@@ -56,4 +59,4 @@ def checked(table: Table) -> Recording:
     if not timed.all():
         columns = {name: values[timed] for name, values in columns.items()}
         notes = (*notes, f"{int((~timed).sum())} samples without time left out")
-    return Recording(table.name, columns, table.resolution, notes, table.units)
+    return Recording(table.name, columns, table.resolution, notes, table.units, table.file_columns)

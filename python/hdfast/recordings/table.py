@@ -22,6 +22,7 @@ class Table(Mapping[str, Floats]):
         resolution: smallest step of a sensor by column, where it is stated.
         notes: what was left out or changed while loading.
         units: what the file states as the unit of a column that no scale was given for.
+        file_columns: names of all columns of the file.
     """
 
     name: str
@@ -29,6 +30,7 @@ class Table(Mapping[str, Floats]):
     resolution: Mapping[str, float] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
     units: Mapping[str, str] = field(default_factory=dict)
+    file_columns: tuple[str, ...] = field(default=(), repr=False)
 
     def __post_init__(self) -> None:
         first = next(iter(self.columns), None)
@@ -54,3 +56,8 @@ class Table(Mapping[str, Floats]):
     def samples(self) -> int:
         """Number n of samples."""
         return len(next(iter(self.columns.values()), ()))
+
+    @property
+    def listing(self) -> str:
+        """The columns of the file, for messages."""
+        return (", ".join(self.file_columns or self.columns) or "none")[:400]

@@ -13,7 +13,7 @@ from hdfast.report import diagnosis_plots as plots
 from hdfast.report.diagnosis_tables import PAIR_HEADER, correlations, parameter_table, pull
 from hdfast.report.diagnosis_views import telling, traces_of
 from hdfast.report.html import Section, picture, render
-from hdfast.report.mismatch_sections import ROLES, recordings_section, spectra_section, state_section
+from hdfast.report.mismatch_sections import ROLES, recordings_section, spectra_section, state_section, warned_section
 
 if TYPE_CHECKING:
     from hdfast.calibration.calibrate import Calibration
@@ -40,6 +40,7 @@ def page(found: Calibration) -> str:
         [f"Beyond {FAR:g} σ of their priors, which physics the model lacks may do: {', '.join(far)}."] if far else []
     )
     sections = [
+        *warned_section(found.warnings),
         Section(
             "What calibration changes most",
             figures=[picture(plots.overlay(trace, window, WIDE), "Grey band: ±2 σ of the sensor noise.")],

@@ -9,7 +9,14 @@ from hdfast.report import diagnosis_plots as plots
 from hdfast.report.diagnosis_axes import CHANNELS
 from hdfast.report.diagnosis_views import telling, traces_of
 from hdfast.report.html import Section, picture, render
-from hdfast.report.mismatch_sections import ROLES, channels_of, recordings_section, spectra_section, state_section
+from hdfast.report.mismatch_sections import (
+    ROLES,
+    channels_of,
+    recordings_section,
+    spectra_section,
+    state_section,
+    warned_section,
+)
 
 if TYPE_CHECKING:
     from hdfast.comparison.compare import Comparison
@@ -25,6 +32,7 @@ def page(found: Comparison) -> str:
     trace, window = telling(shown)
     values = setup.campaign.priors
     sections = [
+        *warned_section(found.warnings),
         Section(
             "Where it is furthest off",
             figures=[picture(plots.overlay(trace, window, WIDE), "Grey band: ±2 σ of the sensor noise.")],

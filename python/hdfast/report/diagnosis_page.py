@@ -93,7 +93,7 @@ def _time(content: Mapping[str, Any], found: list[Trace]) -> Section:
     )
     if content["where"]["windows"]:
         caption += " Black bars on top: the windows of the verdict."
-    shares = content["where"].get("phase_shares", {})
+    shares = content["where"]["phase_shares"]
     shown = ", ".join(f"{phase} {100 * share:.0f} %" for phase, share in shares.items() if share)
     texts = [f"Share of the mismatch by phase of motion: {shown}."] if shown else []
     return Section("When", texts, [picture(figure, caption)])
@@ -112,7 +112,7 @@ def _parameters(content: Mapping[str, Any], verdict: Verdict) -> Section:
     texts = []
     if masked:
         texts.append(f"Had swallowed part of the effect, and moved when it was added: {', '.join(masked)}.")
-    if content.get("displaced"):
+    if content["displaced"]:
         texts.append(f"The nominal model fits only with {', '.join(content['displaced'])} beyond 3 σ of their priors.")
     pairs = correlations(after, session.bench.layout)
     tables = [parameter_table(session.bench.layout, before, after if extended else None, masked)]
@@ -168,7 +168,7 @@ def _experiment(content: Mapping[str, Any]) -> Section:
 def _health(content: Mapping[str, Any]) -> Section:
     header = ["recording", "check", "severity", "what was found", "from [s]", "to [s]"]
     keys = ("file", "check", "severity", "sentence", "t0", "t1")
-    listed = sorted(content.get("health", ()), key=lambda row: SEVERITIES.index(row["severity"]))
+    listed = sorted(content["health"], key=lambda row: SEVERITIES.index(row["severity"]))
     rows = [["" if row[key] is None else spoken(_cell(row[key])) for key in keys] for row in listed]
     return Section("Health of the recordings", tables=[html_table(header, rows)] if rows else [])
 
@@ -178,7 +178,7 @@ def _cell(value: Any) -> str:
 
 
 def _notes(content: Mapping[str, Any]) -> Section:
-    return Section("Notes", texts=[spoken(note) for note in content.get("notes", ())])
+    return Section("Notes", texts=[spoken(note) for note in content["notes"]])
 
 
 def _rejected(diagnosis: Diagnosis) -> Section:

@@ -59,8 +59,8 @@ class Card:
 def headline(content: Mapping[str, Any]) -> str:
     """The verdict in one or two sentences, with sizes and errors."""
     name, effects = content["verdict"], content["effects"]
-    held = content.get("fit", {}).get("heldout", {})
-    before, after, floor = (held.get(f"{key}_nrmse") for key in ("baseline", "extended", "noise_floor"))
+    held = content["fit"]["heldout"]
+    before, after, floor = (held[f"{key}_nrmse"] for key in ("baseline", "extended", "noise_floor"))
     if name in ("found", "sensor") and effects:
         listed = [f"{words(one['effect'])}{_size(one)} {_at(one['place'])}" for one in effects]
         text = f"The model leaves out {' and '.join(listed)}."

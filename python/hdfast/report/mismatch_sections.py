@@ -47,6 +47,11 @@ def spectra_section(found: Sequence[Trace], orders: Sequence[float], tones: Sequ
     return Section("At which orders and frequencies", figures=figures)
 
 
+def warned_section(warnings: list[str]) -> list[Section]:
+    """What to mend before the page is believed; nothing where there is nothing."""
+    return [Section("Warnings", texts=warnings)] if warnings else []
+
+
 def recordings_section(found: Sequence[Trace]) -> Section:
     """Every recording with the predictions, and the errors."""
     figures = [

@@ -1,0 +1,73 @@
+"""Recordings brought to one clock and one band, and what of them is judged."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hdfast.diagnosis.prepare import Band, Source, choose_band, prepare
+from hdfast.diagnosis.session import with_heldout
+
+RATIO = 100.0
+
+
+def source(rate: float, seconds: float = 4.0, start: float = 0.0, role: str = "fit", **columns: np.ndarray) -> Source:
+    """A drive that swings to and fro at 1 Hz."""
+    t = start + np.arange(round(seconds * rate)) / rate
+    angle = 20.0 * np.sin(2.0 * np.pi * (t - start))
+    noise = np.random.default_rng(1).normal(0.0, 1e-3, len(t))
+    recording = {"t": t, "motor_angle": angle, "motor_torque": 0.1 * np.sign(np.gradient(angle)) + noise, **columns}
+    return Source("swing", recording, role, "A", np.ones(len(t), dtype=bool))
+
+
+@pytest.mark.parametrize("seconds", [3.0, 4.0, 5.0, 12.0])
+@pytest.mark.parametrize("start", [0.0, 10.0])
+def test_exact_a_clock_that_rounds_gives_the_same_band(seconds, start):
+    assert choose_band([source(1000.0, seconds, start)], 1e-4).rate == pytest.approx(500.0, rel=1e-9)
+
+
+def test_exact_the_slowest_clock_sets_the_rate_of_all():
+    sources = [source(1000.0), source(100.0, role="heldout")]
+    band = choose_band(sources, 1e-4)
+    assert band.rate == pytest.approx(100.0, rel=1e-9)
+    for one in sources:
+        assert 1.0 / np.diff(prepare(one, band, RATIO).t) == pytest.approx(100.0, rel=1e-9)
+
+
+def test_exact_clocks_of_no_common_multiple_share_the_working_rate():
+    sources = [source(1000.0), source(700.0)]
+    band = choose_band(sources, 1e-4)
+    for one in sources:
+        unit = prepare(one, band, RATIO)
+        assert 1.0 / np.diff(unit.t) == pytest.approx(band.rate, rel=1e-9)
+        inner = slice(50, -50)
+        assert unit.angle[inner] == pytest.approx(20.0 * np.sin(2.0 * np.pi * unit.t[inner]), abs=2e-2)
+
+
+def test_exact_missing_samples_of_the_load_side_are_not_judged():
+    one = source(500.0)
+    t = one.recording["t"]
+    missing = (t > 1.0) & (t < 3.0)
+    angle = one.recording["motor_angle"]
+    load = np.where(missing, np.nan, (angle - 1e-4 * np.sin(2.0 * angle)) / RATIO)
+    unit = prepare(source(500.0, load_angle=load), Band(500.0, 50.0, 200.0), RATIO)
+    assert not unit.judged["te"][(unit.t > 1.0) & (unit.t < 3.0)].any()
+    assert unit.judged["te"][(unit.t > 0.5) & (unit.t < 0.9)].all()
+    assert unit.judged["motor_torque"][(unit.t > 1.0) & (unit.t < 3.0)].any()
+
+
+def test_exact_a_dead_channel_is_not_judged():
+    unit = prepare(source(500.0, output_torque=np.full(2000, 3.0)), Band(500.0, 50.0, 200.0), RATIO)
+    assert not unit.judged["output_torque"].any()
+    assert unit.judged["motor_torque"].any()
+
+
+def test_exact_a_recording_shorter_than_its_margins_has_nothing_to_judge():
+    unit = prepare(source(100.0, 0.3), Band(100.0, 5.0, 40.0), RATIO)
+    assert not any(mask.any() for mask in unit.judged.values())
+
+
+def test_exact_a_channel_that_ends_early_is_not_held_out():
+    load = source(500.0).recording["motor_angle"] / RATIO
+    load[1300:] = np.nan
+    kept, _ = with_heldout([source(500.0, load_angle=load)])
+    assert ["load_angle" in one.recording for one in kept] == [True, False]

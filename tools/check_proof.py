@@ -26,9 +26,10 @@ def main() -> int:
     scores = {score["name"]: score["value"] for score in proof["scores"]}
     met = 0
     for name, (enough, words) in FLOORS.items():
-        good = scores[name] is not None and enough(scores[name])
+        value = scores[name]
+        good = value is not None and enough(value)
         met += good
-        print(f"{'met ' if good else 'MISSED'}  {name}: {scores[name]:.3f}, {words}")
+        print(f"{'met ' if good else 'MISSED'}  {name}: {'none' if value is None else f'{value:.3f}'}, {words}")
     crashed = [one["case"] for one in proof["cases"] if one["answer"] in FAULTS]
     print(f"{'met ' if not crashed else 'MISSED'}  cases without a valid answer: {', '.join(crashed) or 'none'}")
     return 0 if met == len(FLOORS) and not crashed else 1

@@ -55,6 +55,7 @@ __all__ = [
 ]
 
 
+MODULES = ("bench", "health", "identify", "proof", "recordings", "reference", "sensors", "studies", "tolerance")
 ROOMS = {
     "Diagnosis": "diagnosis",
     "calibrate": "calibration",
@@ -63,8 +64,12 @@ ROOMS = {
 }
 
 
+def __dir__() -> list[str]:
+    return sorted({*globals(), *ROOMS, *MODULES})
+
+
 def __getattr__(name: str) -> Any:
-    if name in ("reference", "tolerance", "identify", "bench", "studies", "recordings"):
+    if name in MODULES:
         return importlib.import_module(f"hdfast.{name}")
     room = ROOMS.get(name)
     if room is not None:

@@ -15,6 +15,7 @@ from hdfast.errors import InputError, shorten
 
 Floats = NDArray[np.float64]
 
+MAX_SEED = 2**63 - 1
 _NUMERIC = "biuf"
 
 
@@ -26,7 +27,10 @@ def number(argument: str, value: Any, low: float = -math.inf, high: float = math
         value = value[()]
     if isinstance(value, (bool, np.bool_)) or not isinstance(value, numbers.Real):
         raise InputError(f"{argument} = {shorten(value)} is not a number ({allowed})")
-    result = float(value)
+    try:
+        result = float(value)
+    except OverflowError:
+        raise InputError(f"{argument} = {shorten(value)}{suffix} is out of range ({allowed})") from None
     if not low <= result <= high:
         raise InputError(f"{argument} = {result:g}{suffix} is out of range ({allowed})")
     return result
@@ -57,6 +61,13 @@ def whole(argument: str, value: Any, low: int, high: int) -> int:
     if not low <= result <= high:
         raise InputError(f"{argument} = {shorten(result)} is out of range ({allowed})")
     return result
+
+
+def flag(argument: str, value: Any) -> bool:
+    """True or False."""
+    if not isinstance(value, (bool, np.bool_)):
+        raise InputError(f"{argument} = {shorten(value)} is not true or false")
+    return bool(value)
 
 
 def as_floats(argument: str, value: Any) -> Floats:
@@ -92,6 +103,15 @@ def table(argument: str, value: Any) -> Floats:
 
 def times(argument: str, value: Any, end: float = math.inf, *, strictly: bool = True) -> Floats:
     """Sorted times in seconds within [0, end]."""
+    array = rising(argument, value, strictly=strictly)
+    if array[0] < 0.0 or array[-1] > end:
+        value_out = array[0] if array[0] < 0.0 else array[-1]
+        raise InputError(f"{argument} = {value_out:g} s is out of range (allowed: from 0 to {end:g} s)")
+    return array
+
+
+def rising(argument: str, value: Any, *, strictly: bool = True) -> Floats:
+    """Sorted times in seconds."""
     array = table(argument, value)
     steps = np.diff(array)
     wrong = np.flatnonzero(steps <= 0.0 if strictly else steps < 0.0)
@@ -99,9 +119,6 @@ def times(argument: str, value: Any, end: float = math.inf, *, strictly: bool = 
         here, following = array[wrong[0] : wrong[0] + 2]
         order = "strictly increase" if strictly else "not decrease"
         raise InputError(f"{argument} must {order}: {argument}[{wrong[0]}] = {here:g} s, next {following:g} s")
-    if array[0] < 0.0 or array[-1] > end:
-        value_out = array[0] if array[0] < 0.0 else array[-1]
-        raise InputError(f"{argument} = {value_out:g} s is out of range (allowed: from 0 to {end:g} s)")
     return array
 
 

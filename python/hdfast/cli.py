@@ -1,9 +1,13 @@
-"""The command `hdfast`. Exit code 0 done, 1 a specification is not met, 2 wrong input, 130 interrupted."""
+"""The command `hdfast`.
+
+Exit code 0 done, 1 a specification is not met or the drive of `simulate` failed, 2 wrong input, 130 interrupted.
+"""
 
 from __future__ import annotations
 
 import argparse
-import json
+import re
+import shutil
 import sys
 from collections.abc import Sequence
 from dataclasses import asdict
@@ -17,15 +21,15 @@ from hdfast.catalogue import build_info
 from hdfast.comparison import command as compare
 from hdfast.config import Config
 from hdfast.diagnosis import command as diagnose
-from hdfast.errors import InputError, Interrupted, MissingPackageError
+from hdfast.errors import InputError, Interrupted, MissingPackageError, nearest
 from hdfast.identify import command as identify
 from hdfast.model import BASES, SPRINGS, Model
 from hdfast.params import params
-from hdfast.printing import text_table
+from hdfast.printing import json_text, text_table
 from hdfast.proof import command as proof
 from hdfast.simulate import simulate
 from hdfast.studies import command as study
-from hdfast.terms import terms
+from hdfast.terms import Term, terms
 from hdfast.threads import MAX_THREADS, resolve_threads
 from hdfast.tolerance import command as tolerance
 from hdfast.tolerance.limits import judge
@@ -33,18 +37,30 @@ from hdfast.tolerance.sample import MAX_ROWS
 from hdfast.tolerance.simulation import simulate_rows
 
 DONE, NOT_MET, WRONG_INPUT, INTERRUPTED = 0, 1, 2, 130
+SIMULATE = "Simulate the nominal drive of a TOML file with its full trajectory; exit code 1 when it does not finish."
 WELCOME = """hdfast {version}: batch simulation of the torsional vibration of harmonic drives.
 
 Three commands to try first:
   hdfast params                                              what describes a drive
   hdfast sweep examples/shf-25-120.toml --out out/demo       10,000 drives of one type, start to stop
-  hdfast simulate examples/shf-25-120.toml --out out/one     one of them with its full trajectory
+  hdfast diagnose examples/concealed-friction/campaign.toml --out out/diagnosis   physics a model lacks
 
 `hdfast COMMAND --help` explains each command with an example."""
 
 
 class _Parser(argparse.ArgumentParser):
     """Argument parser whose complaints are one line and end with exit code 2."""
+
+    # argparse leaves what a command does not know to the outermost parser, which does not know the command's options
+    def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
+        found, unknown = super().parse_known_args(args, namespace)
+        if unknown:
+            option = next((text.split("=")[0] for text in unknown if text.startswith("-")), None)
+            if option is None:
+                self.error(f"unexpected {unknown[0]!r}")
+            alike = [known for known in self._option_string_actions if known[:3] == option[:3]]
+            self.error(f"unknown option {option}{nearest(option, alike)}")
+        return found, unknown
 
     def error(self, message: str) -> NoReturn:
         print(f"{self.prog}: {message} (see {self.prog} --help)", file=sys.stderr)
@@ -97,12 +113,12 @@ def _parser() -> argparse.ArgumentParser:
     command.add_argument("file", metavar="FILE.toml", help="drive, tolerances, scenario and specification")
     command.add_argument("--out", metavar="DIR", help="folder for the page, the table, the JSON and the input")
     command.add_argument("--rows", type=_whole("--rows", 1, MAX_ROWS), help="number of drives instead of the file's")
-    command.add_argument("--seed", type=_whole("--seed", 0, 2**63 - 1), help="seed instead of the file's")
+    command.add_argument("--seed", type=_whole("--seed", 0, checks.MAX_SEED), help="seed instead of the file's")
     command.add_argument("--threads", type=_whole("--threads", 1, MAX_THREADS), help="number of threads")
     command.add_argument("--progress", action="store_true", help="show progress even when stderr is not a terminal")
 
     example = "hdfast simulate examples/shf-25-120.toml --out out/one"
-    command = add("simulate", _simulate, "Simulate the nominal drive of a TOML file with its full trajectory.", example)
+    command = add("simulate", _simulate, SIMULATE, example)
     command.add_argument("file", metavar="FILE.toml", help="drive and scenario")
     command.add_argument("--out", metavar="DIR", help="folder for the page, the table, the JSON and the input")
 
@@ -117,7 +133,10 @@ def _parser() -> argparse.ArgumentParser:
     command.add_argument("--spring", choices=SPRINGS, default=SPRINGS[0], help="spring law")
     command.add_argument("--terms", nargs="*", default=[], metavar="ID", help="terms beyond the nominal model")
 
-    add("terms", _terms, "List the physics beyond the nominal model.", "hdfast terms --json")
+    example = "hdfast terms coulomb_friction backlash"
+    command = add("terms", _terms, "List the physics beyond the nominal model, or some of it in full.", example)
+    command.add_argument("ids", nargs="*", metavar="ID", help="terms whose equation, source and parameters are shown")
+
     add("info", _info, "Show version, build, methods, metrics, signals and row statuses.", "hdfast info --json")
     return parser
 
@@ -125,7 +144,8 @@ def _parser() -> argparse.ArgumentParser:
 def _whole(argument: str, low: int, high: int) -> Any:
     def convert(text: str) -> int:
         try:
-            return checks.whole(argument, int(text.replace("_", "").replace(",", "")), low, high)
+            grouped = re.fullmatch(r"\d{1,3}(,\d{3})+", text)
+            return checks.whole(argument, int(text.replace(",", "") if grouped else text), low, high)
         except InputError as error:
             raise argparse.ArgumentTypeError(str(error)) from None
         except ValueError:
@@ -138,6 +158,7 @@ def _sweep(options: argparse.Namespace) -> int:
     from hdfast.report import folder, tables
 
     settings = config.load(options.file)
+    tolerance.note_equal_rows(settings, options)
     out = files.prepare(options.out) if options.out else None
     seed = settings.run.seed if options.seed is None else options.seed
     try:
@@ -160,7 +181,7 @@ def _sweep(options: argparse.Namespace) -> int:
     else:
         numbers = folder.summary(settings, result, verdicts, seed)
     if options.json:
-        print(json.dumps(numbers, indent=2))
+        print(json_text(numbers))
     elif not options.quiet:
         print(_headline(settings, result, seed))
         print(text_table(tables.METRIC_HEADER, tables.metric_rows(result), right=range(2, len(tables.METRIC_HEADER))))
@@ -206,32 +227,46 @@ def _simulate(options: argparse.Namespace) -> int:
     run = _nominal(settings)
     numbers = folder.write_simulate(out, settings, run) if out else folder.simulate_summary(settings, run)
     if options.json:
-        print(json.dumps(numbers, indent=2))
+        print(json_text(numbers))
     elif not options.quiet:
         rows = [[name, tables.number(value), run.units[name]] for name, value in run.metrics.items()]
         print(f"{settings.title}\n{run.message}\n\n{text_table(['metric', 'value', 'unit'], rows, right=(1,))}")
         if out is not None:
             recording = [] if run.recorded is None else [folder.RECORDING]
             print("", *(out / name for name in (folder.PAGE, folder.TRAJECTORY, *recording, folder.SUMMARY)), sep="\n")
-    return DONE
+    return DONE if run.status == catalogue.FINISHED else NOT_MET
 
 
 def _params(options: argparse.Namespace) -> int:
     table = params(Model(base=options.base, spring=options.spring, terms=options.terms))
     if options.json:
-        print(json.dumps([asdict(row) for row in table], indent=2))
+        print(json_text([asdict(row) for row in table]))
     elif not options.quiet:
         print(table)
     return DONE
 
 
 def _terms(options: argparse.Namespace) -> int:
-    table = terms()
+    chosen = [terms()[name] for name in options.ids] or list(terms())
     if options.json:
-        print(json.dumps([asdict(row) for row in table], indent=2))
+        print(json_text([asdict(row) for row in chosen]))
+    elif options.ids and not options.quiet:
+        print("\n\n".join(map(_in_full, chosen)))
     elif not options.quiet:
-        print(table)
+        width = shutil.get_terminal_size().columns if sys.stdout.isatty() else None
+        table = text_table(["id", "place", "what it is"], [[row.id, row.place, row.description] for row in chosen])
+        print("\n".join(line[:width] for line in table.splitlines()))
     return DONE
+
+
+def _in_full(term: Term) -> str:
+    header = ["parameter", "unit", "default", "plausible", "meaning"]
+    rows = [
+        [part.name, part.unit, f"{part.default:.4g}", f"{part.low:.4g} .. {part.high:.4g}", part.meaning]
+        for part in term.parameters
+    ]
+    facts = f"  equation  {term.equation}\n  source    {term.source}"
+    return f"{term.id} ({term.place}): {term.description}\n{facts}\n\n{text_table(header, rows, right=(2,))}"
 
 
 def _info(options: argparse.Namespace) -> int:
@@ -244,7 +279,7 @@ def _info(options: argparse.Namespace) -> int:
         }
         numbers |= {kind: [asdict(item) for item in found.values()] for kind, found in quantities.items()}
         numbers["statuses"] = [asdict(status) for status in catalogue.statuses().values()]
-        print(json.dumps(numbers, indent=2))
+        print(json_text(numbers))
         return DONE
     if options.quiet:
         return DONE

@@ -14,10 +14,12 @@ from hdfast.drive_file import Effect, read_drive
 from hdfast.errors import InputError, choose, shorten
 from hdfast.model import Model
 from hdfast.params import ParameterTable, layout
+from hdfast.request import ATOL, MAX_STEPS, RTOL
 from hdfast.scenario import Scenario
 from hdfast.sections import Sections
 from hdfast.sensors import SensorFacts, SensorStage, stage_of
 from hdfast.sensors.facts import read_sensors
+from hdfast.threads import MAX_THREADS
 from hdfast.tolerance.correlation import Correlation
 from hdfast.tolerance.designs import DESIGNS
 from hdfast.tolerance.distributions import Tolerance
@@ -150,7 +152,7 @@ class _Reader:
             self.batch_size(),
             self.specs(),
             self.run(),
-            self.trajectories(),
+            self.trajectories(scenario.t_end),
             read_sensors(self.file),
             drive.effects,
             self.file.text,
@@ -205,10 +207,10 @@ class _Reader:
         )
         return found
 
-    def trajectories(self) -> Trajectories | None:
+    def trajectories(self, t_end: float) -> Trajectories | None:
         path = ("trajectories",)
         found: Trajectories | None = self.file.guard(
-            path, read_trajectories, self.file.section("trajectories"), partial(self.file.known, path)
+            path, read_trajectories, self.file.section("trajectories"), partial(self.file.known, path), t_end
         )
         return found
 
@@ -226,6 +228,8 @@ class _Reader:
             if not isinstance(entry, dict):
                 raise self.file.error(path, f"spec.{name} = {shorten(entry)} is not a section [spec.{name}]")
             self.file.known(path, entry, SPEC_KEYS)
+            if metric in found:
+                raise self.file.error(path, f"[spec.{name}] is {metric} once more (allowed: one section per metric)")
             found[metric] = self.file.guard(path, read_spec, metric, entry)
         return found
 
@@ -234,13 +238,13 @@ class _Reader:
         self.file.known(("run",), section, RUN_KEYS)
         readers: dict[str, Callable[[Any], Any]] = {
             "rows": lambda value: checks.whole("rows", value, 1, MAX_ROWS),
-            "seed": lambda value: checks.whole("seed", value, 0, 2**63 - 1),
+            "seed": lambda value: checks.whole("seed", value, 0, checks.MAX_SEED),
             "method": lambda value: (catalogue.choose_method(value), value)[1],
-            "rtol": lambda value: checks.number("rtol", value, 1e-13, 1e-1),
-            "atol": lambda value: checks.number("atol", value, 1e-9, 1e9),
-            "max_steps": lambda value: checks.whole("max_steps", value, 1, 2**31 - 1),
+            "rtol": lambda value: checks.number("rtol", value, *RTOL),
+            "atol": lambda value: checks.number("atol", value, *ATOL),
+            "max_steps": lambda value: checks.whole("max_steps", value, 1, MAX_STEPS),
             "metrics": lambda value: tuple(item.name for item in catalogue.choose_metrics(value)),
-            "threads": lambda value: checks.whole("threads", value, 1, 1024),
+            "threads": lambda value: checks.whole("threads", value, 1, MAX_THREADS),
             "sampling": lambda value: choose("sampling", value, DESIGNS),
             "replicates": lambda value: checks.whole("replicates", value, 1, 1024),
             "block": lambda value: checks.whole("block", value, 2, 10**6),

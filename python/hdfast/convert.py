@@ -84,7 +84,8 @@ def to_xarray(result: SweepResult, parameters: str) -> Any:
         for name, values, unit, meaning in columns(result, parameters)
         if not name.startswith("final_")
     }
-    data["final_state"] = (("row", "state"), result.final_state)
+    states = ", ".join(STATE_UNITS[name] for name in result.states)
+    data["final_state"] = (("row", "state"), result.final_state, {"units": states})
     data["status"] = ("row", result.status, {"flags": str({s.code: s.name for s in catalogue.statuses().values()})})
     coordinates: dict[str, Any] = {"row": np.arange(len(result)), "state": list(result.states)}
     samples = {**result.samples, **result.recorded}
@@ -100,8 +101,11 @@ def to_xarray(result: SweepResult, parameters: str) -> Any:
             data[name] = (("row", "time"), values, {"units": result.units[name]})
     if result.sensitivities:
         coordinates["wrt"] = list(result.sensitivities)
-        data["d_final_state"] = (("row", "state", "wrt"), result.final_state_sensitivities)
-        data.update({f"d_{name}": (("row", "wrt"), values) for name, values in result.metric_sensitivities.items()})
         along = {**result.sample_sensitivities, **result.recorded_sensitivities}
-        data.update({f"d_{name}": (("row", "time", "wrt"), values) for name, values in along.items()})
+        derived: dict[str, tuple[tuple[str, ...], Any]]
+        derived = {name: (("row", "wrt"), values) for name, values in result.metric_sensitivities.items()}
+        derived |= {name: (("row", "time", "wrt"), values) for name, values in along.items()}
+        derived["final_state"] = (("row", "state", "wrt"), result.final_state_sensitivities)
+        units = result.units | {"final_state": states}
+        data |= {f"d_{name}": (*found, {"units": f"{units[name]} per unit of wrt"}) for name, found in derived.items()}
     return xarray.Dataset(data, coordinates, {"model": str(result.model)})

@@ -171,15 +171,24 @@ class _Reader:
         found = self.file.listed("terms")
         for number, entry in enumerate(found):
             path = ("terms", number)
-            self.file.known(path, entry, TERM_KEYS)
+            self.term_keys(path, entry)
             if "effect" not in entry:
                 raise self.file.error(path, "[[terms]] needs the key 'effect'")
-            if entry["effect"] == UNKNOWN:
-                continue
-            term = self.file.guard((*path, "effect"), terms().__getitem__, entry["effect"])
-            if "channel" in entry and not term.channels:
-                raise self.file.error((*path, "channel"), f"{term.id} acts on the drive and has no channel")
+            effect = entry["effect"]
+            term = None if effect == UNKNOWN else self.file.guard((*path, "effect"), terms().__getitem__, effect)
+            if "channel" in entry and (term is None or not term.channels):
+                raise self.file.error((*path, "channel"), f"{effect} acts on the drive and has no channel")
         return found
+
+    def term_keys(self, path: Keys, entry: Mapping[str, Any]) -> None:
+        if "id" in entry:
+            raise self.file.error((*path, "id"), "[[terms]] unknown key 'id'; the key is 'effect'")
+        named = entry.get("effect")
+        own = [parameter.name for term in terms() if term.id == named for parameter in term.parameters]
+        for key in entry:
+            if key in own:
+                raise self.file.error((*path, key), f"{key!r} belongs into parameters = {{ {key} = ... }}")
+        self.file.known(path, entry, TERM_KEYS)
 
     def term(self, path: Keys, entry: Mapping[str, Any], table: ParameterTable) -> None:
         effect = entry["effect"]
@@ -221,21 +230,32 @@ class _Reader:
             if found and len(found) != 2:
                 raise self.file.error(path, f"[kinematic_error] needs {pair[0]} and {pair[1]} together")
         if "scale" in error:
-            self.values["te_scale"] = self.file.guard((*path, "scale"), checks.finite, "scale", error["scale"])
+            scale = self.file.guard((*path, "scale"), checks.finite, "scale", error["scale"])
+            self.once("te_scale", scale)
         if not cartesian and not polar:
+            if "sigma" in error:
+                raise self.file.error(
+                    (*path, "sigma"), "[kinematic_error] sigma needs cos and sin, or amplitude and phase"
+                )
             return
         labels = model.order_labels
         first, second = (
             self.series(error, key, labels) for key in (("cos", "sin") if cartesian else ("amplitude", "phase"))
         )
         for label, a, b in zip(labels, first, second, strict=True):
-            self.values[f"te_cos_{label}"] = a if cartesian else a * math.sin(b)
-            self.values[f"te_sin_{label}"] = b if cartesian else a * math.cos(b)
+            self.once(f"te_cos_{label}", a if cartesian else a * math.sin(b))
+            self.once(f"te_sin_{label}", b if cartesian else a * math.cos(b))
         if "sigma" in error:
             spread = error["sigma"]
             repeated = dict(error) if isinstance(spread, list) else {"sigma": [spread] * len(labels)}
             for label, value in zip(labels, self.series(repeated, "sigma", labels, 0.0), strict=True):
                 self.sigma[f"te_cos_{label}"] = self.sigma[f"te_sin_{label}"] = value
+
+    def once(self, name: str, value: float) -> None:
+        """A value of [kinematic_error], which [drive] must not state as well."""
+        if name in self.values:
+            raise self.file.error(("drive", name), f"{name} is stated here and by [kinematic_error]; keep one")
+        self.values[name] = value
 
     def series(self, error: Mapping[str, Any], key: str, labels: list[str], low: float = -math.inf) -> list[float]:
         path = ("kinematic_error", key)

@@ -63,9 +63,10 @@ class Interrupted(KeyboardInterrupt):
 
 def nearest(name: str, known: Iterable[str]) -> str:
     """A hint such as `"; did you mean 'J_l'?"`, empty when nothing comes close."""
-    names = list(known)
-    folded = {candidate.casefold(): candidate for candidate in names}
-    found = difflib.get_close_matches(str(name)[:80].casefold(), list(folded), n=1, cutoff=0.6)
+    folded = {candidate.casefold(): candidate for candidate in known}
+    given = str(name)[:80].casefold()
+    found = sorted((one for one in folded if given and one.startswith(given)), key=len)
+    found = found or difflib.get_close_matches(given, list(folded), n=1, cutoff=0.6)
     return f"; did you mean {folded[found[0]]!r}?" if found else ""
 
 
@@ -90,8 +91,10 @@ def choose(argument: str, value: object, known: Iterable[str]) -> str:
 
 
 def require_package(name: str, extra: str) -> None:
-    """Raise `MissingPackageError` with the command that installs an optional package."""
+    """Raise `MissingPackageError` with the command that installs an optional package, of an extra of hdfast."""
     import importlib.util
 
     if importlib.util.find_spec(name) is None:
-        raise MissingPackageError(f"{name} is not installed: run  pip install 'hdfast[{extra}]'")
+        raise MissingPackageError(
+            f"{name} is not installed: run  python -m pip install {name}  (extra {extra!r} of hdfast)"
+        )

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import hashlib
 import json
+import math
 import os
+import secrets
 import tempfile
 from collections.abc import Callable
 from pathlib import Path
@@ -31,16 +33,15 @@ def prepare(folder: str | Path) -> Path:
 
 def write_atomically(path: Path, write: Callable[[BinaryIO], Any]) -> None:
     """Write through a temporary file of the same folder."""
-    handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}-")
+    temporary = path.parent / f".{path.name}-{secrets.token_hex(4)}"
     try:
-        with os.fdopen(handle, "wb") as stream:
+        with temporary.open("xb") as stream:
             write(stream)
             stream.flush()
             os.fsync(stream.fileno())
-        os.chmod(temporary, 0o644)
-        os.replace(temporary, path)
+        temporary.replace(path)
     except BaseException:
-        Path(temporary).unlink(missing_ok=True)
+        temporary.unlink(missing_ok=True)
         raise
 
 
@@ -50,9 +51,17 @@ def write_text(path: Path, text: str) -> None:
 
 
 def write_json(path: Path, numbers: Any) -> None:
-    """JSON with a final newline; NaN is refused."""
-    text = json.dumps(numbers, indent=2, allow_nan=False) + "\n"
-    write_atomically(path, lambda stream: stream.write(text.encode()))
+    """JSON with a final newline; NaN and infinities are refused, see `json_ready`."""
+    write_text(path, json.dumps(numbers, indent=2, allow_nan=False) + "\n")
+
+
+def json_ready(value: Any) -> Any:
+    """The same for JSON, which knows neither NaN nor infinity: null in their place."""
+    if isinstance(value, dict):
+        return {str(key): json_ready(item) for key, item in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [json_ready(item) for item in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 def sha256(path: Path) -> str:

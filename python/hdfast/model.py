@@ -21,6 +21,7 @@ STATES = {
 MOST_STATES = 8
 DEFAULT_ORDERS = tuple(range(1, 16))
 MAX_ORDERS = 64
+UNORDERED = (str, bytes, set, frozenset)
 
 Order = int | float | str | Fraction
 
@@ -43,7 +44,7 @@ def parse_order(value: object) -> Fraction:
 
 
 def _parse_orders(orders: object) -> tuple[Fraction, ...]:
-    if isinstance(orders, (str, bytes)) or not isinstance(orders, Iterable):
+    if isinstance(orders, UNORDERED) or not isinstance(orders, Iterable):
         raise InputError(f"orders = {shorten(orders)} is not a list of orders")
     listed = list(orders)
     if len(listed) > MAX_ORDERS:
@@ -94,8 +95,9 @@ class Model:
         parsed = _parse_orders(self.orders)
         object.__setattr__(self, "_orders", parsed)
         object.__setattr__(self, "orders", tuple(str(order) for order in parsed))
-        if isinstance(self.terms, str) or not isinstance(self.terms, Iterable):
+        if isinstance(self.terms, UNORDERED) or not isinstance(self.terms, Iterable):
             raise InputError(f"terms = {shorten(self.terms)} is not a list of term ids")
+        object.__setattr__(self, "terms", tuple(self.terms))
         for term in self.terms:
             info = terms()[term]
             if info.channels:
@@ -105,10 +107,9 @@ class Model:
                 )
             if self.base not in info.bases:
                 raise InputError(f"terms: {term!r} with base = {self.base!r} (allowed: {', '.join(info.bases)})")
-        if len(set(self.terms)) < len(tuple(self.terms)):
+        if len(set(self.terms)) < len(self.terms):
             raise InputError(f"terms = {shorten(self.terms)} names a term twice")
         _check_states(self.terms)
-        object.__setattr__(self, "terms", tuple(self.terms))
 
     @property
     def order_values(self) -> list[float]:

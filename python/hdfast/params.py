@@ -15,6 +15,8 @@ from hdfast.errors import InputError, ParameterError, nearest, shorten
 from hdfast.model import Model
 from hdfast.terms import terms
 
+HEADER = ["name", "symbol", "unit", "default", "range", "meaning", "source"]
+
 
 @dataclass(frozen=True)
 class Parameter:
@@ -90,10 +92,8 @@ class ParameterTable:
             return ParameterTable(self._rows[key], self._aliases)
         return self._rows[self.column(key) if isinstance(key, str) else key]
 
-    def __repr__(self) -> str:
-        from hdfast.printing import text_table
-
-        rows = [
+    def _cells(self) -> list[list[str]]:
+        return [
             [
                 row.name,
                 row.symbol,
@@ -105,24 +105,16 @@ class ParameterTable:
             ]
             for row in self._rows
         ]
-        return text_table(["name", "symbol", "unit", "default", "range", "meaning", "source"], rows, right=(3,))
+
+    def __repr__(self) -> str:
+        from hdfast.printing import text_table
+
+        return text_table(HEADER, self._cells(), right=(3,))
 
     def _repr_html_(self) -> str:
         from hdfast.printing import html_table
 
-        rows = [
-            [
-                row.name,
-                row.symbol,
-                row.unit,
-                f"{row.default:.6g}",
-                f"{row.low:.4g} .. {row.high:.4g}",
-                row.meaning,
-                row.source,
-            ]
-            for row in self._rows
-        ]
-        return html_table(["name", "symbol", "unit", "default", "range", "meaning", "source"], rows)
+        return html_table(HEADER, self._cells())
 
 
 @lru_cache(maxsize=64)

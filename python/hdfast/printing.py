@@ -1,9 +1,13 @@
-"""Plain-text and HTML tables from rows of strings."""
+"""What is printed: plain-text and HTML tables from rows of strings, and JSON."""
 
 from __future__ import annotations
 
 import html
+import json
 from collections.abc import Sequence
+from typing import Any
+
+from hdfast.files import json_ready
 
 
 def text_table(header: Sequence[str], rows: Sequence[Sequence[str]], right: Sequence[int] = ()) -> str:
@@ -28,3 +32,8 @@ def html_table(header: Sequence[str], rows: Sequence[Sequence[str]], right: Sequ
 
     body = "".join(f"<tr>{cells('td', row)}</tr>" for row in rows)
     return f"<table><thead><tr>{cells('th', header)}</tr></thead><tbody>{body}</tbody></table>"
+
+
+def json_text(numbers: Any) -> str:
+    """JSON; null where a number is not finite."""
+    return json.dumps(json_ready(numbers), indent=2, allow_nan=False)

@@ -23,7 +23,7 @@ from hdfast.sensors.observation import Observation, observe
 from hdfast.sensors.stage import SensorStage
 
 DEFAULT_SIGNALS = ("te", "omega_m", "omega_l")
-MAX_ROWS = 2**31 - 1
+MAX_ROWS = MAX_STEPS = 2**31 - 1
 RTOL = (1e-13, 1e-1)
 ATOL = (1e-9, 1e9)
 
@@ -131,7 +131,7 @@ def prepare(
         find_stiff=automatic and bool(model.terms),
         rtol=checks.number("rtol", rtol, *RTOL),
         atol=checks.number("atol", atol, *ATOL),
-        max_steps=checks.whole("max_steps", max_steps, 1, 2**31 - 1),
+        max_steps=checks.whole("max_steps", max_steps, 1, MAX_STEPS),
         max_step=checks.positive("max_step", max_step, math.inf, "s"),
         observation=observation,
     )

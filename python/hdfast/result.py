@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from hdfast import catalogue
+from hdfast import catalogue, checks
 from hdfast.checks import Floats
-from hdfast.errors import InputError, nearest, shorten
+from hdfast.errors import InputError, choose, nearest, shorten
 from hdfast.printing import text_table
 from hdfast.request import Request, parameters_of
 from hdfast.sensors.channels import CHANNELS
@@ -111,10 +111,10 @@ class SweepResult:
         return len(self.status)
 
     def __getitem__(self, name: str) -> Floats:
-        for group in (self.metrics, self.samples):
+        for group in (self.metrics, self.samples, self.recorded):
             if name in group:
                 return group[name]
-        known = [*self.metrics, *self.samples]
+        known = [*self.metrics, *self.samples, *self.recorded]
         raise InputError(
             f"the result holds no {shorten(name)}{nearest(str(name), known)} (it holds: {', '.join(known)})"
         )
@@ -148,16 +148,20 @@ class SweepResult:
             return f"row {row}: {status.name} ({cause}): {status.remedy}"
         return f"row {row}: {status.name} at t = {self.time[row]:.6g} s after {self.steps[row]} steps: {status.remedy}"
 
-    def percentiles(self, name: str, q: tuple[float, ...] = PERCENTILES) -> Floats:
-        """Percentiles of a metric over the finished rows whose value is finite; NaN when there are none."""
-        values = self[name][self.finished]
-        values = values[np.isfinite(values)]
+    def usable(self, metric: str) -> Floats:
+        """(n,) values of a metric over the finished rows, those that are finite."""
+        values = self.metrics[choose("metric", metric, self.metrics)][self.finished]
+        return values[np.isfinite(values)]
+
+    def percentiles(self, metric: str, q: Sequence[float] = PERCENTILES) -> Floats:
+        """Percentiles of a metric over its usable values; NaN when there are none."""
+        for percentage in q:
+            checks.number("q", percentage, 0.0, 100.0)
+        values = self.usable(metric)
         return np.percentile(values, q) if values.size else np.full(len(q), np.nan)
 
     def _row(self, row: int) -> int:
-        if not -len(self) <= row < len(self):
-            raise InputError(f"row = {shorten(row)} is out of range (allowed: 0 to {len(self) - 1})")
-        return int(row) % len(self)
+        return checks.whole("row", row, -len(self), len(self) - 1) % len(self)
 
     def __repr__(self) -> str:
         failed = len(self) - int(np.count_nonzero(self.finished))

@@ -5,6 +5,7 @@ Nothing here copies an (M, P) array: columns stay strided views of what was give
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -48,7 +49,8 @@ def table_columns(argument: str, value: Any) -> dict[str, Any]:
     if hasattr(value, "__arrow_c_stream__"):
         import pyarrow as pa
 
-        return table_columns(argument, pa.table(value))
+        with contextlib.suppress(pa.ArrowInvalid):
+            return table_columns(argument, pa.table(value))
     raise InputError(f"{argument} = {shorten(value)} has no named columns (allowed: a dict of arrays or a table)")
 
 

@@ -12,10 +12,13 @@ from hdfast import checks
 from hdfast.checks import Floats
 from hdfast.errors import InputError, choose, shorten
 from hdfast.scenario_parts import (
+    K_I,
+    K_P,
     MAX_SPEED_RPM,
     MAX_TIME,
     MAX_TORQUE,
     RPM,
+    TAU_MAX,
     load_tracks,
     motion_spline,
     pair,
@@ -80,9 +83,9 @@ class Scenario:
         torque: float | None = None,
         torque_ramp: float = 0.0,
         load: Load = 0.0,
-        K_p: float = 0.05,
-        K_i: float = 0.8,
-        tau_max: float = 2.0,
+        K_p: float = K_P,
+        K_i: float = K_I,
+        tau_max: float = TAU_MAX,
         initial: str = "relaxed",
         theta_m0: float = 0.0,
         run_window: tuple[float, float] | None = None,
@@ -171,9 +174,9 @@ class Scenario:
         t_off: float | None = None,
         t_end: float | None = None,
         load: Load = 0.0,
-        K_p: float = 0.05,
-        K_i: float = 0.8,
-        tau_max: float = 2.0,
+        K_p: float = K_P,
+        K_i: float = K_I,
+        tau_max: float = TAU_MAX,
         initial: str = "relaxed",
         theta_m0: float = 0.0,
         run_window: tuple[float, float] | None = None,
@@ -198,6 +201,7 @@ class Scenario:
         Raises:
             InputError: naming the argument, its value and the allowed range.
         """
+        checks.flag("hold", hold)
         given = {"speed_rpm": speed_rpm, "speed": speed, "relative": relative}
         chosen = [name for name, value in given.items() if value is not None]
         if len(chosen) != 1:
@@ -258,6 +262,7 @@ class Scenario:
         Raises:
             InputError: naming the argument, its value and the allowed range.
         """
+        checks.flag("hold", hold)
         t, values = pair("t", t, "torque", torque, MAX_TORQUE)
         end = checks.positive("t_end", t[-1] if t_end is None else t_end, MAX_TIME, "s")
         on = checks.number("t_on", t[0] if t_on is None else t_on, 0.0, end, "s")
@@ -269,7 +274,7 @@ class Scenario:
             assemble(end, [(0.0, TORQUE, False)], tracks),
             (on, *marks, end),
             initial,
-            scenario_values(speed_rpm, load, 0.05, 0.8, 2.0, theta_m0),
+            scenario_values(speed_rpm, load, K_P, K_I, TAU_MAX, theta_m0),
             ring_window(COAST_RING, ring_delay, ring_width),
         )
 
@@ -311,6 +316,7 @@ class Scenario:
         Raises:
             InputError: naming the argument, its value and the allowed range.
         """
+        checks.flag("hold", hold)
         t = checks.times("t", t, MAX_TIME)
         angle = checks.table("theta_m", theta_m)
         if len(t) != len(angle) or len(t) < 5 or t[0] != 0.0:
@@ -330,7 +336,7 @@ class Scenario:
             assemble(end, [(0.0, MOTION, False)], tracks, spline),
             (on, *marks, end),
             initial,
-            scenario_values(speed_rpm, load, 0.05, 0.8, 2.0, float(spline(0.0))),
+            scenario_values(speed_rpm, load, K_P, K_I, TAU_MAX, float(spline(0.0))),
             ring_window(COAST_RING, ring_delay, ring_width),
         )
 
@@ -375,3 +381,12 @@ class Scenario:
         choose("initial", initial, INITIALS)
         t_on, t_off, t_run, t_end = marks
         return cls(name, segments, t_on, t_off, t_end, t_run, initial, values, *ring)
+
+
+def chosen_scenario(scenario: Scenario | None) -> Scenario:
+    """The scenario given, or the default."""
+    if scenario is None:
+        return Scenario.start_stop()
+    if not isinstance(scenario, Scenario):
+        raise InputError(f"scenario = {shorten(scenario)} is not a hdfast.Scenario")
+    return scenario

@@ -13,6 +13,8 @@ from hdfast.errors import InputError, choose, shorten
 from hdfast.segments import Track, constant, held, linear
 
 RPM = 2.0 * math.pi / 60.0
+PER_RPM = 1.0 / RPM
+K_P, K_I, TAU_MAX = 0.05, 0.8, 2.0
 MAX_TIME = 1e6
 MAX_SPEED_RPM = 1e5
 MAX_TORQUE = 1e6
@@ -40,7 +42,7 @@ def run_phase(window: Any, t_on: float, t_off: float | None, t_end: float, defau
         raise InputError(f"run_window = {shorten(window)} is not a pair (begin, end) of times in s") from None
     end = checks.number("run_window end", end, t_on, t_end, "s")
     begin = checks.number("run_window begin", begin, t_on, end, "s")
-    if t_off is not None and end != t_off:
+    if t_off is not None and end != checks.number("t_off", t_off, t_on, t_end, "s"):
         raise InputError(f"run_window ends at {end:g} s but t_off = {t_off:g} s (allowed: the same time)")
     return end, begin
 

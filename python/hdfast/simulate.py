@@ -8,16 +8,19 @@ import numpy as np
 
 from hdfast import catalogue
 from hdfast.checks import Floats
-from hdfast.errors import InputError, nearest, shorten
+from hdfast.errors import InputError, choose, nearest, shorten
 from hdfast.model import Model
 from hdfast.recordings import Recording
 from hdfast.request import prepare
 from hdfast.result import SweepResult
-from hdfast.scenario import Scenario
+from hdfast.scenario import Scenario, chosen_scenario
 from hdfast.sweep import run
 
 GRID_STEP = 1e-3
 GRID_SIZE = (1001, 100_001)
+OPTIONS = (
+    "metrics", "initial_state", "sensitivities", "method", "rtol", "atol", "max_steps", "max_step", "sensors", "strict",
+)  # fmt: skip
 
 
 class Trajectory:
@@ -86,15 +89,16 @@ def simulate(
         scenario: the inputs over time; default `Scenario.start_stop()`.
         t_eval: sample times [s], shape (T,); default about 1 kHz over the whole run.
         signals: names of the sampled signals; default all.
-        options: metrics, initial_state, method, rtol, atol, max_steps, max_step, sensors and strict as in `sweep`.
+        options: metrics, initial_state, sensitivities, method, rtol, atol, max_steps, max_step, sensors and strict as
+            in `sweep`.
 
     Raises:
         InputError: the call cannot mean anything, or more than one row was given.
     """
+    for name in options:
+        choose("option", name, OPTIONS)
     strict = options.pop("strict", False)
-    scenario = Scenario.start_stop() if scenario is None else scenario
-    if not isinstance(scenario, Scenario):
-        raise InputError(f"scenario = {shorten(scenario)} is not a hdfast.Scenario")
+    scenario = chosen_scenario(scenario)
     if t_eval is None:
         size = int(np.clip(round(scenario.t_end / GRID_STEP) + 1, *GRID_SIZE))
         t_eval = np.linspace(0.0, scenario.t_end, size)

@@ -31,15 +31,6 @@ def _torque(k: Mapping[str, float], x: Floats) -> Floats:
     return np.asarray(sum(k.get(f"k{n}", 0.0) * x**n for n in POWERS), dtype=np.float64)
 
 
-def piecewise_windup(k: Mapping[str, float], torque: Floats) -> Floats:
-    """Windup [rad] of the piecewise spring K1, K2, K3 with corners at the torques T1, T2 [N m]."""
-    size = np.abs(torque)
-    first = np.minimum(size, k["T1"]) / k["K1"]
-    second = np.clip(size - k["T1"], 0.0, k["T2"] - k["T1"]) / k["K2"]
-    third = np.maximum(size - k["T2"], 0.0) / k["K3"]
-    return np.sign(torque) * (first + second + third)
-
-
 def piecewise_torque(k: Mapping[str, float], phi: Floats) -> Floats:
     """Torque [N m] of the piecewise spring at windup phi [rad]."""
     corner1 = k["T1"] / k["K1"]

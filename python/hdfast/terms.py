@@ -63,11 +63,14 @@ class TermTable:
     def __iter__(self) -> Iterator[Term]:
         return iter(self._rows)
 
+    def __contains__(self, name: object) -> bool:
+        return name in self.ids
+
     def __getitem__(self, name: str) -> Term:
         for row in self._rows:
             if row.id == name:
                 return row
-        raise InputError(f"terms: no term {shorten(name)} exists{nearest(str(name), self.ids)}")
+        raise InputError(f"terms: no term {shorten(name)} exists{nearest(str(name), self.ids)} (see hdfast terms)")
 
     def _cells(self) -> list[list[str]]:
         def parameters(row: Term) -> str:

@@ -39,10 +39,18 @@ def small(tmp_path):
     return path
 
 
+def test_exact_rooms_need_no_import_of_their_own():
+    names = "bench health identify proof recordings reference sensors studies tolerance"
+    program = "import hdfast, sys; print(*(getattr(hdfast, name).__name__ for name in sys.argv[1:]))"
+    command = [sys.executable, "-c", program, *names.split()]
+    found = subprocess.run(command, capture_output=True, text=True, check=True).stdout
+    assert found.split() == [f"hdfast.{name}" for name in names.split()]
+
+
 def test_exact_bare_command_says_what_to_try(capsys):
     assert main([]) == 0
     text = capsys.readouterr().out
-    assert len(re.findall(r"^  hdfast ", text, re.MULTILINE)) == 3
+    assert re.findall(r"^  hdfast (\w+)", text, re.MULTILINE) == ["params", "sweep", "diagnose"]
     assert hdfast.__version__ in text
 
 
@@ -75,6 +83,16 @@ def test_exact_sweep_writes_the_folder(small, tmp_path, capsys):
     assert summary["status"] == {"finished": 12}
     assert summary["metrics"]["te_pp"]["unit"] == "rad"
     assert summary["specifications"]["te_pp"]["yield"] == 1
+
+
+@pytest.mark.parametrize("command", ["sweep", "tolerance"])
+def test_exact_a_file_without_tolerances_is_told_that_its_rows_are_equal(command, small, capsys):
+    small.write_text("[scenario]\nt_end = 0.5\nt_off = 0.4\n[run]\nrows = 4\n")
+    main([command, str(small)])
+    [line] = capsys.readouterr().err.splitlines()
+    assert line.startswith("hdfast: note: the file has no [tolerance.<name>], so all rows are the same drive")
+    main([command, str(small), "--quiet"])
+    assert capsys.readouterr() == ("", "")
 
 
 def test_exact_same_seed_same_rows(small, tmp_path):
@@ -116,6 +134,42 @@ def test_exact_simulate_writes_the_folder(small, tmp_path, capsys):
     assert "te_pp" in capsys.readouterr().out
 
 
+def test_exact_json_has_null_where_a_number_is_infinite(small, tmp_path, capsys):
+    small.write_text(SMALL.replace("[scenario]\n", "[scenario]\ntau_max = inf\n"))
+    out = tmp_path / "one"
+    assert main(["simulate", str(small), "--out", str(out), "--json"]) == 0
+    printed = strict(capsys.readouterr().out)
+    assert printed == strict((out / "summary.json").read_text())
+    assert printed["parameters"]["tau_max"] is None
+    assert printed["parameters"]["J_l"] == 0.5
+    assert main(["terms", "--json"]) == 0
+    assert strict(capsys.readouterr().out)
+
+
+def strict(text):
+    """What the standard allows, which knows no NaN and no Infinity."""
+
+    def refuse(constant):
+        raise AssertionError(constant)
+
+    return json.loads(text, parse_constant=refuse)
+
+
+def test_exact_a_drive_that_fails_is_exit_code_1(small, capsys):
+    small.write_text(SMALL + "max_steps = 5\n")
+    assert main(["simulate", str(small)]) == 1
+    assert "max_steps" in capsys.readouterr().out
+
+
+def test_exact_commas_group_thousands(small, capsys):
+    assert main(["sweep", str(small), "--rows", "1,000", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["rows"] == 1000
+    for text in ("1,5", "1,50,000", ",100", "1_"):
+        with pytest.raises(SystemExit):
+            main(["sweep", str(small), "--rows", text])
+        assert "is not a whole number" in capsys.readouterr().err
+
+
 def test_exact_params_and_info(capsys):
     assert main(["params", "--spring", "piecewise"]) == 0
     assert "K1" in capsys.readouterr().out
@@ -129,6 +183,36 @@ def test_exact_params_and_info(capsys):
     assert json.loads(capsys.readouterr().out)["build"]["version"] == hdfast.__version__
 
 
+def test_exact_terms_are_listed_and_shown_in_full(capsys):
+    assert main(["terms"]) == 0
+    listed = capsys.readouterr().out.splitlines()[2:]
+    assert [line.split()[0] for line in listed] == hdfast.terms().ids
+    assert main(["terms", "coulomb_friction", "sensor_delay"]) == 0
+    shown = capsys.readouterr().out
+    for term in (hdfast.terms()["coulomb_friction"], hdfast.terms()["sensor_delay"]):
+        assert {term.equation, term.source} <= {line[12:] for line in shown.splitlines()}
+        assert all(f"{part.name} " in shown and part.meaning in shown for part in term.parameters)
+    assert main(["terms", "coulomb_friction", "--json"]) == 0
+    assert [row["id"] for row in json.loads(capsys.readouterr().out)] == ["coulomb_friction"]
+    assert main(["terms", "backlash", "--quiet"]) == 0
+    assert capsys.readouterr().out == ""
+
+
+def test_exact_lines_of_terms_end_at_the_edge_of_a_terminal(monkeypatch, capsys):
+    monkeypatch.setenv("COLUMNS", "60")
+    monkeypatch.setattr(sys.stdout, "isatty", lambda: True)
+    assert main(["terms"]) == 0
+    assert max(map(len, capsys.readouterr().out.splitlines())) == 60
+
+
+@pytest.mark.parametrize("kind", ["stiffness", "kinematic-error", "friction", "starting-torque", "coastdown"])
+def test_exact_examples_of_bench_and_identify_fit_together(kind, capsys):
+    for command, text in (("bench", f"--out out/bench-{kind}\n"), ("identify", f"out/bench-{kind}/campaign.toml")):
+        with pytest.raises(SystemExit):
+            main([command, kind, "--help"])
+        assert text in capsys.readouterr().out
+
+
 @pytest.mark.parametrize(
     ("arguments", "text"),
     [
@@ -139,9 +223,18 @@ def test_exact_params_and_info(capsys):
         (["sweep", str(EXAMPLE), "--rows", "ten"], "'ten' is not a whole number"),
         (["sweep", str(EXAMPLE), "--seed", "-1"], "--seed"),
         (["sweep", str(EXAMPLE), "--threads", "0"], "--threads"),
-        (["sweep", str(EXAMPLE), "--colour"], "--colour"),
+        (["sweep", str(EXAMPLE), "--colour"], "hdfast sweep: unknown option --colour (see hdfast sweep --help)"),
+        (["sweep", str(EXAMPLE), "--row", "5"], "hdfast sweep: unknown option --row; did you mean '--rows'?"),
+        (["sweep", str(EXAMPLE), "--row=5"], "unknown option --row; did you mean '--rows'?"),
+        (["params", "J_l"], "hdfast params: unexpected 'J_l' (see hdfast params --help)"),
+        (
+            ["bench", "friction", "a.toml", "--out", "x", "--sed", "5"],
+            "hdfast bench friction: unknown option --sed; did",
+        ),
         (["sweep", str(EXAMPLE), "--out", "/dev/null/x"], "cannot be written"),
         (["params", "--spring", "steel"], "steel"),
+        (["params", "--terms", "coulom"], "did you mean 'coulomb_friction'? (see hdfast terms)"),
+        (["terms", "back"], "did you mean 'backlash'?"),
     ],
 )
 def test_exact_wrong_input_is_one_line_and_exit_code_2(arguments, text, capsys):
@@ -172,6 +265,8 @@ def test_exact_progress_goes_to_stderr_when_asked(small, capsys):
 def test_exact_interrupt_keeps_finished_rows(small, tmp_path):
     small.write_text(SMALL + 'metrics = ["te_pp"]\n')
     out = tmp_path / "out"
+    out.mkdir()
+    (out / "index.html").write_text("of an earlier run")
     command = [sys.executable, "-m", "hdfast.cli", "sweep", str(small), "--rows", "1000000", "--out", str(out)]
     process = interruptible(
         [*command, "--progress", "--threads", "1"],

@@ -84,6 +84,8 @@ def test_against_engine_viscous_coast():
 
 def test_exact_driven_and_still_recordings_are_refused():
     t = np.linspace(0.0, 1.0, 200)
+    with pytest.raises(InputError, match=r"recording 0: no constant speeds found .at least 3 needed.: is it a fric"):
+        identify.friction({"t": t, "motor_angle": 0.0 * t, "motor_torque": 0.0 * t}, ratio=121.0)
     with pytest.raises(InputError, match="motor_torque is not near zero"):
         identify.coastdown({"t": t, "motor_angle": t, "motor_torque": 0.1 + 0 * t})
     with pytest.raises(InputError, match="turns by"):
@@ -132,3 +134,19 @@ def test_exact_what_does_not_differ_from_zero_is_not_declared():
     fit = identify.coastdown(coastdown(FrictionLaw(), seed=1), inertia=J, ratio=121.0, base=declared)
     assert [item["effect"] for item in fit.model["terms"]] == ["cogging", "coulomb_friction"]
     assert config.parse(fit.model_text()).drive["T_c"] == pytest.approx(0.03, rel=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("make", "text"),
+    [
+        (lambda: FrictionLaw(T_c=-1.0), "T_c = -1 is out of range"),
+        (lambda: FrictionLaw(T_c=float("nan")), "T_c = nan"),
+        (lambda: FrictionLaw(omega_s=0.0), "omega_s = 0"),
+        (lambda: friction(speeds_rpm=[0.0]), "speeds_rpm = 0"),
+        (lambda: friction(ratio=0.0), "ratio = 0"),
+        (lambda: coastdown(FrictionLaw(B=0.0)), "B = 0"),
+    ],
+)
+def test_exact_a_bench_refuses_what_cannot_be(make, text):
+    with pytest.raises(InputError, match=text):
+        make()

@@ -77,3 +77,8 @@ def test_exact_recordings_without_a_slow_start_are_refused():
         identify.starting_torque(moving)
     with pytest.raises(InputError, match="motor_torque"):
         identify.starting_torque({"t": t, "motor_angle": t})
+
+
+def test_exact_a_drive_without_friction_has_no_start():
+    with pytest.raises(InputError, match="T_s = 0 must be greater than zero"):
+        starting_torque(FrictionLaw(T_c=0.0, T_s=0.0))

@@ -130,3 +130,11 @@ def test_exact_repeated_loops_are_averaged_and_their_scatter_counts():
     apart = [Estimate("E", value, "J", 1.0, 0.0, 0.0) for value in (0.0, 10.0)]
     assert mean(apart).value == 5.0
     assert mean(apart).sigma == pytest.approx(5.0)
+
+
+@pytest.mark.parametrize(
+    ("drive", "text"), [({"K9": 1.0}, "'K9' is not known"), ({"k1": -1.0}, "k1 = -1 .* cannot be simulated")]
+)
+def test_exact_a_bench_refuses_a_drive_that_cannot_be(drive, text):
+    with pytest.raises(InputError, match=text):
+        stiffness(drive)

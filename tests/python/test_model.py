@@ -20,6 +20,10 @@ def test_exact_models_compare_by_meaning():
     assert hdfast.Model() != hdfast.Model(spring="piecewise")
 
 
+def test_exact_terms_of_an_iterator_are_kept():
+    assert hdfast.Model(terms=(name for name in ["delay"])).terms == ("delay",)
+
+
 def test_exact_states():
     assert hdfast.Model().states == ("theta_m", "omega_m", "theta_l", "omega_l", "z")
     assert hdfast.Model(base="one_inertia").states == ("theta_m", "omega_m", "z")
@@ -46,6 +50,8 @@ def test_exact_states():
         ({"terms": "coulomb_friction"}, "not a list"),
         ({"terms": ["coulomb_fricton"]}, "no term 'coulomb_fricton' exists"),
         ({"terms": [3]}, "no term 3 exists"),
+        ({"terms": {"coulomb_friction"}}, "not a list"),
+        ({"orders": {1, 2}}, "not a list"),
     ],
 )
 def test_exact_wrong_models(arguments, text):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import threading
 from dataclasses import replace
 from importlib import import_module
 
@@ -96,7 +97,7 @@ def test_exact_every_rival_answers_in_the_schema(calibrated, monkeypatch, name, 
 
 
 def test_exact_a_rival_answers_a_case_as_a_process_of_its_own(campaign, tmp_path):
-    answer(campaign.parent, tmp_path / "out", table.command("refit"), PATIENCE_S)
+    answer(campaign.parent, tmp_path / "out", table.command("refit"), PATIENCE_S, threading.Event())
     assert json.loads((tmp_path / "out" / "outcome.json").read_text())["fault"] == ""
     assert json.loads((tmp_path / "out" / "verdict.json").read_text())["verdict"] == "no_evidence"
 

@@ -1,8 +1,12 @@
 from __future__ import annotations
 
 import json
+import os
 import re
+import signal
+import subprocess
 import sys
+import time
 
 import answers as made
 import pytest
@@ -10,6 +14,7 @@ from hdfast.proof import making, run, seal, tool
 from hdfast.proof.folders import Folders
 from hdfast.proof.rivals.table import Contender
 from hdfast.report import proof_page
+from processes import interruptible
 
 TOOL = """
 import json, pathlib, sys, time
@@ -127,3 +132,29 @@ def test_exact_another_set_in_the_folder_is_refused(folders):
     (folders.sealed / seal.PLAN).write_text('{"cases": 4, "seed": 1}')
     with pytest.raises(seal.SealError, match="another set"):
         making.make(folders, 4, 2, 1, lambda *_: None)
+
+
+SLEEPER = "import os, pathlib, sys, time; pathlib.Path(sys.argv[2]).write_text(str(os.getpid())); time.sleep(60)"
+ANSWER = """import pathlib, sys
+from hdfast.proof.tool import answer_all
+
+root = pathlib.Path(sys.argv[1])
+tool = [sys.executable, "-c", sys.argv[2], "{campaign}", str(root / "pid")]
+answer_all(root / "cases", root / "answers", 1, tool, 60.0, lambda *_: None)
+"""
+
+
+def test_exact_ctrl_c_ends_the_tools_and_leaves_their_cases_open(tmp_path):
+    for name in ("a1", "b2", "c3"):
+        (tmp_path / "cases" / name).mkdir(parents=True)
+        (tmp_path / "cases" / name / "campaign.toml").touch()
+    process = interruptible([sys.executable, "-c", ANSWER, str(tmp_path), SLEEPER], stderr=subprocess.PIPE)
+    deadline = time.monotonic() + 60
+    while not (tmp_path / "pid").exists() and time.monotonic() < deadline:
+        time.sleep(0.02)
+    time.sleep(0.1)
+    process.send_signal(signal.SIGINT)
+    process.communicate(timeout=20)
+    with pytest.raises(ProcessLookupError):
+        os.kill(int((tmp_path / "pid").read_text()), 0)
+    assert not list(tmp_path.rglob(tool.OUTCOME))

@@ -64,6 +64,23 @@ def test_exact_second_opening_for_other_answers_is_refused(sealed):
         open_(sealed)
 
 
+def test_exact_a_kill_while_sealing_leaves_a_set_that_can_be_sealed(tmp_path, monkeypatch):
+    """The public file comes last: as long as it is not there, nothing is committed to."""
+
+    def killed(*_):
+        raise KeyboardInterrupt
+
+    cases = tmp_path / "cases"
+    cases.mkdir()
+    (tmp_path / "answers").mkdir()
+    with monkeypatch.context() as patch:
+        patch.setattr(seal.files, "write_json", killed)
+        with pytest.raises(KeyboardInterrupt):
+            seal.close(cases, tmp_path / "sealed", tmp_path / "seal.json", LABELS)
+    seal.close(cases, tmp_path / "sealed", tmp_path / "seal.json", LABELS)
+    assert open_(tmp_path) == LABELS
+
+
 def test_exact_a_set_is_sealed_once(sealed):
     with pytest.raises(seal.SealError, match="sealed already"):
         seal.close(sealed / "cases", sealed / "sealed", sealed / "seal.json", LABELS)

@@ -6,9 +6,13 @@ import re
 from pathlib import Path
 
 import pytest
+from hdfast.cli import main
+from hdfast.recordings import COLUMNS, load, load_campaign
 
 ROOT = Path(__file__).parents[2]
 README = (ROOT / "README.md").read_text()
+CAMPAIGN = (ROOT / "docs" / "campaign.md").read_text()
+EXAMPLE = ROOT / "examples" / "concealed-friction"
 
 
 def test_exact_python_example_runs(tmp_path, monkeypatch, capsys):
@@ -19,6 +23,36 @@ def test_exact_python_example_runs(tmp_path, monkeypatch, capsys):
     exec(compile(example, "README.md", "exec"), {})
     assert "te_pp" in capsys.readouterr().out
     assert (tmp_path / "start.svg").stat().st_size > 10_000
+
+
+def test_exact_campaign_file_to_copy_is_compared(tmp_path, monkeypatch, capsys):
+    campaign, terms = re.findall(r"```toml\n(.*?)```", CAMPAIGN, re.DOTALL)
+    given = {
+        "time": ("t", 1.0),
+        "pos_deg": ("motor_angle", 57.2958),
+        "out_deg": ("load_angle", 57.2958),
+        "current": ("motor_torque", 1.0 / 0.11),
+    }
+    for name, source in (("ladder", "ladder"), ("swing", "swing"), ("proof", "proof-load")):
+        table = load(EXAMPLE / f"{source}.parquet")
+        columns = {own: scale * table[standard] for own, (standard, scale) in given.items()}
+        rows = "\n".join(",".join(f"{value:.9g}" for value in row) for row in zip(*columns.values(), strict=True))
+        (tmp_path / f"{name}.csv").write_text(f"{','.join(columns)}\n{rows}\n")
+    monkeypatch.chdir(tmp_path)
+    Path("campaign.toml").write_text(campaign + terms)
+    [example] = re.findall(r"```python\n(.*?)```", CAMPAIGN, re.DOTALL)
+    exec(compile(example, "docs/campaign.md", "exec"), {})
+    assert "3 of 3 recordings usable" in capsys.readouterr().out
+    found = load_campaign("campaign.toml")
+    assert found.model.terms == ("coulomb_friction", "cogging")
+    Path("campaign.toml").write_text(campaign)
+    assert main(["compare", "campaign.toml"]) == 0
+    assert "proof.csv" in capsys.readouterr().out
+
+
+def test_exact_campaign_page_lists_every_column():
+    for name, (unit, meaning) in COLUMNS.items():
+        assert f"| `{name}` | {unit} | {meaning} |" in CAMPAIGN
 
 
 def test_exact_pictures_and_files_exist():

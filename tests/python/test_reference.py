@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+import hdfast
 import numpy as np
 import pytest
 from drives import (
@@ -21,6 +22,7 @@ from drives import (
     segment,
 )
 from hdfast.reference import Metrics, advance, solve_rows
+from hdfast.sensors import SensorStage
 from oracles import closed_forms, lagrange
 from scipy.optimize import brentq
 
@@ -230,3 +232,28 @@ def test_exact_failures_are_data(changes, options, status):
     assert result.status[0] == status
     assert math.isnan(result["te_pp"][0])
     assert math.isnan(result.samples["te"][0][1])
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"model": hdfast.Model(terms=["delay"])}, "terms = "),
+        ({"method": "rodas5p"}, "method = 'rodas5p' is not known"),
+        ({"sensors": SensorStage([("sensor_noise", "load_angle")]), "t_eval": [0.0]}, "sensors = "),
+        ({"sensitivities": ["J_l"]}, "sensitivities = "),
+    ],
+)
+def test_exact_what_the_reference_has_not_is_refused(options, message):
+    with pytest.raises(hdfast.InputError, match=message):
+        hdfast.reference.sweep({}, **options)
+
+
+def test_exact_the_reference_takes_the_default_scenario():
+    given = {"t_eval": [0.0, 1e-3], "metrics": [], "max_steps": 10}
+    default = hdfast.reference.simulate({}, scenario=None, **given)
+    assert (
+        default.samples["te"]
+        == hdfast.reference.simulate({}, scenario=hdfast.Scenario.start_stop(), **given).samples["te"]
+    )
+    with pytest.raises(hdfast.InputError, match="scenario = 'start'"):
+        hdfast.reference.simulate({}, scenario="start")

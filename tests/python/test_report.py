@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import os
 import re
 import xml.etree.ElementTree as ET
 from html.parser import HTMLParser
@@ -176,6 +177,15 @@ def test_exact_files_appear_whole_or_not_at_all(tmp_path):
         folder.write_atomically(path, fail)
     assert path.read_bytes() == b"old"
     assert list(tmp_path.iterdir()) == [path]
+
+
+def test_exact_files_have_the_permissions_of_the_process(tmp_path):
+    before = os.umask(0o027)
+    try:
+        folder.write_atomically(tmp_path / "x.json", lambda stream: stream.write(b"{}"))
+    finally:
+        os.umask(before)
+    assert (tmp_path / "x.json").stat().st_mode & 0o777 == 0o640
 
 
 PACKAGE = Path(hdfast.__file__).parent

@@ -30,9 +30,30 @@ def test_exact_status_in_words(result):
     assert "finished" in result.message(0)
     assert "J_l = -1 kg m^2" in result.message(2)
     assert result.message(-1) == result.message(2)
-    for row in (3, -4):
+    for row in (3, -4, 1.5, "1"):
         with pytest.raises(hdfast.InputError, match="row"):
             result.message(row)
+
+
+def test_exact_percentiles_are_those_of_a_metric(result):
+    with pytest.raises(hdfast.InputError, match="metric = 'te' is not known"):
+        result.percentiles("te")
+    with pytest.raises(hdfast.InputError, match="q = 101 is out of range"):
+        result.percentiles("te_pp", (101,))
+    assert result.usable("te_pp").tolist() == result["te_pp"][:2].tolist()
+
+
+def test_exact_readings_are_found_by_name():
+    stage = hdfast.sensors.SensorStage([("quantisation", "motor_angle")])
+    read = hdfast.sweep({}, scenario=SHORT, t_eval=[0.0, 0.1], metrics=[], sensors=stage)
+    assert read["motor_angle"] is read.recorded["motor_angle"]
+    assert read.units["motor_angle"] == "rad"
+
+
+def test_exact_names_are_listed_and_asked_for():
+    assert {"tolerance", "diagnose", "identify", "reference", "compare", "sweep"} <= set(dir(hdfast))
+    assert "coulomb_friction" in hdfast.terms()
+    assert "coulomb_fricton" not in hdfast.terms()
 
 
 def test_exact_unknown_name_offers_the_nearest(result):
@@ -90,6 +111,7 @@ def test_exact_xarray(result):
     assert data["te"].attrs["units"] == "rad"
     assert data["time"].to_numpy()[-1] == 1.4
     assert data["final_state"].sel(state="omega_m").shape == (3,)
+    assert data["final_state"].attrs["units"] == "rad, rad/s, rad, rad/s, rad"
     several = hdfast.sweep({"J_l": [0.4, 0.5]}, scenario=SHORT, t_eval=[[0.0, 0.1], [0.2]], t_eval_index=[0, 1])
     assert several.to_xarray()["grid"].to_numpy().tolist() == [0, 1]
 
@@ -98,7 +120,7 @@ def test_exact_missing_package_is_named(result, monkeypatch):
     import importlib.util
 
     monkeypatch.setattr(importlib.util, "find_spec", lambda name: None)
-    with pytest.raises(hdfast.MissingPackageError, match=r"hdfast\[polars\]"):
+    with pytest.raises(hdfast.MissingPackageError, match="pip install polars"):
         result.to_polars()
 
 
@@ -128,6 +150,8 @@ def test_exact_simulate_takes_any_single_row():
         ({"scenario": [SHORT]}, "scenario"),
         ({"signals": ["x"]}, "signals"),
         ({"t_eval": [9.0]}, "t_eval"),
+        ({"threads": 1}, "option = 'threads' is not known"),
+        ({"rtl": 1e-6}, "did you mean 'rtol'"),
     ],
 )
 def test_exact_wrong_simulate(arguments, text):

@@ -225,6 +225,7 @@ def test_exact_dataset_holds_the_derivatives():
     np.testing.assert_array_equal(data["d_te"].sel(wrt="J_l"), result.sample_sensitivities["te"][..., 0])
     np.testing.assert_array_equal(data["d_te_pp"].sel(wrt="K_p"), result.metric_sensitivities["te_pp"][:, 1])
     assert data["d_final_state"].shape == (2, 5, 2)
+    assert data["d_te_pp"].attrs["units"] == "rad per unit of wrt"
 
 
 @pytest.mark.parametrize("metrics", [["te_rms", "peak_windup"], ["order_1", "speed_order_2"], None], ids=str)

@@ -279,3 +279,19 @@ def test_exact_names_are_as_short_as_they_can_be_told_apart():
 def test_exact_wrong_stages_are_named(make, named):
     with pytest.raises(InputError, match=named):
         make()
+
+
+@pytest.mark.parametrize(
+    ("make", "text"),
+    [
+        (lambda: SensorStage(5), "effects = 5 is not a list"),
+        (lambda: SensorStage("sensor_noise"), "effects = 'sensor_noise' is not a list"),
+        (lambda: SensorStage().times(np.inf), "end = inf must be finite"),
+        (lambda: SensorStage().times(-1.0), "end = -1 s is out of range"),
+        (lambda: SensorStage().apply([0.0, 2.0, 1.0], {"load_angle": np.zeros(3)}), "t must strictly increase"),
+        (lambda: SensorStage().apply(T[:3], {"load_angle": np.zeros((1, 3))}, rows=[1.7]), "rows has .* float64"),
+    ],
+)
+def test_exact_wrong_arguments_of_a_stage(make, text):
+    with pytest.raises(InputError, match=text):
+        make()

@@ -72,12 +72,20 @@ def test_exact_study_writes_page_rows_and_claims(tmp_path, capsys):
         (["identify", "stiffness", "{run}", "--column", "motor_angel=x"], "did you mean 'motor_angle'"),
         (["identify", "stiffness", "{run}", "--column", "t"], "is not NAME=COLUMN"),
         (["study", "stiffness", "{piecewise}"], "allowed for a study"),
+        (
+            ["study", "stiffness", "{heavy}"],
+            "J_l = 3 kg m^2 (allowed for a study: 0.5 or left out; its loads are 0.5, 2, 12)",
+        ),
+        (["study", "stiffness", "{rubbing}"], "terms coulomb_friction (allowed for a study: none)"),
     ],
 )
 def test_exact_wrong_input_ends_with_two(arguments, text, tmp_path, capsys):
     run, piecewise = tmp_path / "run.csv", tmp_path / "piecewise.toml"
     run.write_text("t,motor_angle\n" + "".join(f"{i},{i}\n" for i in range(20)))
     piecewise.write_text('[drive]\nspring = "piecewise"\n')
-    given = [part.format(run=run, piecewise=piecewise) for part in arguments]
+    heavy, rubbing = tmp_path / "heavy.toml", tmp_path / "rubbing.toml"
+    heavy.write_text("[drive]\nJ_l = 3\n")
+    rubbing.write_text('[[terms]]\neffect = "coulomb_friction"\n')
+    given = [part.format(run=run, piecewise=piecewise, heavy=heavy, rubbing=rubbing) for part in arguments]
     assert cli.main(given) == 2
     assert text in capsys.readouterr().err

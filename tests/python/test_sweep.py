@@ -65,6 +65,13 @@ def test_exact_named_columns_give_the_same_bits(rows, expected):
         assert bits(run(table)) == expected
 
 
+def test_exact_a_series_is_no_table():
+    import pandas as pd
+
+    with pytest.raises(hdfast.InputError, match=r"(?s)rows = .* cannot be read \(allowed: a float64 array"):
+        run(pd.Series({"J_l": 0.5}))
+
+
 def test_exact_float32_is_converted():
     X = hdfast.defaults(2).astype(np.float32)
     assert bits(run(X)) == bits(run(X.astype(np.float64)))

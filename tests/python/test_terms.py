@@ -113,3 +113,10 @@ def test_against_a_tight_run_corners_of_the_spring(model, row):
         found = hdfast.sweep(rows, rtol=rtol, **options)["te"]
         errors = np.max(np.abs(found - exact), axis=1) / np.ptp(exact, axis=1)
         assert np.median(errors) < 20 * rtol, (rtol, errors)
+
+
+def test_exact_eight_hidden_states_at_rest_underflow_no_tolerance():
+    model = hdfast.Model(terms=["viscoelastic", "base_compliance", "load_compliance", "input_compliance"])
+    scenario = hdfast.Scenario.start_stop(t_on=0.1, t_off=0.3, t_end=0.6)
+    result = hdfast.sweep({"J_l": 0.5}, model=model, scenario=scenario, metrics=["te_pp"], atol=1e-9)
+    assert result.status_counts() == {"finished": 1}

@@ -204,6 +204,8 @@ def test_exact_file_sections():
     [
         ("[correlation]\npairs = [['J_l', 'k1', 0.5]]\n", 1, "J_l"),
         ("[batches]\nsize = 0\n", 2, "size = 0"),
+        ("[trajectories]\nsignals = ['te']\nstep = 1e-9\n", 1, "step = 1e-09 s is out of range"),
+        ("[trajectories]\nsignals = ['te']\nstep = inf\n", 1, "step = inf s is out of range"),
         ("[run]\nsampling = 'sobl'\n", 2, "did you mean 'sobol'"),
         ("[run]\nfailed = 'ignore'\n", 2, "failed = 'ignore'"),
         ("[trajectories]\nsignals = ['te']\n", 1, "needs the key 'step'"),
@@ -214,3 +216,35 @@ def test_exact_wrong_sections_name_the_line(text, line, message):
     with pytest.raises(hdfast.ConfigError, match=message) as caught:
         config.parse(text)
     assert caught.value.line == line
+
+
+def test_exact_small_blocks_cannot_be_correlated():
+    """Two or three rows reordered are often in one line; their correlation then has no inverse."""
+    for block in (2, 3, 21):
+        with pytest.raises(hdfast.InputError, match=f"block = {block} is too small"):
+            Plan(MIXED, "latin_hypercube", block=block, correlation=COUPLED)
+    for seed in range(200):
+        Plan(MIXED, "latin_hypercube", seed, block=22, correlation=COUPLED).draw(0, 44)
+    assert Plan(MIXED, "latin_hypercube", block=2).draw(0, 4)["J_l"].shape == (4,)
+
+
+@pytest.mark.parametrize(
+    "entry",
+    [
+        {"distribution": "capability", "tolerance": 1.0, "cpk": 1.0, "inspected": True, "lower": 4.0},
+        {"distribution": "truncated_normal", "sigma": 0.1, "lower": 3.0, "upper": 4.0},
+        {"distribution": "truncated_normal", "sigma": 0.1, "lower": 0.0, "upper": 1.0},
+        {"distribution": "normal", "sigma": 0.1, "lower": 6.0},
+        {"distribution": "lognormal", "sigma_log": 0.01, "lower": 3.0},
+    ],
+)
+def test_exact_bounds_that_leave_nothing_of_a_law_are_refused(entry):
+    with pytest.raises(hdfast.InputError, match=r"not below upper|nothing of the law"):
+        tolerance(entry)
+
+
+def test_exact_extremes_of_a_lognormal_law_heed_both_bounds():
+    bounded = tolerance({"distribution": "lognormal", "sigma_log": 0.5, "lower": 1.0, "upper": 5.0})
+    assert bounded.extremes() == (1.0, 5.0)
+    open_below = tolerance({"distribution": "lognormal", "sigma_log": 0.5, "upper": 5.0})
+    assert open_below.extremes()[0] == pytest.approx(open_below.quantile(np.array(stats.norm.cdf(-3.0))), rel=1e-6)

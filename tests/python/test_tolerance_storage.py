@@ -212,6 +212,61 @@ def test_exact_trajectories_in_zarr(tmp_path):
     assert contents(tmp_path / "b") == whole
 
 
+@pytest.mark.parametrize("where", ["memory", "folder"])
+def test_exact_an_error_of_the_progress_function_is_the_users_and_no_rows_fault(small, tmp_path, where):
+    out = tmp_path / "out" if where == "folder" else None
+
+    def complain(done, _total):
+        if done:
+            raise ValueError("mine")
+
+    with pytest.raises(ValueError, match=r"^mine$"):
+        hdfast.tolerance(small, n=40, chunk=20, out=out, progress=complain)
+    if out is not None:
+        assert hdfast.tolerance(small, n=40, chunk=20, out=out, resume=True).status_counts == {"finished": 40}
+
+
+def test_exact_the_last_sample_is_not_beyond_the_end(tmp_path):
+    """3 * 0.2 > 0.6 in binary."""
+    pytest.importorskip("zarr")
+    parsed = config.parse(SMALL + '[trajectories]\nsignals = ["te"]\nstep = 0.2\n')
+    assert parsed.trajectories.times(0.6).tolist() == [0.0, 0.2, 0.4, 0.6]
+    assert hdfast.tolerance(parsed, n=4, out=tmp_path / "out").status_counts == {"finished": 4}
+
+
+def test_exact_a_study_without_manifest_leaves_no_times_behind(tmp_path):
+    """Killed before its first chunk was stored, a study leaves an array t; the next one brings its own."""
+    zarr = pytest.importorskip("zarr")
+    text = SMALL + '[trajectories]\nsignals = ["te"]\nstep = {}\n'
+    hdfast.tolerance(config.parse(text.format(0.05)), n=8, out=tmp_path / "out")
+    (tmp_path / "out" / "manifest.json").unlink()
+    hdfast.tolerance(config.parse(text.format(0.1)), n=8, out=tmp_path / "out")
+    hdfast.tolerance(config.parse(text.format(0.1)), n=8, out=tmp_path / "straight")
+    root = zarr.open_group(str(tmp_path / "out" / "trajectories.zarr"), mode="r")
+    assert np.allclose(root["t"][:], np.arange(7) * 0.1)
+    assert contents(tmp_path / "out") == contents(tmp_path / "straight")
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "message"),
+    [
+        ("format", 99, "format = 99 is out of range"),
+        ("chunk", 0, "chunk = 0 is out of range"),
+        ("fingerprint", 5, "cannot be read"),
+        ("fingerprint", [], "another study"),
+        ("chunks", [{"start": 0, "rows": 20}], "'file'"),
+        ("chunks", 3, "cannot be read"),
+    ],
+)
+def test_exact_a_manifest_of_another_kind_is_refused(small, tmp_path, key, value, message):
+    out = tmp_path / "out"
+    hdfast.tolerance(small, n=20, out=out)
+    manifest = json.loads((out / "manifest.json").read_text())
+    (out / "manifest.json").write_text(json.dumps(manifest | {key: value}))
+    with pytest.raises(hdfast.InputError, match=message):
+        hdfast.tolerance(small, n=20, out=out, resume=True)
+
+
 def test_exact_memory_of_many_rows_stays_small(tmp_path, long):
     """The benchmark problem with its outputs: resident memory below 1 GB (1,000,000 rows with --long)."""
     rows = 1_000_000 if long else 20_000

@@ -114,6 +114,29 @@ def test_exact_failure_policies():
     assert f"{bad} rows left out" in page
 
 
+def test_exact_excluded_rows_are_excluded_everywhere():
+    """Rows that failed have no say in the course of a yield, in what drives a loss, or in what a tolerance does."""
+    half = config.parse(FAILING.replace("sigma = 0.02", "sigma = 0.05").replace("upper = 3e-4", "upper = 1"))
+    study = hdfast.tolerance(half, n=300, failed="exclude")
+    lost = int(np.sum(~study.finished))
+    assert 20 < lost < 150
+    assert study.yields["te_pp"].yield_ == 1.0
+    assert study.convergence("te_pp").rows[-1] == 300 - lost
+    assert study.convergence("te_pp").estimates[-1].value == 1.0
+    assert math.isnan(study.loss_contributions["te_pp"]["J_l"].value)
+    still, worst = (
+        hdfast.tolerance(half, n=300, failed=policy).effects_of(["J_l"], rows=300, factors=[0.0])[0]
+        for policy in ("exclude", "worst")
+    )
+    assert still.missing == worst.missing == lost
+    assert still.yields["te_pp"].value == 0.0
+    assert worst.yields["te_pp"].value == pytest.approx(lost / 300)
+    refused = hdfast.tolerance(half, n=300)
+    for ask in (lambda: refused.convergence("te_pp"), lambda: refused.loss_contributions):
+        with pytest.raises(FailedRowsError):
+            ask()
+
+
 def test_exact_worst_case_sampling_judges_every_corner(small):
     corners = hdfast.tolerance(small, sampling="corners")
     assert corners.n == 9
@@ -178,7 +201,11 @@ def test_exact_exit_codes(small, tmp_path, capsys):
     assert "not met" in capsys.readouterr().out
     small.write_text(FAILING)
     assert main(["tolerance", str(small), "--rows", "200", "--out", str(tmp_path / "out")]) == 1
-    assert "failed='exclude'" in capsys.readouterr().err
+    assert "with --resume --failed" in capsys.readouterr().err
+    assert main(["tolerance", str(small), "--rows", "200"]) == 1
+    without = capsys.readouterr().err
+    assert "failed='exclude'" in without
+    assert "--resume" not in without
     again = ["tolerance", str(small), "--rows", "200", "--out", str(tmp_path / "out"), "--quiet"]
     assert main(again) == 2
     assert "--resume" in capsys.readouterr().err
@@ -210,9 +237,39 @@ def test_exact_wrong_arguments_name_value_and_range(small):
         ({"sampling": "sobl"}, "did you mean 'sobol'"),
         ({"failed": "drop"}, "failed = 'drop'"),
         ({"chunk": 0}, "chunk = 0"),
+        ({"workers": -3}, "workers = -3"),
+        ({"workers": 2}, "cluster = 'local' only"),
+        ({"workers": 2, "cluster": "tcp://here:1"}, "cluster = 'local' only"),
     ):
         with pytest.raises(hdfast.InputError, match=re.escape(text)):
             hdfast.tolerance(small, **options)
+
+
+@pytest.mark.parametrize(
+    ("ask", "text"),
+    [
+        (lambda study: study.effects_of(["nope"]), "names = 'nope' is not known"),
+        (lambda study: study.effects_of(["J_l"], rows=0), "rows = 0"),
+        (lambda study: study.effects_of(["J_l"], factors=[-1.0]), "factors = -1"),
+        (lambda study: study.effects_of(["J_l"], percentage=101), "percentage = 101"),
+        (lambda study: study.gradients(step=0), "step = 0"),
+        (lambda study: study.convergence("te_pp", 500), "percentage = 500"),
+        (lambda study: study.allocate(bounds=(1,)), "bounds = (1,)"),
+        (lambda study: study.allocate(rows=0), "rows = 0"),
+        (lambda study: study.rare("te_pp", smallest=0.0), "smallest = 0"),
+    ],
+)
+def test_exact_wrong_questions_name_value_and_range(study, ask, text):
+    with pytest.raises(hdfast.InputError, match=re.escape(text)):
+        ask(study)
+
+
+def test_exact_a_study_in_which_nothing_varies_says_so():
+    fixed = config.parse("[scenario]\nt_end = 0.4\n[spec.te_pp]\nupper = 1\n")
+    study = hdfast.tolerance(fixed, n=3)
+    for ask in (study.sobol, study.morris, study.gradients, lambda: study.rare("te_pp")):
+        with pytest.raises(hdfast.InputError, match="need parameters that vary"):
+            ask()
 
 
 def test_exact_help_shows_an_example(capsys):

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import json
 from collections.abc import Callable
 from dataclasses import asdict, replace
 from itertools import product
@@ -12,13 +11,15 @@ from typing import Any
 from hdfast import bench
 from hdfast.bench import folder
 from hdfast.bench.rig import SENSORS, rig
+from hdfast.checks import MAX_SEED
 from hdfast.config import Config, load
+from hdfast.printing import json_text
 from hdfast.recordings import Recording
 from hdfast.sensors import SensorStage, encoder
 
 NAME = "bench"
 TEXT = "Make the recordings a test rig would give of a known drive, through its sensors."
-EXAMPLE = "hdfast bench stiffness examples/shf-25-120.toml --out out/bench"
+EXAMPLE = "hdfast bench stiffness examples/shf-25-120.toml --out out/bench-stiffness"
 KINDS = {
     "stiffness": "torque-windup loop at the locked input (quasi-static, with slip elements)",
     "kinematic-error": "slow runs at constant speed in both directions",
@@ -33,12 +34,12 @@ def arguments(command: argparse.ArgumentParser, whole: Callable[[str, int, int],
     """Declare the arguments; `whole` makes a reader of whole numbers."""
     kinds = command.add_subparsers(dest="kind", metavar="KIND", required=True)
     for kind, text in KINDS.items():
-        example = f"example:\n  hdfast bench {kind} examples/shf-25-120.toml --out out/bench"
+        example = f"example:\n  hdfast bench {kind} examples/shf-25-120.toml --out out/bench-{kind}"
         shape = argparse.RawDescriptionHelpFormatter
         part = kinds.add_parser(kind, help=text, description=text, epilog=example, formatter_class=shape)
         part.add_argument("file", metavar="FILE.toml", help="the drive")
         part.add_argument("--out", metavar="DIR", required=True, help="folder for recordings, campaign file and page")
-        part.add_argument("--seed", type=whole("--seed", 0, 2**63 - 1), default=1, help="seed of noise and positions")
+        part.add_argument("--seed", type=whole("--seed", 0, MAX_SEED), default=1, help="seed of noise and positions")
         part.add_argument("--rate", type=float, default=1000.0, help="samples per second")
         part.add_argument("--motor-bits", type=whole("--motor-bits", 1, 40), help="motor encoder [17]")
         part.add_argument("--load-bits", type=whole("--load-bits", 1, 40), help="load encoder [20]")
@@ -71,7 +72,7 @@ def run(options: argparse.Namespace) -> int:
     path = folder.write(options.out, options.kind, recordings, truth, drive, sensors, options.seed, options.format)
     page = bench_page.write(options.kind, recordings, truth, path.parent, settings.text)
     if options.json:
-        print(json.dumps({"kind": options.kind, "campaign": str(path), "truth": truth}, indent=2))
+        print(json_text({"kind": options.kind, "campaign": str(path), "truth": truth}))
     elif not options.quiet:
         lines = [f"{item.name}: {len(item['t'])} samples, {', '.join(item.columns)}" for item in recordings]
         print("\n".join([*lines, "", str(page), str(path), str(path.parent / folder.TRUTH)]))

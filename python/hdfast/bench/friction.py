@@ -16,9 +16,9 @@ from hdfast import checks
 from hdfast.bench.rig import record, rig
 from hdfast.checks import Floats
 from hdfast.recordings import Recording
+from hdfast.scenario_parts import MAX_SPEED_RPM, RPM
 from hdfast.sensors import SensorStage
 
-RPM = 2.0 * math.pi / 60.0
 RIPPLE = 0.005  # N m, twice per revolution
 LADDER_RPM = (2.0, 4.0, 8.0, 15.0, 25.0, 40.0, 60.0, 100.0, 150.0, 220.0, 320.0, 450.0, 600.0)
 
@@ -43,6 +43,13 @@ class FrictionLaw:
     asymmetry: float = 0.0
     load_share: float = 0.0
     beta: float = 0.0
+
+    def __post_init__(self) -> None:
+        for name in ("T_c", "T_s", "B"):
+            checks.finite(name, getattr(self, name), 0.0)
+        checks.positive("omega_s", self.omega_s, unit="rad/s")
+        for name in ("asymmetry", "load_share", "beta"):
+            checks.finite(name, getattr(self, name))
 
     def torque(self, omega: Floats, load: Floats, temperature: Floats, ratio: float) -> Floats:
         """Friction torque [N m] at motor speed omega [rad/s], output torque [N m], temperature [degC]."""
@@ -81,10 +88,12 @@ def friction(
     law = FrictionLaw() if law is None else law
     stage = rig() if sensors is None else sensors
     checks.positive("dwell_revolutions", dwell_revolutions, 1e4)
+    checks.positive("ratio", ratio)
+    ladder = np.array([checks.positive("speeds_rpm", speed, MAX_SPEED_RPM, "r/min") for speed in speeds_rpm])
     rng = np.random.default_rng([seed, 99])
     found = []
     for index, load in enumerate(loads):
-        steps = np.concatenate([np.asarray(speeds_rpm), -np.asarray(speeds_rpm)]) * RPM
+        steps = np.concatenate([ladder, -ladder]) * RPM
         rng.shuffle(steps)
         dwell = np.maximum(dwell_revolutions * 2.0 * math.pi / np.abs(steps), 1.0)
         corners = np.concatenate([[0.0], np.cumsum(dwell)])
@@ -117,13 +126,18 @@ def coastdown(
         speeds_rpm: motor speed at the start of each recording [r/min].
         sensors: the sensors; default `rig()`.
         seed: seed of noise and encoder positions.
+
+    Raises:
+        InputError: naming the argument, its value and the allowed range.
     """
     law = FrictionLaw() if law is None else law
     stage = rig() if sensors is None else sensors
+    checks.positive("B", law.B)
+    checks.positive("inertia", inertia)
     a, b = law.T_c / inertia, law.B / inertia
     runs = []
     for index, speed in enumerate(speeds_rpm):
-        omega = checks.positive("speeds_rpm", speed, 1e5, "r/min") * RPM
+        omega = checks.positive("speeds_rpm", speed, MAX_SPEED_RPM, "r/min") * RPM
         rest = math.log(1.0 + b * omega / a) / b if a else 6.0 / b
         t = stage.times(rest + 0.1)
         moving = np.minimum(t, rest)

@@ -14,13 +14,13 @@ from hdfast.checks import Floats
 from hdfast.errors import InputError
 from hdfast.model import Model
 from hdfast.recordings import Recording
+from hdfast.request import MAX_STEPS
 from hdfast.scenario import Scenario
 from hdfast.sensors import SensorStage
 from hdfast.simulate import Trajectory, simulate
 
 RUN_IN, RAMP = 2.0, 0.5
 TOLERANCE = 1e-8
-MOST_STEPS = 2**31 - 1
 MARGIN = 0.02  # revolutions beyond the whole number, so that rounding of the angle loses none
 
 
@@ -44,7 +44,7 @@ def motion(
         signals=["theta_m", "theta_l", "tau_m", "gear_torque"],
         metrics=[],
         rtol=TOLERANCE,
-        max_steps=MOST_STEPS,
+        max_steps=MAX_STEPS,
         strict=True,
     )
     whole(run)

@@ -79,6 +79,8 @@ def starting_torque(
     stage = rig() if sensors is None else sensors
     count = checks.whole("angles", angles, 1, 1000)
     checks.positive("rate", rate, 10.0, "N m/s")
+    for name, value in {"T_s": law.T_s, "B": law.B, "inertia": inertia, "presliding": presliding}.items():
+        checks.positive(name, value)
     rng = np.random.default_rng([seed, 97])
     recordings, torques = [], []
     for index, (name, sign) in enumerate((("forward", 1.0), ("backward", -1.0))):

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from hdfast.bench.kinematic_error import MOST_STEPS, whole
+from hdfast.bench.kinematic_error import whole
 from hdfast.bench.rig import record, rig
 from hdfast.model import Model
 from hdfast.recordings import Recording
+from hdfast.request import MAX_STEPS
 from hdfast.scenario import Scenario
 from hdfast.sensors import SensorStage
 from hdfast.simulate import simulate
@@ -48,7 +49,7 @@ def startstop(
         signals=list(SIGNALS.values()),
         metrics=[],
         rtol=1e-8,
-        max_steps=MOST_STEPS,
+        max_steps=MAX_STEPS,
         strict=True,
     )
     whole(run)

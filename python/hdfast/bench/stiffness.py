@@ -12,9 +12,10 @@ from hdfast.bench.hysteresis import SlipLoop, relaxed
 from hdfast.bench.rig import record, rig
 from hdfast.checks import Floats
 from hdfast.model import Model
-from hdfast.params import params
 from hdfast.recordings import Recording
+from hdfast.scenario import Scenario
 from hdfast.sensors import SensorStage
+from hdfast.simulate import simulate
 
 PATH_POINTS = 4001
 
@@ -63,7 +64,7 @@ def stiffness(
     slip = SlipLoop() if loop is None else loop
     top = checks.positive("torque", torque, 1e5, "N m")
     quarter = top / checks.positive("rate", rate, 1e6, "N m/s")
-    values = {row.name: row.default for row in params(model)} | dict(drive or {})
+    values = simulate(dict(drive or {}), model=model, scenario=Scenario.start_stop(t_end=1e-3), strict=True).parameters
     corners = np.array([0.0, top, *[-top, top] * checks.whole("loops", loops, 1, 100), 0.0])
     moments = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(corners)) / top * quarter)])
     t = stage.times(float(moments[-1]))

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import json
 import tomllib
 from collections.abc import Callable, Mapping
 from pathlib import Path
@@ -13,11 +12,12 @@ from hdfast import identify
 from hdfast.config import load as load_config
 from hdfast.errors import ConfigError, InputError
 from hdfast.identify.fit import Fit, plain
+from hdfast.printing import json_text
 from hdfast.recordings import gather, load_campaign
 
 NAME = "identify"
 TEXT = "Identify a drive from recordings: stiffness, kinematic error, friction, starting torque, coast-down."
-EXAMPLE = "hdfast identify stiffness out/bench/campaign.toml --out out/stiffness"
+EXAMPLE = "hdfast identify stiffness out/bench-stiffness/campaign.toml --out out/stiffness"
 KINDS = {
     "stiffness": "spring and hysteresis from torque-windup loops at the locked input",
     "kinematic-error": "Fourier series of the kinematic error from slow runs at constant speed",
@@ -32,7 +32,7 @@ def arguments(command: argparse.ArgumentParser, whole: Callable[[str, int, int],
     """Declare the arguments; `whole` makes a reader of whole numbers."""
     kinds = command.add_subparsers(dest="kind", metavar="KIND", required=True)
     for kind, text in KINDS.items():
-        example = f"example:\n  hdfast identify {kind} out/bench/campaign.toml --out out/{kind}"
+        example = f"example:\n  hdfast identify {kind} out/bench-{kind}/campaign.toml --out out/{kind}"
         shape = argparse.RawDescriptionHelpFormatter
         part = kinds.add_parser(kind, help=text, description=text, epilog=example, formatter_class=shape)
         part.add_argument(
@@ -73,7 +73,7 @@ def run(options: argparse.Namespace) -> int:
     if options.json:
         from hdfast.report.identify_page import summary
 
-        print(json.dumps(summary(fit), indent=2))
+        print(json_text(summary(fit)))
     elif not options.quiet:
         print(fit)
         if page is not None:

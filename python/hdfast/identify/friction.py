@@ -10,7 +10,7 @@ import numpy as np
 from hdfast import checks
 from hdfast.checks import Floats
 from hdfast.identify.estimate import Estimate, Estimates, estimate
-from hdfast.identify.fit import Fit
+from hdfast.identify.fit import Fit, plain
 from hdfast.identify.left_out import dry_friction
 from hdfast.identify.nonlinear import NonlinearFit, fit
 from hdfast.identify.plateaus import Plateaus, plateaus
@@ -155,7 +155,7 @@ def _model(
 def viscous_share(total: float, base: Mapping[str, Any] | None, ratio: float, notes: list[str]) -> dict[str, Any]:
     """Section [drive] for a viscous damping at the motor [N m s/rad] of which only the sum is seen."""
     defaults = {row.name: row.default for row in params()}
-    known = {key: v["value"] if isinstance(v, Mapping) else v for key, v in (base or {}).get("drive", {}).items()}
+    known = plain((base or {}).get("drive", {}))
     shares = {name: float(known.get(name, defaults[name])) for name in ("B_ml", "B_l")}
     own = total - shares["B_ml"] - shares["B_l"] / ratio**2
     origin = "the given drive" if set(shares) <= set(known) else "the defaults"

@@ -51,7 +51,11 @@ def plateaus(recordings: list[Recording], ratio: float) -> Plateaus:
     for recording in recordings:
         rows += _of(recording, ratio)
     if len(rows) < 3:
-        raise InputError(f"{len(rows)} constant speeds found (allowed: at least 3)")
+        names = ", ".join(recording.name for recording in recordings)
+        raise InputError(
+            f"{names[:400]}: {len(rows) or 'no'} constant speeds found (at least 3 needed): "
+            "is it a friction ladder? `hdfast bench friction` makes one"
+        )
     return Plateaus(*np.array(rows).T)
 
 

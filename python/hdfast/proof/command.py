@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import json
 import os
 import sys
 from collections.abc import Callable
@@ -13,6 +12,7 @@ from typing import Any
 
 from tqdm import tqdm
 
+from hdfast.printing import json_text
 from hdfast.proof.making import MOST_CASES
 from hdfast.proof.rivals.table import ablations, rivals
 from hdfast.proof.run import PAGE, prove, prove_real
@@ -49,7 +49,7 @@ def run(options: argparse.Namespace) -> int:
                 options.out, cases=options.cases, seed=options.seed, workers=workers, step=bars, others=others
             )
     if options.json:
-        print(json.dumps(proof, indent=2))
+        print(json_text(proof))
     elif not options.quiet:
         from hdfast.report.proof_page import markdown
 

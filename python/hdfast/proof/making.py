@@ -51,10 +51,14 @@ def make(folders: Folders, count: int, seed: int, workers: int, step: Callable[[
     done = count - len(left)
     step(done, count)
     with single_threaded_libraries(), ProcessPoolExecutor(workers, get_context("spawn")) as pool:
-        for future in as_completed([pool.submit(_make_one, folders, name, recipe) for name, recipe in left]):
-            future.result()
-            done += 1
-            step(done, count)
+        try:
+            for future in as_completed([pool.submit(_make_one, folders, name, recipe) for name, recipe in left]):
+                future.result()
+                done += 1
+                step(done, count)
+        except BaseException:
+            pool.shutdown(cancel_futures=True)
+            raise
     labels = {name: json.loads((parts / f"{name}.json").read_text(encoding="utf-8")) for name in names}
     seal.close(folders.cases, folders.sealed, folders.seal, labels)
     shutil.rmtree(parts)

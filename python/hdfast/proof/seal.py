@@ -41,7 +41,7 @@ def commitment(salt: str, labels: bytes) -> str:
 
 
 def close(cases: Path, sealed: Path, public: Path, labels: dict[str, Any]) -> None:
-    """Publish the commitment and the checksums, then write salt and labels.
+    """Write salt and labels, then publish the commitment and the checksums; the set is sealed once they are public.
 
     Raises:
         SealError: the set is sealed already.
@@ -50,10 +50,10 @@ def close(cases: Path, sealed: Path, public: Path, labels: dict[str, Any]) -> No
         raise SealError(f"{public}: the set is sealed already")
     salt = secrets.token_hex(32)
     written = (json.dumps(labels, indent=1, sort_keys=True) + "\n").encode()
-    files.write_json(public, {"labels": commitment(salt, written), "files": checksums(cases)})
     sealed.mkdir(parents=True, exist_ok=True)
     files.write_atomically(sealed / SALT, lambda stream: stream.write(salt.encode()))
     files.write_atomically(sealed / LABELS, lambda stream: stream.write(written))
+    files.write_json(public, {"labels": commitment(salt, written), "files": checksums(cases)})
 
 
 def checksums(folder: Path) -> dict[str, str]:

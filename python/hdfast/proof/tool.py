@@ -9,15 +9,18 @@ import signal
 import subprocess
 import sys
 import tempfile
+import threading
 import time
 from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor, as_completed
+from concurrent.futures import CancelledError, ThreadPoolExecutor, as_completed
+from contextlib import suppress
 from pathlib import Path
 
 from hdfast import files
 from hdfast.proof.score import Answer, read_answer
 
 LIMIT = 120.0
+POLL = 0.2
 OUTCOME = "outcome.json"
 COMMAND = "import sys; from hdfast.cli import main; sys.exit(main())"
 DIAGNOSE = (sys.executable, "-c", COMMAND, "diagnose", "{campaign}", "--out", "{out}", "--quiet")
@@ -27,7 +30,7 @@ ACCEPTED_CODES = (0, 1)
 def answer_all(
     cases: Path, answers: Path, workers: int, tool: Sequence[str], limit: float, step: Callable[[int, int], None],
 ) -> None:  # fmt: skip
-    """Answer every case that has no outcome yet.
+    """Answer every case that has no outcome yet; when interrupted, tools under way are ended without one.
 
     Args:
         cases: folder of cases.
@@ -41,22 +44,32 @@ def answer_all(
     left = [name for name in names if not (answers / name / OUTCOME).exists()]
     done = len(names) - len(left)
     step(done, len(names))
+    stop = threading.Event()
     with ThreadPoolExecutor(workers) as pool:
-        for future in as_completed([pool.submit(answer, cases / n, answers / n, tool, limit) for n in left]):
-            future.result()
-            done += 1
-            step(done, len(names))
+        try:
+            for future in as_completed([pool.submit(answer, cases / n, answers / n, tool, limit, stop) for n in left]):
+                future.result()
+                done += 1
+                step(done, len(names))
+        except BaseException:
+            stop.set()
+            pool.shutdown(cancel_futures=True)
+            raise
 
 
-def answer(case: Path, out: Path, tool: Sequence[str], limit: float) -> None:
-    """Answer one case: copy it away, run the tool there, bring its folder back, and say how it ended."""
+def answer(case: Path, out: Path, tool: Sequence[str], limit: float, stop: threading.Event) -> None:
+    """Answer one case: copy it away, run the tool there, bring its folder back, and say how it ended.
+
+    Raises:
+        CancelledError: `stop` was set before the tool ended; nothing is left of the answer.
+    """
     shutil.rmtree(out, ignore_errors=True)
     with tempfile.TemporaryDirectory(prefix="hdfast-case-") as scratch:
         here = Path(scratch)
         shutil.copytree(case, here / "case")
         places = {"campaign": str(here / "case" / "campaign.toml"), "out": str(here / "out")}
         begin = time.monotonic()
-        fault, detail = _run([part.format(**places) for part in tool], here, limit)
+        fault, detail = _run([part.format(**places) for part in tool], here, limit, stop)
         seconds = time.monotonic() - begin
         if not fault and not (here / "out" / "verdict.json").exists():
             fault = "missing"
@@ -65,21 +78,31 @@ def answer(case: Path, out: Path, tool: Sequence[str], limit: float) -> None:
     files.write_json(out / OUTCOME, {"fault": fault, "detail": detail, "seconds": round(seconds, 3)})
 
 
-def _run(command: Sequence[str], cwd: Path, limit: float) -> tuple[str, str]:
-    """Fault and detail of one run; at the limit the tool's whole process group is ended."""
+def _run(command: Sequence[str], cwd: Path, limit: float, stop: threading.Event) -> tuple[str, str]:
+    """Fault and detail of one run."""
     process = subprocess.Popen(
         command, cwd=cwd, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE,
         start_new_session=True,
     )  # fmt: skip
-    try:
-        _, complaint = process.communicate(timeout=limit)
-    except subprocess.TimeoutExpired:
-        os.killpg(process.pid, signal.SIGKILL)
-        process.communicate()
+    complaint = _complaint(process, limit, stop)
+    if complaint is None:
+        if stop.is_set():
+            raise CancelledError
         return "late", f"stopped after {limit:g} s"
     last = " ".join(complaint.decode(errors="replace").strip().splitlines()[-1:])[:200]
     ended = f"exit code {process.returncode}{': ' if last else ''}{last}"
     return ("" if process.returncode in ACCEPTED_CODES else "crashed"), ended
+
+
+def _complaint(process: subprocess.Popen[bytes], limit: float, stop: threading.Event) -> bytes | None:
+    """What a tool wrote to stderr; None when limit or stop came first, which ends its whole process group."""
+    end = time.monotonic() + limit
+    while not stop.is_set() and (left := end - time.monotonic()) > 0.0:
+        with suppress(subprocess.TimeoutExpired):
+            return process.communicate(timeout=min(POLL, left))[1]
+    os.killpg(process.pid, signal.SIGKILL)
+    process.communicate()
+    return None
 
 
 def read_answers(cases: Path, answers: Path) -> dict[str, Answer]:

@@ -7,15 +7,18 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from hdfast.errors import InputError, choose, shorten
+
 from .integrate import Trajectory, advance
+from .methods import METHODS
 from .metrics import Metrics
 from .problem import Problem
 from .signals import NAMES, reported_state, sample
 from .stepper import Vector
 
 if TYPE_CHECKING:
-    from hdfast.errors import InputError
-from hdfast.request import Request
+    from hdfast.request import Request
+    from hdfast.scenario import Scenario
 
 
 @dataclass(frozen=True)
@@ -60,13 +63,16 @@ def sweep(rows: Any, **options: Any) -> ReferenceResult:
             atol, max_steps and max_step as in `hdfast.sweep`.
 
     Raises:
-        InputError: as `hdfast.sweep`.
+        InputError: as `hdfast.sweep`; and for what the reference has not: terms, sensors, sensitivities, rodas5p.
     """
     from hdfast.request import prepare
 
     request = prepare(rows, **options)
-    if request.model.terms:
-        raise InputError(f"terms = {request.model.terms!r} (allowed in the reference: none)")
+    beyond = {"terms": request.model.terms} | {name: options.get(name) for name in ("sensors", "sensitivities")}
+    for name, value in beyond.items():
+        if value:
+            raise InputError(f"{name} = {shorten(value)} (allowed in the reference: none)")
+    choose("method", request.method, METHODS)
     return solve_rows(
         [read_row(request, k) for k in range(request.rows.count)],
         [request.grids[k].tolist() for k in grid_of_rows(request)] if request.grids else None,
@@ -80,13 +86,17 @@ def sweep(rows: Any, **options: Any) -> ReferenceResult:
     )
 
 
-def simulate(row: Any = None, **options: Any) -> ReferenceResult:
+def simulate(
+    row: Any = None, *, scenario: Scenario | None = None, t_eval: Any = None, signals: Any = None, **options: Any
+) -> ReferenceResult:
     """One row with every signal at the times `t_eval`; by default 1001 of them. Other arguments as in `sweep`."""
-    from hdfast.scenario import Scenario
+    from hdfast.scenario import chosen_scenario
 
-    scenario = options.setdefault("scenario", Scenario.start_stop())
-    options.setdefault("t_eval", [scenario.t_end * k / 1000 for k in range(1001)])
-    return sweep({} if row is None else row, **{"signals": NAMES, **options})
+    scenario = chosen_scenario(scenario)
+    if t_eval is None:
+        t_eval = [scenario.t_end * k / 1000 for k in range(1001)]
+    chosen = NAMES if signals is None else signals
+    return sweep({} if row is None else row, scenario=scenario, t_eval=t_eval, signals=chosen, **options)
 
 
 def solve_rows(

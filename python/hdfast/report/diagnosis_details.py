@@ -14,7 +14,8 @@ from hdfast.report.diagnosis_axes import CHANNELS, MEASURED, UNITS, draw_depende
 from hdfast.report.diagnosis_plots import NOISY_TOP, heat
 from hdfast.report.diagnosis_views import Trace, level
 from hdfast.report.look import label, legend
-from hdfast.report.plots import BLUE, GREY, INK, ORANGE, RED, RPM, scaled, styled
+from hdfast.report.plots import BLUE, GREY, INK, ORANGE, RED, scaled, styled
+from hdfast.scenario_parts import PER_RPM
 
 WIDTH, CELLS = 11.0, 200
 VARIABLES = ("motor_speed", "transmitted_torque", "load_phase", "motor_phase")
@@ -92,7 +93,7 @@ def phase_planes(found: Sequence[Trace], channel: str) -> Figure:
     grid = figure.subplots(lines, columns, squeeze=False)
     factor, unit = scaled(np.concatenate([trace.measured for trace in own]), UNITS[channel])
     for axes, trace in zip(grid.flat, own, strict=False):
-        speed = trace.unit.speed * RPM
+        speed = trace.unit.speed * PER_RPM
         every = max(1, len(speed) // 1500)
         axes.plot(speed[::every], trace.measured[::every] * factor, color=MEASURED, linewidth=2.4, label="measured")
         first = trace.baseline[::every] * factor

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import hashlib
-import math
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
 from hdfast import catalogue
 from hdfast.config import Config
-from hdfast.files import write_atomically, write_json
+from hdfast.files import json_ready, write_atomically, write_json
 from hdfast.recordings import save
 from hdfast.report import html, tables
 from hdfast.result import SweepResult
@@ -28,8 +27,8 @@ PAGE, ROWS, TRAJECTORY, RECORDING, SUMMARY, INPUT = (
 
 
 def summary(config: Config, result: SweepResult, verdicts: list[Verdict], seed: int) -> dict[str, Any]:
-    """The result in numbers, ready for JSON."""
-    return {
+    """The result in numbers, ready for JSON; null where a number is not finite."""
+    numbers = {
         "title": config.title,
         **_origin(config),
         "seed": seed,
@@ -43,22 +42,20 @@ def summary(config: Config, result: SweepResult, verdicts: list[Verdict], seed: 
         "specifications": {verdict.spec.metric: tables.verdict_entry(verdict) for verdict in verdicts},
         "metrics": {name: tables.statistics(result, name) for name in result.metrics},
     }
+    return dict(json_ready(numbers))
 
 
 def simulate_summary(config: Config, run: Trajectory) -> dict[str, Any]:
-    """A single row in numbers, ready for JSON."""
-    metrics = {
-        name: {"unit": run.units[name], "value": value if math.isfinite(value) else None}
-        for name, value in run.metrics.items()
-    }
-    return {
+    """A single row in numbers, ready for JSON; null where a number is not finite."""
+    numbers = {
         "title": config.title,
         **_origin(config),
         "status": run.status,
         "message": run.message,
-        "metrics": metrics,
+        "metrics": {name: {"unit": run.units[name], "value": value} for name, value in run.metrics.items()},
         "parameters": run.parameters,
     }
+    return dict(json_ready(numbers))
 
 
 def _origin(config: Config) -> dict[str, Any]:
@@ -91,7 +88,7 @@ def write_sweep(
 ) -> dict[str, Any]:
     """Write everything of a Monte Carlo run, the summary last, and return the summary.
 
-    Without `nominal`, as after an interruption, there is no page.
+    Without `nominal`, as after an interruption, there is no page, not even that of an earlier run.
     """
     numbers = summary(config, result, verdicts, seed)
     write_atomically(folder / INPUT, lambda stream: stream.write(config.text.encode()))
@@ -99,6 +96,8 @@ def write_sweep(
     if nominal is not None:
         page = html.sweep_page(config, result, verdicts, nominal, seed)
         write_atomically(folder / PAGE, lambda stream: stream.write(page.encode()))
+    else:
+        (folder / PAGE).unlink(missing_ok=True)
     write_json(folder / SUMMARY, numbers)
     return numbers
 

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 from hdfast import catalogue
-from hdfast.files import prepare, write_json, write_text
+from hdfast.files import json_ready, prepare, write_json, write_text
 from hdfast.identify import estimate
 from hdfast.identify.fit import Fit
 from hdfast.printing import html_table
@@ -19,32 +18,23 @@ MODEL, NUMBERS, POINTS = "model.toml", "fit.json", "points.parquet"
 
 def summary(fit: Fit) -> dict[str, Any]:
     """The identification in numbers, ready for JSON; what is not finite becomes null."""
-    return {
+    numbers = {
         "kind": fit.kind,
         "version": catalogue.build_info()["version"],
         "estimates": {
             item.name: {
-                "value": _clean(item.value),
+                "value": item.value,
                 "unit": item.unit,
-                "sigma": _clean(item.sigma),
-                "interval_90": [_clean(item.low), _clean(item.high)],
+                "sigma": item.sigma,
+                "interval_90": [item.low, item.high],
                 "meaning": item.meaning,
             }
             for item in fit.estimates
         },
         "notes": fit.notes,
-        **_clean(fit.numbers),
+        **fit.numbers,
     }
-
-
-def _clean(value: Any) -> Any:
-    if isinstance(value, dict):
-        return {str(key): _clean(item) for key, item in value.items()}
-    if isinstance(value, (list, tuple)):
-        return [_clean(item) for item in value]
-    if isinstance(value, float):
-        return value if math.isfinite(value) else None
-    return value
+    return dict(json_ready(numbers))
 
 
 def page(fit: Fit) -> str:

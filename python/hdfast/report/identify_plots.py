@@ -13,8 +13,9 @@ from hdfast.identify.fit import Fit
 from hdfast.identify.friction import law_torque
 from hdfast.identify.starting_torque import ORDER
 from hdfast.report.look import DASHES, GREEN, SERIES, label, legend
-from hdfast.report.plots import BLUE, GREY, INK, ORANGE, RED, RPM, styled
+from hdfast.report.plots import BLUE, GREY, INK, ORANGE, RED, styled
 from hdfast.report.speed_plots import draw_rmse
+from hdfast.scenario_parts import PER_RPM
 
 TURN = 2.0 * np.pi
 
@@ -151,13 +152,19 @@ def friction_ladder(fit: Fit) -> Figure:
     for load, color, mark in zip(np.unique(np.round(means.load)), SERIES, cycle("os^v"), strict=False):
         chosen = np.round(means.load) == load
         name = f"load {load:g} N m"
-        left.plot(means.speed[chosen] * RPM, means.torque[chosen] * 1e3, mark, ms=3.0, color=color, label=name)
+        left.plot(means.speed[chosen] * PER_RPM, means.torque[chosen] * 1e3, mark, ms=3.0, color=color, label=name)
         for sign in (1.0, -1.0):
             speed = sign * np.geomspace(1e-3 * fast, fast, 200)
             torque = law_torque(law, speed, np.full_like(speed, load), warm.repeat(200), ratio)
-            left.plot(speed * RPM, torque * 1e3, color=color, linewidth=0.9)
+            left.plot(speed * PER_RPM, torque * 1e3, color=color, linewidth=0.9)
     right.errorbar(
-        means.speed * RPM, (means.torque - fitted) * 1e3, means.noise * 1e3, fmt="o", ms=2.5, color=BLUE, elinewidth=0.8
+        means.speed * PER_RPM,
+        (means.torque - fitted) * 1e3,
+        means.noise * 1e3,
+        fmt="o",
+        ms=2.5,
+        color=BLUE,
+        elinewidth=0.8,
     )
     right.axhline(0.0, color=INK, linewidth=0.7)
     label(left, "motor speed [r/min]", "friction torque [mN m]")
@@ -195,7 +202,7 @@ def coasts(fit: Fit) -> Figure:
     left, right = figure.subplots(1, 2)
     for (t, angle), start, color in zip(fit.curves["runs"], fit.curves["starts"], SERIES, strict=False):
         fitted = start[0] + coast(t, float(start[1]), fit.curves["law"])
-        left.plot(t, angle, ".", ms=2.5, color=color, label=f"from {start[1] * RPM:.0f} r/min")
+        left.plot(t, angle, ".", ms=2.5, color=color, label=f"from {start[1] * PER_RPM:.0f} r/min")
         left.plot(t, fitted, color=INK, linewidth=0.8)
         right.plot(t, (angle - fitted) * 1e6, color=color, linewidth=0.8)
     label(left, "time [s]", "motor angle travelled [rad]")

@@ -14,11 +14,11 @@ from matplotlib.figure import Figure
 
 from hdfast.checks import Floats
 from hdfast.result import MAIN_METRICS, SweepResult
+from hdfast.scenario_parts import PER_RPM
 from hdfast.simulate import Trajectory
 from hdfast.tolerance.limits import Spec
 
 INK, BLUE, ORANGE, RED, GREY = "#1b1f24", "#1f5f99", "#d9822b", "#b3261e", "#8a929a"
-RPM = 60.0 / (2.0 * math.pi)
 STYLE: Any = {
     "font.family": "DejaVu Sans",
     "font.size": 9.0,
@@ -130,8 +130,7 @@ def bars(axes: Any, values: Floats, factor: float, *, most: int) -> bool:
 
 
 def _histogram(axes: Any, result: SweepResult, name: str, spec: Spec | None) -> None:
-    values = result[name][result.finished]
-    values = values[np.isfinite(values)]
+    values = result.usable(name)
     factor, unit = scaled(values, result.units[name])
     axes.set_title(TITLES.get(name, name.replace("_", " ")), loc="left")
     axes.set_xlabel(f"{name} [{unit}]")
@@ -182,8 +181,8 @@ def trajectory(run: Trajectory, names: Sequence[str] = ("omega_m", "omega_l", "w
 
 
 PANELS = {
-    "omega_m": ("motor speed", RPM, "r/min"),
-    "omega_l": ("load speed", RPM, "r/min"),
+    "omega_m": ("motor speed", PER_RPM, "r/min"),
+    "omega_l": ("load speed", PER_RPM, "r/min"),
     "windup": ("windup", 1e6, "µrad"),
     "te": ("transmission error", 1e6, "µrad"),
     "tau_m": ("motor torque", 1.0, "N m"),
@@ -210,11 +209,13 @@ def speeds(run: Trajectory) -> Figure:
 
 def _speeds(run: Trajectory, upper: Any, lower: Any) -> None:
     ratio = run.parameters["ratio"]
-    upper.plot(run.t, run["omega_l"] * RPM * ratio, color=ORANGE, linewidth=0.9, label=f"load speed times {ratio:g}")
-    upper.plot(run.t, run["omega_m"] * RPM, color=BLUE, label="motor speed")
+    upper.plot(
+        run.t, run["omega_l"] * PER_RPM * ratio, color=ORANGE, linewidth=0.9, label=f"load speed times {ratio:g}"
+    )
+    upper.plot(run.t, run["omega_m"] * PER_RPM, color=BLUE, label="motor speed")
     upper.set_ylabel("motor speed\n[r/min]")
     _legend_above(upper)
-    lower.plot(run.t, run["omega_l"] * RPM, color=ORANGE)
+    lower.plot(run.t, run["omega_l"] * PER_RPM, color=ORANGE)
     lower.set_ylabel("load speed\n[r/min]")
     lower.set_xlabel("time [s]")
     for axes in (upper, lower):

@@ -9,7 +9,8 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from hdfast.report.look import SERIES, label, legend, plain_log
-from hdfast.report.plots import BLUE, GREY, ORANGE, RED, RPM, styled
+from hdfast.report.plots import BLUE, GREY, ORANGE, RED, styled
+from hdfast.scenario_parts import PER_RPM
 from hdfast.simulate import Trajectory
 from hdfast.studies import cases, speed, validation_runs
 from hdfast.studies.study import Study
@@ -112,22 +113,22 @@ def _phase_planes(run: Trajectory, end: float) -> Figure:
     panels: tuple[tuple[Any, Any, str, str, str], ...] = (
         (
             run["theta_m"],
-            run["omega_m"] * RPM,
+            run["omega_m"] * PER_RPM,
             "motor angle [rad]",
             "motor speed [r/min]",
             "unwrapped: grows by definition",
         ),
-        (run["theta_l"], run["omega_l"] * RPM, "load angle [rad]", "load speed [r/min]", "unwrapped"),
+        (run["theta_l"], run["omega_l"] * PER_RPM, "load angle [rad]", "load speed [r/min]", "unwrapped"),
         (
             run["theta_m"] % TURN,
-            run["omega_m"] * RPM,
+            run["omega_m"] * PER_RPM,
             "motor angle [rad], one revolution",
             "motor speed [r/min]",
             "wrapped",
         ),
         (
             (run["theta_l"] - load_period * np.floor(run["theta_m"] / TURN)) * 1e3,
-            run["omega_l"] * RPM,
+            run["omega_l"] * PER_RPM,
             "load angle [mrad], one motor revolution",
             "load speed [r/min]",
             "wrapped",

@@ -8,10 +8,9 @@ from typing import Any
 import numpy as np
 
 from hdfast.config import Config
-from hdfast.result import SweepResult
+from hdfast.result import PERCENTILES, SweepResult
 from hdfast.tolerance.limits import Verdict
 
-PERCENTILES = (1.0, 5.0, 50.0, 95.0, 99.0)
 METRIC_HEADER = ["metric", "unit", *(f"P{q:g}" for q in PERCENTILES), "mean", "rows"]
 SPEC_HEADER = ["specification", "unit", "lower", "upper", "yield", "95 % interval", "asked for", "met"]
 TOLERANCE_HEADER = ["parameter", "unit", "nominal", "distribution", "source of the nominal value"]
@@ -28,8 +27,7 @@ def metric_rows(result: SweepResult) -> list[list[str]]:
 
 
 def _metric_row(result: SweepResult, name: str) -> list[str]:
-    values = result[name][result.finished]
-    values = values[np.isfinite(values)]
+    values = result.usable(name)
     mean = float(np.mean(values)) if values.size else math.nan
     cells = [number(value) for value in result.percentiles(name, PERCENTILES)]
     return [name, result.units[name], *cells, number(mean), str(values.size)]
@@ -73,24 +71,22 @@ def nominal_rows(config: Config) -> list[list[str]]:
 
 
 def statistics(result: SweepResult, name: str) -> dict[str, Any]:
-    """Statistics of a metric for the JSON summary; null where there is no usable row."""
-    values = result[name][result.finished]
-    values = values[np.isfinite(values)]
+    """Statistics of a metric for the JSON summary; NaN where there is no usable row."""
+    values = result.usable(name)
     numbers = dict(zip((f"P{q:g}" for q in PERCENTILES), result.percentiles(name, PERCENTILES).tolist(), strict=True))
     numbers["mean"] = float(np.mean(values)) if values.size else math.nan
     numbers["std"] = float(np.std(values, ddof=1)) if values.size > 1 else math.nan
     numbers["min"] = float(np.min(values)) if values.size else math.nan
     numbers["max"] = float(np.max(values)) if values.size else math.nan
-    clean = {key: value if math.isfinite(value) else None for key, value in numbers.items()}
-    return {"unit": result.units[name], "rows": int(values.size), **clean}
+    return {"unit": result.units[name], "rows": int(values.size), **numbers}
 
 
 def verdict_entry(verdict: Verdict) -> dict[str, Any]:
     """A specification for the JSON summary."""
     spec = verdict.spec
     return {
-        "lower": spec.lower if math.isfinite(spec.lower) else None,
-        "upper": spec.upper if math.isfinite(spec.upper) else None,
+        "lower": spec.lower,
+        "upper": spec.upper,
         "min_yield": spec.min_yield,
         "yield": verdict.yield_,
         "interval_95": None if math.isnan(verdict.interval[0]) else list(verdict.interval),

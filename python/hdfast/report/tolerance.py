@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import json
-import math
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +11,7 @@ import pyarrow.csv as pc
 import pyarrow.parquet as pq
 
 from hdfast.catalogue import build_info
-from hdfast.files import prepare, write_atomically, write_json, write_text
+from hdfast.files import json_ready, prepare, write_atomically, write_json, write_text
 from hdfast.report.tolerance_page import page
 from hdfast.tolerance.intervals import Estimate
 from hdfast.tolerance.limits import Verdict
@@ -75,7 +73,7 @@ def summary(study: Study) -> dict[str, Any]:
             for metric, shares in study.contributions.items()
         },
     }
-    return dict(_clean(numbers))
+    return dict(json_ready(numbers))
 
 
 def statistics_rows(study: Study) -> list[dict[str, Any]]:
@@ -114,22 +112,9 @@ def _estimate(estimate: Estimate) -> list[float]:
     return [estimate.value, estimate.low, estimate.high]
 
 
-def _clean(value: Any) -> Any:
-    if isinstance(value, dict):
-        return {key: _clean(item) for key, item in value.items()}
-    if isinstance(value, list):
-        return [_clean(item) for item in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value
-
-
 def _write_table(folder: Path, name: str, rows: list[dict[str, Any]]) -> None:
     if not rows:
         return
     table = pa.Table.from_pylist(rows)
     write_atomically(folder / f"{name}.parquet", lambda stream: pq.write_table(table, stream))
     write_atomically(folder / f"{name}.csv", lambda stream: pc.write_csv(table, stream))
-
-
-def as_json(study: Study) -> str:
-    """The summary as text."""
-    return json.dumps(summary(study), indent=2)

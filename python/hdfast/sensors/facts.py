@@ -69,9 +69,7 @@ def read_sensors(file: Sections) -> dict[str, SensorFacts]:
 def _fact(channel: str, key: str, value: Any) -> float | bool | str:
     name = f"sensors.{channel}.{key}"
     if key == "averaged":
-        if not isinstance(value, bool):
-            raise InputError(f"{name} = {shorten(value)} is not true or false")
-        return value
+        return checks.flag(name, value)
     if key == "mounted_on":
         if not isinstance(value, str):
             raise InputError(f"{name} = {shorten(value)} is not text")

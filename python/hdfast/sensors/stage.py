@@ -54,6 +54,8 @@ class SensorStage:
     _behind: Mapping[str, Key] = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
+        if isinstance(self.effects, str) or not isinstance(self.effects, Iterable):
+            raise InputError(f"effects = {shorten(self.effects)} is not a list of pairs of effect id and channel")
         pairs = [_pair(entry) for entry in self.effects]
         twice = [pair for pair in pairs if pairs.count(pair) > 1]
         if twice:
@@ -93,6 +95,7 @@ class SensorStage:
 
     def times(self, end: float) -> Floats:
         """Times of the readings from 0 to `end` [s]."""
+        end = checks.finite("end", end, 0.0, unit="s")
         return np.arange(math.floor(end * self.rate * (1.0 + 1e-12)) + 1) / self.rate
 
     def grid(self, at: Floats) -> Floats:
@@ -162,7 +165,7 @@ class SensorStage:
         Raises:
             InputError: a name, a shape, a time or a value that cannot be.
         """
-        t = checks.table("t", t)
+        t = checks.rising("t", t)
         at = t if at is None else checks.table("at", at)
         given = self.checked({} if parameters is None else parameters)
         directions = _directions(slopes or {})
@@ -178,10 +181,12 @@ class SensorStage:
                 raise InputError(f"signals[{name!r}] has shape {x.shape}, t has {t.shape} (allowed: (M, T) or (T,))")
             every = np.atleast_2d(x)
             moving = _padded(name, (slopes or {}).get(name), x.shape, len(units)).reshape(*every.shape, len(units))
-            keys = np.arange(len(every)) if rows is None else np.asarray(rows, dtype=np.int64)
-            if keys.shape != (len(every),):
-                raise InputError(f"rows has shape {keys.shape}, allowed: ({len(every)},)")
-            y, dy = self._channel(name, t, every, moving, at, given, own, keys)
+            keys = np.arange(len(every)) if rows is None else np.asarray(rows)
+            if keys.shape != (len(every),) or keys.dtype.kind not in "iu":
+                raise InputError(
+                    f"rows has shape {keys.shape} and dtype {keys.dtype}, allowed: integers of shape ({len(every)},)"
+                )
+            y, dy = self._channel(name, t, every, moving, at, given, own, keys.astype(np.int64))
             read[name], derived[name] = (y, dy) if x.ndim == 2 else (y[0], dy[0])
         return read, derived
 
@@ -271,7 +276,7 @@ def _pair(entry: Any) -> tuple[str, str]:
 
 def _seed(seed: Any) -> tuple[int, ...]:
     listed: Iterable[Any] = seed if isinstance(seed, (tuple, list)) else [seed]
-    return tuple(checks.whole("seed", item, 0, 2**63 - 1) for item in listed)
+    return tuple(checks.whole("seed", item, 0, checks.MAX_SEED) for item in listed)
 
 
 def _padded(channel: str, slopes: Any, shape: tuple[int, ...], directions: int) -> Floats:

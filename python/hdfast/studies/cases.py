@@ -16,11 +16,11 @@ from hdfast.model import Model
 from hdfast.params import params
 from hdfast.result import SweepResult
 from hdfast.scenario import Scenario
+from hdfast.scenario_parts import RPM
 from hdfast.studies import trends
 from hdfast.studies.ring import ring
 from hdfast.sweep import sweep
 
-RPM = 2.0 * math.pi / 60.0
 LOADS = (0.5, 2.0, 12.0)
 
 

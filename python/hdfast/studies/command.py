@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import argparse
-import json
 from collections.abc import Callable
 from typing import Any
 
 from hdfast.config import load
 from hdfast.errors import InputError
-from hdfast.printing import text_table
+from hdfast.printing import json_text, text_table
 from hdfast.studies import STUDIES, Study
+from hdfast.studies.cases import LOADS
 from hdfast.threads import MAX_THREADS
 
 NAME = "study"
@@ -39,7 +39,7 @@ def run(options: argparse.Namespace) -> int:
         page = study_page.write_overview(found, options.out) if len(found) > 1 else found[0].report(options.out)
     if options.json:
         listed = [claim for study in found for claim in study_page.claims_json(study.claims)]
-        print(json.dumps({"studies": names, "claims": listed}, indent=2))
+        print(json_text({"studies": names, "claims": listed}))
     elif not options.quiet:
         print("\n\n".join(_text(study) for study in found))
         if page is not None:
@@ -53,12 +53,20 @@ def _text(study: Study) -> str:
 
 
 def _drive(path: str) -> dict[str, float]:
-    """Parameters of a file as the studies take them: two inertias, polynomial spring, orders 1 to 15."""
+    """Parameters of a file as the studies take them: two inertias, no terms, polynomial spring, orders 1 to 15."""
     settings = load(path)
     if settings.model.base != "two_inertia" or settings.model.spring != "polynomial":
         raise InputError(
             f"{path}: base {settings.model.base!r} with spring {settings.model.spring!r} "
             "(allowed for a study: 'two_inertia' with 'polynomial')"
+        )
+    if settings.model.terms:
+        raise InputError(f"{path}: terms {', '.join(settings.model.terms)} (allowed for a study: none)")
+    inertia = settings.drive.get("J_l", LOADS[0])
+    if inertia != LOADS[0]:
+        listed = ", ".join(f"{value:g}" for value in LOADS)
+        raise InputError(
+            f"{path}: J_l = {inertia:g} kg m^2 (allowed for a study: {LOADS[0]:g} or left out; its loads are {listed})"
         )
     most = [str(n) for n in range(1, 16)]
     foreign = [name for name in settings.model.order_labels if name not in most]

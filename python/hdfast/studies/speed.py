@@ -11,9 +11,10 @@ import numpy as np
 from hdfast.checks import Floats
 from hdfast.params import params
 from hdfast.scenario import Scenario
+from hdfast.scenario_parts import RPM
 from hdfast.simulate import Trajectory, simulate
 from hdfast.studies import cases, trends
-from hdfast.studies.cases import RPM, Grid
+from hdfast.studies.cases import Grid
 from hdfast.studies.claims import CONTRADICTORY, REPRODUCED, Finding, Verdict, decide
 from hdfast.studies.study import TIMES, Study, marked_table
 

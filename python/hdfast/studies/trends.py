@@ -19,11 +19,6 @@ def free_frequency(p: Mapping[str, float]) -> float:
     return math.sqrt(p["k1"] / inertias(p)[2])
 
 
-def locked_frequency(p: Mapping[str, float]) -> float:
-    """Frequency of the load on the spring with the motor held [rad/s]."""
-    return math.sqrt(p["k1"] / p["J_l"])
-
-
 def decay(p: Mapping[str, float]) -> float:
     """Decay rate of the free mode [1/s], to first order in the damping."""
     J_M, J_T, J_eff = inertias(p)

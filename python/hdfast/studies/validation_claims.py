@@ -12,9 +12,10 @@ from hdfast import spring
 from hdfast.identify.fit import Fit
 from hdfast.model import Model
 from hdfast.scenario import Scenario
+from hdfast.scenario_parts import RPM
 from hdfast.simulate import Trajectory
 from hdfast.studies import trends
-from hdfast.studies.cases import LOADS, RPM
+from hdfast.studies.cases import LOADS
 from hdfast.studies.claims import CONTRADICTORY, OPEN, PARTLY, REPRODUCED, Finding, Verdict, trend
 from hdfast.studies.validation_runs import NOISE, POINTS, Runs, te
 

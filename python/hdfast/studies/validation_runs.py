@@ -20,9 +20,10 @@ from hdfast.model import Model
 from hdfast.params import params
 from hdfast.result import SweepResult
 from hdfast.scenario import Scenario
+from hdfast.scenario_parts import RPM
 from hdfast.sensors import SensorFacts
 from hdfast.simulate import Trajectory, simulate
-from hdfast.studies.cases import LOADS, RPM
+from hdfast.studies.cases import LOADS
 
 SPEEDS = (15.0, 50.0, 100.0, 300.0, 600.0)
 POINTS = (15.0, 50.0, 100.0)

@@ -11,12 +11,12 @@ from numpy.typing import NDArray
 
 from hdfast import checks
 from hdfast.checks import Floats
-from hdfast.errors import InputError, choose
+from hdfast.errors import InputError, choose, shorten
 from hdfast.tolerance.designs import sobol_points
 from hdfast.tolerance.distributions import Tolerance
 from hdfast.tolerance.laws import TINY
 from hdfast.tolerance.limits import Spec, Verdict, judge_values
-from hdfast.tolerance.sample import Plan
+from hdfast.tolerance.sample import MAX_ROWS, Plan
 
 TARGETS = ("asked", "present")
 FIT_SPREAD = 1.5
@@ -51,6 +51,7 @@ def allocate(
     exponent: float = 1.0,
     bounds: tuple[float, float] = (0.25, 2.0),
     rows: int = 2000,
+    policy: str = "worst",
 ) -> Allocation:
     """Minimise the sum of cost / factor^exponent over all tolerances, subject to the yield of every specification.
 
@@ -65,12 +66,16 @@ def allocate(
         exponent: halving a spread multiplies its cost by 2^exponent.
         bounds: smallest and largest factor allowed.
         rows: of the fit and of every confirmation.
+        policy: under "exclude" rows that lack a metric are left out of its yield, else they count as outside.
 
     Raises:
         InputError: naming argument, value and allowed range.
     """
     choose("target", target, TARGETS)
     checks.positive("exponent", exponent, 10.0)
+    checks.whole("rows", rows, 1, MAX_ROWS)
+    if len(bounds) != 2:
+        raise InputError(f"bounds = {shorten(bounds)} are not two numbers (allowed: smallest and largest factor)")
     low, high = (checks.positive("bounds", bound, 10.0) for bound in bounds)
     if not specs or not plan.names or not low < high:
         raise InputError(f"an allocation needs specifications, tolerances and bounds that rise, these are {bounds}")
@@ -78,14 +83,14 @@ def allocate(
     surfaces = _fit(evaluate, plan, specs, scores)
     aims = {metric: spec.min_yield for metric, spec in specs.items()}
     if target == "present":
-        present = _confirm(evaluate, plan, specs, rows)
+        present = _confirm(evaluate, plan, specs, rows, policy)
         aims = {verdict.spec.metric: verdict.yield_ for verdict in present}
     costs = np.array([tolerance.cost for tolerance in plan.tolerances])
     raised = dict(aims)
     for _ in range(ROUNDS):
         factors = _search(surfaces, plan, specs, raised, costs, exponent, (low, high))
         named = dict(zip(plan.names, factors.tolist(), strict=True))
-        verdicts = _confirm(evaluate, plan.scaled(named), specs, rows)
+        verdicts = _confirm(evaluate, plan.scaled(named), specs, rows, policy)
         short = {v.spec.metric: aims[v.spec.metric] - v.yield_ for v in verdicts}
         if max(short.values()) <= 0.0:
             break
@@ -187,8 +192,8 @@ def _search(
 
 def _confirm(
     evaluate: Callable[[dict[str, Floats]], tuple[Mapping[str, Floats], NDArray[np.bool_]]],
-    plan: Plan, specs: Mapping[str, Spec], rows: int,
+    plan: Plan, specs: Mapping[str, Spec], rows: int, policy: str,
 ) -> list[Verdict]:  # fmt: skip
     plain = Plan(plan.tolerances, seed=plan.seed, correlation=plan.correlation)
     values, finished = evaluate(plain.draw(0, rows))
-    return [judge_values(spec, np.asarray(values[metric]), finished) for metric, spec in specs.items()]
+    return [judge_values(spec, np.asarray(values[m]), finished, policy=policy) for m, spec in specs.items()]

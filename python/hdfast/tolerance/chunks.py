@@ -7,6 +7,7 @@ from concurrent.futures import Future, ThreadPoolExecutor
 from typing import Any, Protocol
 
 from hdfast.errors import InputError
+from hdfast.tolerance.progress import ProgressError
 from hdfast.tolerance.task import Piece, join
 
 Range = tuple[int, int]
@@ -76,10 +77,10 @@ def run_here(work: Work, todo: list[Range], store: Store, report: Report) -> Non
 
 
 def halving(work: Work, start: int, stop: int) -> Piece:
-    """Rows start to stop; when that raises, each half by itself, down to the row that is to blame."""
+    """Rows start to stop; when they raise, each half by itself, down to the row that is to blame."""
     try:
         return work(start, stop)
-    except InputError:
+    except (InputError, ProgressError):
         raise
     except Exception as error:
         if stop - start == 1:

@@ -12,6 +12,7 @@ from hdfast.tolerance.chunks import Range, Report, Store, Work, describe
 from hdfast.tolerance.task import Piece, join
 
 LOCAL = "local"
+MAX_WORKERS = 4096
 LOCAL_SETTINGS = {
     "distributed.scheduler.allowed-failures": 2,
     "distributed.deploy.lost-worker-timeout": "1 day",

@@ -7,21 +7,27 @@ import sys
 from collections.abc import Callable
 from typing import Any
 
-from hdfast import checks
-from hdfast.config import load
+from hdfast.checks import MAX_SEED
+from hdfast.config import Config, load
 from hdfast.errors import choose
-from hdfast.printing import text_table
+from hdfast.printing import json_text, text_table
 from hdfast.threads import MAX_THREADS
+from hdfast.tolerance.cluster import MAX_WORKERS
 from hdfast.tolerance.designs import DESIGNS
 from hdfast.tolerance.policy import POLICIES, FailedRowsError
 from hdfast.tolerance.run import tolerance
 from hdfast.tolerance.sample import MAX_ROWS
+from hdfast.tolerance.store import CHUNK
 from hdfast.tolerance.study import Study
 
 NAME = "tolerance"
 TEXT = "Hold the spread of many drives against a specification, with confidence."
 EXAMPLE = "hdfast tolerance examples/shf-25-120.toml --out out/tolerance --rows 100000"
 DONE, SAYS_NO = 0, 1
+EQUAL_ROWS = (
+    "hdfast: note: the file has no [tolerance.<name>], so all rows are the same drive; "
+    "sigma in [drive] is prior knowledge for fits, not a spread"
+)
 
 
 def arguments(command: argparse.ArgumentParser, whole: Callable[[str, int, int], Any]) -> None:
@@ -32,25 +38,33 @@ def arguments(command: argparse.ArgumentParser, whole: Callable[[str, int, int],
     command.add_argument(
         "--cluster", metavar="ADDRESS", nargs="?", const="local", help="run on Dask; without ADDRESS on this machine"
     )
-    command.add_argument("--workers", type=whole("--workers", 1, 4096), help="processes of a cluster on this machine")
+    command.add_argument(
+        "--workers", type=whole("--workers", 1, MAX_WORKERS), help="processes of a cluster on this machine"
+    )
     command.add_argument("--rows", type=whole("--rows", 1, MAX_ROWS), help="number of drives instead of the file's")
-    command.add_argument("--seed", type=whole("--seed", 0, 2**63 - 1), help="seed instead of the file's")
+    command.add_argument("--seed", type=whole("--seed", 0, MAX_SEED), help="seed instead of the file's")
     command.add_argument("--sampling", choices=DESIGNS, help="how the drives are drawn, instead of the file's way")
     command.add_argument("--failed", choices=POLICIES, help="what rows that failed mean (default: refuse)")
     command.add_argument(
         "--rare", metavar="METRIC", action="append", default=[], help="subset simulation of what is outside this limit"
     )
     command.add_argument("--threads", type=whole("--threads", 1, MAX_THREADS), help="number of threads (per worker)")
-    command.add_argument("--chunk", type=whole("--chunk", 1, MAX_ROWS), help="rows per stored file")
+    command.add_argument("--chunk", type=whole("--chunk", 1, MAX_ROWS), default=CHUNK, help="rows per stored file")
     command.add_argument("--progress", action="store_true", help="show progress even when stderr is not a terminal")
+
+
+def note_equal_rows(settings: Config, options: argparse.Namespace) -> None:
+    """Say on stderr that nothing varies in a file without tolerances."""
+    if not settings.tolerances and not options.quiet:
+        print(EQUAL_ROWS, file=sys.stderr)
 
 
 def run(options: argparse.Namespace) -> int:
     """Run the command; 0 when every specification is met with confidence, else 1."""
     settings = load(options.file)
+    note_equal_rows(settings, options)
     for metric in options.rare:
         choose("--rare", metric, settings.specs)
-    given: dict[str, Any] = {"chunk": checks.whole("--chunk", options.chunk, 1, MAX_ROWS)} if options.chunk else {}
     try:
         study = tolerance(
             settings,
@@ -63,8 +77,8 @@ def run(options: argparse.Namespace) -> int:
             cluster=options.cluster,
             workers=options.workers,
             threads=options.threads,
+            chunk=options.chunk,
             progress=options.progress or (sys.stderr.isatty() and not options.quiet),
-            **given,
         )
     except KeyboardInterrupt:
         where = f": finished chunks are in {options.out}, continue with --resume" if options.out else ""
@@ -75,16 +89,17 @@ def run(options: argparse.Namespace) -> int:
         page = study.report(options.out) if options.out else None
         _print(study, options, page)
     except FailedRowsError as error:
-        print(f"hdfast: {error}; with --resume --failed the rows are not run again", file=sys.stderr)
+        hint = "; with --resume --failed the rows are not run again" if options.out else ""
+        print(f"hdfast: {error}{hint}", file=sys.stderr)
         return SAYS_NO
     return DONE if study.met else SAYS_NO
 
 
 def _print(study: Study, options: argparse.Namespace, page: Any) -> None:
     if options.json:
-        from hdfast.report.tolerance import as_json
+        from hdfast.report.tolerance import summary
 
-        print(as_json(study))
+        print(json_text(summary(study)))
     elif not options.quiet:
         print(f"{study.config.title}\n{study!r}\n")
         print(_table(study))

@@ -77,7 +77,8 @@ class Tolerance:
         """Worst-case values: the bounds where finite, else the quantiles at -3 and +3 standard deviations (0.135 %)."""
         low, high = self.quantile(np.array([0.0013498980316301, 0.9986501019683699])).tolist()
         if self.spread == 1.0:
-            low = self.lower if math.isfinite(self.lower) and self.distribution != "lognormal" else low
+            bounded = self.lower > 0.0 if self.distribution == "lognormal" else math.isfinite(self.lower)
+            low = self.lower if bounded else low
             high = self.upper if math.isfinite(self.upper) else high
         return low, high
 

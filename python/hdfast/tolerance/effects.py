@@ -9,10 +9,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from hdfast import checks
 from hdfast.checks import Floats
+from hdfast.errors import choose
 from hdfast.tolerance.intervals import CONFIDENCE, Estimate, Groups, clopper_pearson, mean
-from hdfast.tolerance.limits import JOINT, Spec
-from hdfast.tolerance.sample import Plan
+from hdfast.tolerance.limits import JOINT, Spec, counted
+from hdfast.tolerance.sample import MAX_ROWS, Plan
 
 FACTORS = (0.0, 0.5, 1.5)
 RESAMPLES = 100
@@ -30,7 +32,7 @@ class Effect:
         yields: change of each yield, JOINT among them, as a share (0.01 is one more drive in a hundred).
         percentiles: change of the percentile of each metric in its unit.
         variances: change of each variance relative to what it was.
-        missing: rows that lack one of the metrics before or after, left out of its percentile and variance.
+        missing: rows that lack one of the metrics before or after.
     """
 
     parameter: str
@@ -51,6 +53,7 @@ def effects(
     percentage: float = 99.0,
     factors: Sequence[float] = FACTORS,
     names: Sequence[str] | None = None,
+    policy: str = "worst",
 ) -> list[Effect]:
     """Effects of every tolerance at every factor.
 
@@ -61,27 +64,48 @@ def effects(
         metrics: metrics whose percentiles are followed; for one with a lower limit only, the opposite tail.
         rows: per variant; every variant draws the same probabilities, so differences are not blurred by chance.
         percentage: which percentile.
+        factors: on the spread, 0 to 100.
         names: parameters to change, default all.
+        policy: under "exclude" a row that lacks a metric in either run is left out of the yields too, else it counts
+            as outside.
 
     Returns:
-        One per parameter and factor. A row that lacks a metric in either run is left out of that comparison.
+        One per parameter and factor; a row that lacks a metric in either run is left out of its percentile and
+        variance.
+
+    Raises:
+        InputError: naming argument, value and allowed range.
     """
+    checks.whole("rows", rows, 1, MAX_ROWS)
+    checks.number("percentage", percentage, 0.0, 100.0)
+    for factor in factors:
+        checks.number("factors", factor, 0.0, 100.0)
+    for name in names or ():
+        choose("names", name, plan.names)
     before = evaluate(plan, rows)
     groups = plan.groups(0, rows)
     found = []
     for name in plan.names if names is None else names:
         for factor in factors:
             after = evaluate(plan.scaled({name: factor}), rows)
-            found.append(_compare(name, factor, before, after, specs, metrics, percentage, groups))
+            found.append(_compare(name, factor, before, after, specs, metrics, percentage, groups, policy))
     return found
 
 
 def _compare(
     name: str, factor: float, before: Run, after: Run, specs: Mapping[str, Spec], metrics: Sequence[str],
-    percentage: float, groups: Groups | None,
+    percentage: float, groups: Groups | None, policy: str,
 ) -> Effect:  # fmt: skip
-    held = [_held(run, specs) for run in (before, after)]
-    yields = {key: _yield_change(held[0][key], held[1][key], groups) for key in held[0]}
+    old_held, new_held = _held(before, specs), _held(after, specs)
+    used = {
+        metric: counted(before[0][metric], before[1], policy) & counted(after[0][metric], after[1], policy)
+        for metric in specs
+    }
+    used[JOINT] = np.logical_and.reduce(list(used.values()))
+    yields = {
+        key: _yield_change(old_held[key][used[key]], new_held[key][used[key]], groups and groups.take(used[key]))
+        for key in old_held
+    }
     percentiles, variances = {}, {}
     complete = before[1] & after[1]
     for metric in metrics:

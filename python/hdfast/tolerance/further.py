@@ -72,6 +72,7 @@ class FurtherRuns:
             rows=rows,
             percentage=percentage,
             names=names,
+            policy=self.policy,
             **options,
         )
 
@@ -79,7 +80,7 @@ class FurtherRuns:
         """First and total order Sobol indices by metric, from base * (d + 2) rows of their own.
 
         Raises:
-            InputError: the parameters are correlated.
+            InputError: the parameters are correlated, or none varies.
             FailedRowsError: a row failed or lacks a metric with limits; other metrics it lacks are left out.
         """
         self._require_independence("Sobol indices")
@@ -99,6 +100,7 @@ class FurtherRuns:
     def gradients(self, step: float = 0.1) -> dict[str, Gradient]:
         """Linear error propagation by metric; central differences, see `hdfast.tolerance.sensitivity.gradient`."""
         self._require_independence("Linear error propagation")
+        checks.positive("step", step, 10.0)
         return gradient(lambda columns: self.evaluate(columns)[0], self.plan.tolerances, step)
 
     @cached_property
@@ -114,6 +116,7 @@ class FurtherRuns:
         Raises:
             FailedRowsError: under "refuse", when a row failed.
         """
+        self._require_tolerances("Rare events")
         spec = self.specs[choose("metric", metric, self.specs)]
 
         def distance(scores: Floats) -> Floats:
@@ -128,9 +131,14 @@ class FurtherRuns:
 
     def allocate(self, **options: Any) -> Allocation:
         """Which tolerances to tighten or relax at the lowest cost; see `hdfast.tolerance.allocation.allocate`."""
-        return allocate(self.evaluate, self.plan, self.specs, **options)
+        return allocate(self.evaluate, self.plan, self.specs, policy=self.policy, **options)
+
+    def _require_tolerances(self, what: str) -> None:
+        if not self.plan.names:
+            raise InputError(f"{what} need parameters that vary: the file has no section [tolerance.<name>]")
 
     def _require_independence(self, what: str) -> None:
+        self._require_tolerances(what)
         if self.plan.correlation is not None:
             raise InputError(f"{what} need independent parameters; these are correlated: use contributions or effects")
 

@@ -116,11 +116,16 @@ def judge_values(
 ) -> Verdict:
     """One specification against (n,) values; under "exclude" rows without the metric are left out, else they count."""
     held = finished & spec.holds(values)
-    used = (finished & np.isfinite(values)) if policy == "exclude" else np.ones(len(held), dtype=bool)
+    used = counted(values, finished, policy)
     found = share(held[used], groups.take(used) if groups is not None else None, confidence)
     return Verdict(
         spec, int(np.count_nonzero(held)), int(np.count_nonzero(used)), (found.low, found.high), int(np.sum(~used))
     )
+
+
+def counted(values: Floats, finished: NDArray[np.bool_], policy: str) -> NDArray[np.bool_]:
+    """(n,) True where a row counts in a yield: under "exclude" where it has the metric, else everywhere."""
+    return finished & np.isfinite(values) if policy == "exclude" else np.ones(len(values), dtype=bool)
 
 
 def judge(specs: Mapping[str, Spec], result: SweepResult, plan: Plan | None = None) -> list[Verdict]:

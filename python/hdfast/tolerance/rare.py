@@ -57,9 +57,9 @@ def subset_simulation(
 
     Args:
         margin: (m, d) independent standard normal scores to (m,) margins; below 0 is the event, NaN counts as it.
-        rows: per level and replicate; a multiple of 1 / share.
+        rows: per level and replicate.
         replicates: independent runs; the interval comes from their spread (lognormal, Cox's method).
-        smallest: levels stop below this probability.
+        smallest: levels stop below this probability, 1e-30 to 0.1.
 
     Raises:
         InputError: naming argument, value and allowed range.
@@ -67,6 +67,7 @@ def subset_simulation(
     checks.whole("rows", rows, 100, 10**7)
     checks.whole("replicates", replicates, 2, 1000)
     checks.number("share", share, 0.01, 0.5)
+    checks.number("smallest", smallest, 1e-30, 0.1)
     return _Levels(margin, dimensions, rows, share, replicates, seed, smallest).run(confidence)
 
 

@@ -65,15 +65,17 @@ class _Entry:
         shape, points = self.shape_and_points()
         if points:
             lower, upper = max(lower, min(points)), min(upper, max(points))
-        if not lower < upper:
-            raise InputError(f"{self.where} lower = {lower:g} is not below upper = {upper:g}")
         centre, width = self.number(LAWS[self.distribution].centre, self.nominal), self.width()
         if self.distribution == "capability":
             centre, width, lower, upper = self.capability(centre, lower, upper)
+        if not lower < upper:
+            raise InputError(f"{self.where} lower = {lower:g} is not below upper = {upper:g}")
         if self.distribution == "triangular" and not lower <= centre <= upper:
             raise InputError(f"{self.where} mode = {centre:g} lies outside {lower:g} to {upper:g}")
         if self.distribution == "lognormal":
-            checks.positive("median", centre)
+            if not centre > 0.0:
+                stated = "median" if "median" in self.entry else f"the nominal {self.name} of [drive], its median,"
+                raise InputError(f"{self.where} is lognormal: {stated} = {centre:g} must be greater than 0")
             lower = max(lower, 0.0)
             if upper <= 0.0:
                 raise InputError(f"{self.where} upper = {upper:g} must be positive: the law is lognormal")
@@ -81,15 +83,15 @@ class _Entry:
             raise InputError(f"{self.where} needs finite lower and upper")
         share = checks.number("batch_share", self.entry.get("batch_share", 0.0), 0.0, 1.0)
         cost = checks.positive("cost", self.entry.get("cost", 1.0))
-        return Tolerance(
+        found = Tolerance(
             self.name, self.distribution, centre, width, lower, upper, shape, points, batch_share=share, cost=cost
         )
+        if width and not lower < found.quantile(np.array(0.5)) < upper:
+            raise InputError(f"{self.where} {found.describe()}: nothing of the law lies between the bounds")
+        return found
 
     def flag(self, key: str) -> bool:
-        value = self.entry.get(key, False)
-        if not isinstance(value, bool):
-            raise InputError(f"{key} = {shorten(value)} is not true or false")
-        return value
+        return checks.flag(key, self.entry.get(key, False))
 
     def number(self, key: str, default: float) -> float:
         return checks.finite(key, self.entry[key]) * self.factor if key in self.entry else default

@@ -13,7 +13,7 @@ from hdfast.catalogue import build_info
 from hdfast.config import Config
 from hdfast.errors import InputError, choose, shorten
 from hdfast.tolerance.chunks import ranges, run_here
-from hdfast.tolerance.cluster import LOCAL, run_on_cluster
+from hdfast.tolerance.cluster import LOCAL, MAX_WORKERS, run_on_cluster
 from hdfast.tolerance.designs import DESIGNS
 from hdfast.tolerance.policy import POLICIES
 from hdfast.tolerance.progress import meter
@@ -50,7 +50,7 @@ def tolerance(
         out: folder for the rows; without it they stay in memory.
         resume: continue the study in `out`, with more rows if `n` is larger.
         cluster: run on Dask distributed: "local", or the address of a scheduler.
-        workers: processes of a local cluster.
+        workers: processes of a local cluster; default one per CPU.
         threads: of a local run, or of each worker (default 1 there).
         chunk: rows per chunk and file; changes nothing in the result.
         progress: True shows a bar on stderr; a function is called with (rows done, rows in total).
@@ -64,7 +64,7 @@ def tolerance(
     """
     settings = file if isinstance(file, Config) else config.load(file)
     plan = settings.plan(
-        None if seed is None else checks.whole("seed", seed, 0, 2**63 - 1),
+        None if seed is None else checks.whole("seed", seed, 0, checks.MAX_SEED),
         None if sampling is None else choose("sampling", sampling, DESIGNS),
     )
     policy = choose("failed", settings.run.failed if failed is None else failed, POLICIES)
@@ -79,6 +79,10 @@ def tolerance(
     todo = [part for part in ranges(rows, store.chunk) if not store.done(*part)]
     if cluster is not None and not isinstance(cluster, str):
         raise InputError(f"cluster = {shorten(cluster)} is neither 'local' nor the address of a scheduler")
+    if workers is not None:
+        checks.whole("workers", workers, 1, MAX_WORKERS)
+        if cluster != LOCAL:
+            raise InputError(f"workers = {workers} has a meaning with cluster = {LOCAL!r} only (--cluster)")
     with meter(progress, rows, rows - sum(stop - start for start, stop in todo)) as watch:
         if cluster is None:
             run_here(replace(task, progress=watch.within), todo, store, watch.chunk)

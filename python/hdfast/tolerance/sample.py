@@ -17,6 +17,7 @@ from hdfast.tolerance.laws import TINY
 from hdfast.tolerance.streams import stream
 
 MAX_ROWS = 10**9
+CORRELATED_BLOCK = 20
 
 
 @dataclass(frozen=True)
@@ -28,7 +29,7 @@ class Plan:
         sampling: a key of `DESIGNS`.
         seed: of every stream.
         replicates: number of Sobol sequences that take turns.
-        block: rows of one Latin hypercube.
+        block: rows of one Latin hypercube; with a correlation so many that no reordering of them is singular.
         levels: of a full factorial design.
         correlation: dependence between parameters.
         batch_size: rows that share what `batch_share` of their tolerances says.
@@ -42,6 +43,16 @@ class Plan:
     levels: int = 3
     correlation: Correlation | None = None
     batch_size: int = 1
+
+    def __post_init__(self) -> None:
+        if self.correlation is None or self.sampling != "latin_hypercube":
+            return
+        least = CORRELATED_BLOCK + len(self.correlation.names)
+        if self.block < least:
+            raise InputError(
+                f"block = {self.block} is too small to correlate {len(self.correlation.names)} parameters "
+                f"by sampling = {self.sampling!r} (allowed: at least {least})"
+            )
 
     @property
     def names(self) -> tuple[str, ...]:

@@ -5,16 +5,19 @@ from __future__ import annotations
 import io
 import json
 import threading
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from hdfast import checks
 from hdfast.checks import Floats
 from hdfast.errors import InputError
 from hdfast.files import prepare, sha256, write_atomically, write_json
+from hdfast.tolerance.sample import MAX_ROWS
 from hdfast.tolerance.task import Piece
 from hdfast.tolerance.trajectories import TrajectoryStore
 
@@ -86,7 +89,8 @@ class FolderStore:
         fingerprint: what decides the content of the rows; a folder made with another one is refused.
         chunk: rows per file; a folder that is resumed keeps its own.
         resume: continue what the folder holds instead of refusing to overwrite it.
-        trajectories: times by which the signals are stored, None without.
+        signals: names of the signals that are stored over time.
+        times: (T,) their sample times [s], None without.
 
     Raises:
         InputError: the folder holds another study, or one and `resume` was not asked for.
@@ -107,7 +111,8 @@ class FolderStore:
         self.chunk = chunk
         self.entries: dict[int, dict[str, Any]] = {}
         self._lock = threading.Lock()
-        if (self.folder / MANIFEST).exists():
+        begun = (self.folder / MANIFEST).exists()
+        if begun:
             if not resume:
                 raise InputError(
                     f"out = {str(folder)!r} holds a study already: continue it with resume (--resume) or take another "
@@ -117,14 +122,16 @@ class FolderStore:
         (self.folder / ROWS).mkdir(exist_ok=True)
         for left in [file for pattern in HALF_WRITTEN for file in self.folder.glob(pattern)]:
             left.unlink(missing_ok=True)
-        self.trajectories = TrajectoryStore(self.folder, signals, times, self.chunk) if times is not None else None
+        self.trajectories = None
+        if times is not None:
+            self.trajectories = TrajectoryStore(self.folder, signals, times, self.chunk, "a" if begun else "w")
 
     def _read(self) -> None:
-        try:
+        with self._reading():
             manifest = json.loads((self.folder / MANIFEST).read_text(encoding="utf-8"))
-            found, entries, chunk = manifest["fingerprint"], manifest["chunks"], manifest["chunk"]
-        except (ValueError, KeyError, TypeError, OSError) as error:
-            raise InputError(f"{self.folder / MANIFEST} cannot be read ({error}): take another folder") from None
+            checks.whole("format", manifest["format"], FORMAT, FORMAT)
+            self.chunk = checks.whole("chunk", manifest["chunk"], 1, MAX_ROWS)
+            found, entries = dict(manifest["fingerprint"]), manifest["chunks"]
         differing = [key for key in {**found, **self.fingerprint} if found.get(key) != self.fingerprint.get(key)]
         if differing:
             key = differing[0]
@@ -132,8 +139,15 @@ class FolderStore:
                 f"out = {str(self.folder)!r} holds another study: {key} is {found.get(key)!r} there and "
                 f"{self.fingerprint.get(key)!r} here; take another folder"
             )
-        self.chunk = chunk
-        self.entries = {entry["start"]: entry for entry in entries if self._intact(entry)}
+        with self._reading():
+            self.entries = {entry["start"]: entry for entry in entries if self._intact(entry)}
+
+    @contextmanager
+    def _reading(self) -> Iterator[None]:
+        try:
+            yield
+        except (ValueError, LookupError, TypeError, OSError) as error:
+            raise InputError(f"{self.folder / MANIFEST} cannot be read ({error}): take another folder") from None
 
     def check_rows(self, rows: int) -> None:
         """Refuse to run fewer rows than there are.

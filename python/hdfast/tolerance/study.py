@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hdfast import catalogue
+from hdfast import catalogue, checks
 from hdfast.checks import Floats
 from hdfast.config import Config
 from hdfast.errors import choose
@@ -20,7 +20,7 @@ from hdfast.tolerance import convergence
 from hdfast.tolerance.chunks import Store
 from hdfast.tolerance.further import FurtherRuns
 from hdfast.tolerance.intervals import Estimate, Groups, share
-from hdfast.tolerance.limits import JOINT, Spec, Verdict, as_worst_case, judge_values, margin
+from hdfast.tolerance.limits import JOINT, Spec, Verdict, as_worst_case, counted, judge_values, margin
 from hdfast.tolerance.policy import FailedRowsError, Usable, gate
 from hdfast.tolerance.sample import Plan
 from hdfast.tolerance.sensitivity import rank_correlation, variance_share
@@ -73,6 +73,17 @@ class Study(FurtherRuns):
         spec = self.specs.get(metric)
         return gate(self.column(metric), self.finished, self.policy, metric, spec.bad_side if spec else math.inf)
 
+    def held(self, spec: Spec) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+        """(n,) which rows lie within limits, and (n,) which rows count after the failure policy.
+
+        Raises:
+            FailedRowsError: under "refuse", when rows failed or lack the metric.
+        """
+        values = self.column(spec.metric)
+        if self.policy == "refuse":
+            gate(values, self.finished, self.policy, spec.metric)
+        return self.finished & spec.holds(values), counted(values, self.finished, self.policy)
+
     def _groups_of(self, usable: Usable) -> Groups | None:
         return None if self.groups is None else self.groups.take(usable.index)
 
@@ -94,8 +105,7 @@ class Study(FurtherRuns):
             return None
         worst = self.worst_margin
         spec = Spec(JOINT, 0.0, math.inf, min(spec.min_yield for spec in self.specs.values()))
-        held = self.finished & (worst >= 0.0)
-        used = self.finished & np.isfinite(worst) if self.policy == "exclude" else np.ones(self.n, dtype=bool)
+        held, used = self.finished & (worst >= 0.0), counted(worst, self.finished, self.policy)
         found = share(held[used], self.groups.take(used) if self.groups is not None else None)
         verdict = Verdict(spec, int(held.sum()), int(used.sum()), (found.low, found.high), int(np.sum(~used)))
         return verdict if self.plan.design.random else as_worst_case(verdict)
@@ -165,12 +175,13 @@ class Study(FurtherRuns):
         ]
 
     def convergence(self, metric: str, percentage: float | None = None) -> convergence.Course:
-        """Running yield of a specification, or running percentile of a metric."""
+        """Running yield of a specification, or running percentile of a metric, over the rows that count."""
         if percentage is None:
-            spec = self.specs[choose("metric", metric, self.specs)]
-            return convergence.running_share(self.finished & spec.holds(self.column(metric)), self.groups)
+            held, used = self.held(self.specs[choose("metric", metric, self.specs)])
+            return convergence.running_share(held[used], self.groups and self.groups.take(used))
+        share_below = checks.number("percentage", percentage, 0.0, 100.0) / 100.0
         usable = self.usable(metric)
-        return convergence.running_percentile(usable.values, percentage / 100.0, self._groups_of(usable))
+        return convergence.running_percentile(usable.values, share_below, self._groups_of(usable))
 
     @cached_property
     def contributions(self) -> dict[str, dict[str, Estimate]]:
@@ -189,11 +200,12 @@ class Study(FurtherRuns):
     def loss_contributions(self) -> dict[str, dict[str, Estimate]]:
         """The same for being outside each limit: which tolerance decides whether a drive is bad."""
         inputs = {name: self.column(name) for name in self.plan.names}
-        outside = {metric: ~spec.holds(self.column(metric)) for metric, spec in self.specs.items()}
-        return {
-            metric: {name: variance_share(column, bad.astype(float)) for name, column in inputs.items()}
-            for metric, bad in outside.items()
-        }
+        found = {}
+        for metric, spec in self.specs.items():
+            held, used = self.held(spec)
+            bad = (~held[used]).astype(float)
+            found[metric] = {name: variance_share(column[used], bad) for name, column in inputs.items()}
+        return found
 
     def rank_correlations(self, metric: str) -> dict[str, Estimate]:
         """Spearman's rank correlation of a metric with every parameter that varies."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 
 FOLDER = "trajectories.zarr"
 INNER_ROWS = 256
+MAX_SAMPLES = 10**6
 
 
 @dataclass(frozen=True)
@@ -30,14 +31,14 @@ class Trajectories:
 
     def times(self, t_end: float) -> Floats:
         """(T,) sample times [s]."""
-        return np.arange(int(t_end / self.step + 1e-9) + 1, dtype=np.float64) * self.step
+        return np.minimum(np.arange(int(t_end / self.step + 1e-9) + 1, dtype=np.float64) * self.step, t_end)
 
 
-def read_trajectories(section: Mapping[str, Any], known: Any) -> Trajectories | None:
+def read_trajectories(section: Mapping[str, Any], known: Any, t_end: float) -> Trajectories | None:
     """Read [trajectories]: `signals` and `step` [s]; None when the section is missing.
 
     Raises:
-        InputError: an unknown signal, a step that is not positive, or Zarr is not installed.
+        InputError: an unknown signal, or a step longer than the run or too short for it.
     """
     if not section:
         return None
@@ -46,21 +47,30 @@ def read_trajectories(section: Mapping[str, Any], known: Any) -> Trajectories | 
         if key not in section:
             raise InputError(f"[trajectories] needs the key {key!r}")
     signals = tuple(signal.name for signal in catalogue.choose_signals(section["signals"], ()))
-    return Trajectories(signals, checks.positive("step", section["step"], unit="s"))
+    return Trajectories(signals, checks.number("step", section["step"], t_end / MAX_SAMPLES, t_end, "s"))
 
 
 class TrajectoryStore:
-    """The arrays (rows, T) of a study's signals on disk; NaN where a row did not get."""
+    """The arrays (rows, T) of a study's signals on disk; NaN where a row did not get.
 
-    def __init__(self, folder: Path, signals: tuple[str, ...], times: Floats | None, chunk: int) -> None:
+    Args:
+        folder: of the study.
+        signals: names.
+        times: (T,) sample times [s].
+        chunk: rows per shard.
+        mode: "w" begins anew, "a" goes on with what is there.
+    """
+
+    def __init__(
+        self, folder: Path, signals: tuple[str, ...], times: Floats, chunk: int, mode: Literal["w", "a"]
+    ) -> None:
         require_package("zarr", "zarr")
         import zarr
 
         self.folder, self.chunk = folder, chunk
-        moments = np.empty(0) if times is None else times
-        root = zarr.open_group(str(folder / FOLDER), mode="a", zarr_format=3)
+        root = zarr.open_group(str(folder / FOLDER), mode=mode, zarr_format=3)
         if "t" not in root:
-            root.create_array("t", data=moments, attributes={"units": "s"})
+            root.create_array("t", data=times, attributes={"units": "s"})
         inner = next(rows for rows in range(min(INNER_ROWS, chunk), 0, -1) if chunk % rows == 0)
         known = catalogue.signals()
         self.arrays: dict[str, Any] = {}
@@ -68,10 +78,10 @@ class TrajectoryStore:
             if name not in root:
                 root.create_array(
                     name,
-                    shape=(0, len(moments)),
+                    shape=(0, len(times)),
                     dtype="float64",
-                    chunks=(inner, max(len(moments), 1)),
-                    shards=(chunk, max(len(moments), 1)),
+                    chunks=(inner, len(times)),
+                    shards=(chunk, len(times)),
                     fill_value=np.nan,
                     attributes={"units": known[name].unit},
                     dimension_names=("row", "t"),

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from hdfast.drive_file import UNKNOWN
+from hdfast.errors import shorten
 
 VERDICTS = ("no_evidence", "found", "undecided", "depends_on", "sensor", "not_reproducible", "data_rejected")
 CLAIMS = ("found", "sensor", "depends_on")
@@ -24,6 +25,7 @@ REQUIRED = (
     "seed",
     "version",
 )
+SHAPES: dict[str, Any] = {"effects": list, "where": dict | None, "fit": dict | None, "masking": list}
 
 
 @dataclass(frozen=True)
@@ -92,14 +94,30 @@ def complain(verdict: Any) -> str:
         return f"without {', '.join(absent)}"
     if verdict["verdict"] not in VERDICTS:
         return f"verdict = {verdict['verdict']!r}"
-    for effect in verdict["effects"]:
-        if not isinstance(effect, dict) or not isinstance(effect.get("effect"), str):
-            return "an effect without id"
-        probability = effect.get("probability")
-        if not isinstance(probability, int | float) or not math.isfinite(probability) or not 0 <= probability <= 1:
-            return f"{effect['effect']}: probability = {probability!r}"
-        if effect.get("place") not in (*PLACES, None):
-            return f"{effect['effect']}: place = {effect.get('place')!r}"
+    for key, kind in SHAPES.items():
+        if not isinstance(verdict[key], kind):
+            return f"{key} = {shorten(verdict[key])}"
+    complaints = [_of_effect(effect) for effect in verdict["effects"]]
+    if any(complaints):
+        return next(filter(None, complaints))
+    if not all(isinstance(row, dict) and "parameter" in row for row in verdict["masking"]):
+        return f"masking = {shorten(verdict['masking'])}"
+    orders = (verdict["where"] or {}).get("orders") or []
+    if not isinstance(orders, list) or not all(isinstance(order, int | float) for order in orders):
+        return f"where: orders = {shorten(orders)}"
     if verdict["verdict"] in CLAIMS and not verdict["effects"]:
         return f"{verdict['verdict']} without an effect"
     return ""
+
+
+def _of_effect(effect: Any) -> str:
+    if not isinstance(effect, dict) or not isinstance(effect.get("effect"), str):
+        return "an effect without id"
+    probability, rivals, parameters = effect.get("probability"), effect.get("rivals", []), effect.get("parameters")
+    if not isinstance(probability, int | float) or not math.isfinite(probability) or not 0 <= probability <= 1:
+        return f"{effect['effect']}: probability = {probability!r}"
+    if effect.get("place") not in (*PLACES, None):
+        return f"{effect['effect']}: place = {effect.get('place')!r}"
+    if not isinstance(rivals, list) or not all(isinstance(rival, str) for rival in rivals):
+        return f"{effect['effect']}: rivals = {shorten(rivals)}"
+    return "" if isinstance(parameters, dict | None) else f"{effect['effect']}: parameters = {shorten(parameters)}"

@@ -18,6 +18,8 @@ MET = {
     "ur10e_j2": (DRY, GRAVITY),
     "ur10e_j4": (DRY, GRAVITY, RIPPLE),
     "kinova": (RIPPLE,),
+    "bam": (GRAVITY,),
+    "bam_trajectory": (GRAVITY,),
     "brfd": (HYSTERESIS,),
     "tx40": (DRY,),
     "article": (DRY,),
@@ -50,6 +52,12 @@ def test_against_known_effects(diagnosed: Verdicts, name: str) -> None:
     for either in MET[name]:
         assert named & either, f"none of {sorted(either)} in {sorted(named)}"
     assert not named & EXPECTED[name].must_not_name
+
+
+def test_exact_held_samples_are_no_physics(diagnosed: Verdicts) -> None:
+    verdict = diagnosed("hej90")
+    assert not verdict["effects"]
+    assert any(finding["check"] == "held_values" for finding in verdict["health"])
 
 
 @pytest.mark.parametrize("name", PUBLISHED)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hdfast.diagnosis.prepare import Band, Source, choose_band, prepare
@@ -31,6 +33,11 @@ def test_exact_the_slowest_clock_sets_the_rate_of_all():
     assert band.rate == pytest.approx(100.0, rel=1e-9)
     for one in sources:
         assert 1.0 / np.diff(prepare(one, band, RATIO).t) == pytest.approx(100.0, rel=1e-9)
+
+
+def test_exact_held_values_set_the_rate():
+    held = replace(source(1000.0), news=66.7)
+    assert choose_band([held], 1e-4).rate == pytest.approx(66.7)
 
 
 def test_exact_clocks_of_no_common_multiple_share_the_working_rate():

@@ -121,8 +121,11 @@ def of_every_kind(rng: np.random.Generator) -> np.ndarray:
 
 
 @pytest.mark.parametrize("kind", [everywhere, in_two_blocks_of_thirty, of_every_kind])
-def test_exact_size_of_the_screen_on_linear_nulls(kind: Callable[[np.random.Generator], np.ndarray]) -> None:
+def test_exact_size_of_the_screen_on_linear_nulls(
+    kind: Callable[[np.random.Generator], np.ndarray], monkeypatch: pytest.MonkeyPatch
+) -> None:
     """150 nulls, 40 candidates, 18 fitted parameters, 30 blocks; the bounds leave two standard errors and a half."""
+    monkeypatch.setattr("hdfast.diagnosis.statistics.DRAWS", 999)
     rng = np.random.default_rng(4)
     smallest = []
     for _ in range(150):

@@ -153,13 +153,28 @@ class Unit:
 
 @dataclass(frozen=True)
 class Source:
-    """Columns of a recording, its part in the campaign, and the samples that health checks left usable."""
+    """Columns of a recording, its part in the campaign, and the samples that health checks left usable.
+
+    Attributes:
+        name: file name.
+        recording: columns by name.
+        role: "fit" or "heldout".
+        group: label shared by recordings of one rig, day and temperature.
+        good: which samples are usable.
+        news: new values per second of a column that holds its values for several samples, the slowest; else infinite.
+    """
 
     name: str
     recording: Mapping[str, Floats]
     role: str
     group: str
     good: Mask
+    news: float = math.inf
+
+    @property
+    def rate(self) -> float:
+        """How many samples per second say something new [Hz]."""
+        return min(1.0 / float(np.median(np.diff(self.recording["t"]))), self.news)
 
 
 def fitted(sources: Sequence[Source]) -> list[Source]:
@@ -172,13 +187,13 @@ def choose_band(sources: Sequence[Source], inertia: float) -> Band:
 
     It ends where that disturbance would drown the torque's own noise: beyond, a smaller inertia would always seem
     better. Noise is that of the resolution, or what a signal shows near the top of its spectrum, where nothing moves.
-    The slowest clock sets the rate of all, what is fitted the rest.
+    The slowest clock, or the slowest column that holds its values, sets the rate of all; what is fitted the rest.
 
     Args:
         sources: recordings of the campaign.
         inertia: total inertia at the motor [kg m^2].
     """
-    rate = min(1.0 / np.median(np.diff(source.recording["t"])) for source in sources)
+    rate = min(source.rate for source in sources)
     sources = fitted(sources)
     total = sum(float(np.ptp(source.recording["t"])) for source in sources)
     working = rate / max(1, math.ceil(max(rate / HIGHEST_RATE, rate * total / MOST_SAMPLES) - CLOCK))

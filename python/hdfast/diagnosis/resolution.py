@@ -15,12 +15,13 @@ NEAR_STANDSTILL = 0.1
 def unresolved(effect: str, fitted: Fit, bench: Bench) -> bool:
     """True where a filter of the recording's band would look the same as the effect.
 
-    A bristle has to take longer to bend than the band's slowest rise; a falling friction law has to reach beyond the
-    speeds whose direction is uncertain.
+    A bristle has to take longer to bend than the band's slowest rise, and to give way within the motion, or it is a
+    spring; a falling friction law has to reach beyond the speeds whose direction is uncertain.
     """
     if effect == "presliding_friction":
         angle = fitted.value(f"{effect}_T_c") / fitted.value(f"{effect}_sigma_0")
-        return math.sqrt(2.0 * angle / _acceleration(bench)) < SAMPLES / bench.plant.band.motion
+        travel = max(float(np.ptp(unit.angle)) for unit in bench.plant.units)
+        return angle > travel or math.sqrt(2.0 * angle / _acceleration(bench)) < SAMPLES / bench.plant.band.motion
     if effect == "stribeck_friction":
         slow = [
             float(np.min(np.abs(unit.speed[unit.judged["motor_torque"]]), initial=np.inf)) for unit in bench.plant.units

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
@@ -22,8 +23,11 @@ from hdfast.diagnosis.select import Rules, Search, search
 from hdfast.diagnosis.stages import Stages
 from hdfast.errors import InputError
 from hdfast.health import Health, check
+from hdfast.health.result import RecordingHealth
 from hdfast.recordings import Campaign
 
+COMPARED = ("motor_angle", "motor_torque", "load_angle", "output_torque")
+HELD = 0.7
 NOISY = 1.15
 STIFF = 1e4
 GUARD = 0.05
@@ -86,10 +90,19 @@ class Setup:
 def usable(health: Health) -> list[Source]:
     """The recordings that the health checks leave, with the samples that may be judged."""
     return [
-        Source(item.name, item.recording, item.source.role, item.source.group, item.mask[item.timed])
+        Source(item.name, item.recording, item.source.role, item.source.group, item.mask[item.timed], _news(item))
         for item in health
         if item.usable and item.recording is not None
     ]
+
+
+def _news(item: RecordingHealth) -> float:
+    """New values per second of the slowest column that holds its values; infinite where none does."""
+    slowest = min(
+        (item.facts.effective_rate_hz[name] for name in COMPARED if name in item.facts.effective_rate_hz),
+        default=math.inf,
+    )
+    return slowest if slowest < HELD * item.facts.rate_hz else math.inf
 
 
 def set_up(campaign: Campaign, sources: Sequence[Source], threads: int | None) -> Setup:
@@ -259,4 +272,4 @@ def with_heldout(sources: Sequence[Source], reason: str = NOTHING_HELD) -> tuple
 
 def _part(source: Source, rows: np.ndarray, role: str) -> Source:
     columns = {name: own for name, values in source.recording.items() if np.isfinite(own := values[rows]).any()}
-    return Source(source.name, columns, role, source.group, source.good[rows])
+    return replace(source, recording=columns, role=role, good=source.good[rows])

@@ -11,7 +11,7 @@ from hdfast.checks import Floats
 from hdfast.diagnosis.evidence import Layout
 from hdfast.diagnosis.projector import Projector
 
-DRAWS = 999
+DRAWS = 9999
 BORROWED = 20.0
 QUIETEST = 1.0
 OCTAVES = 14

@@ -8,9 +8,11 @@ import math
 import os
 import secrets
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, BinaryIO
+
+import numpy as np
 
 from hdfast.errors import InputError
 
@@ -56,12 +58,14 @@ def write_json(path: Path, numbers: Any) -> None:
 
 
 def json_ready(value: Any) -> Any:
-    """The same for JSON, which knows neither NaN nor infinity: null in their place."""
-    if isinstance(value, dict):
+    """The same in plain numbers for JSON, which knows neither NaN nor infinity: null in their place."""
+    if isinstance(value, Mapping):
         return {str(key): json_ready(item) for key, item in value.items()}
     if isinstance(value, (list, tuple)):
         return [json_ready(item) for item in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value
+    if isinstance(value, (float, np.floating)):
+        return float(value) if math.isfinite(value) else None
+    return int(value) if isinstance(value, np.integer) else value
 
 
 def sha256(path: Path) -> str:

@@ -9,6 +9,7 @@ from typing import Any
 
 from hdfast.calibration.calibrate import calibrate
 from hdfast.printing import json_text, text_table
+from hdfast.threads import MAX_THREADS
 
 NAME = "calibrate"
 TEXT = "Fit the parameters of a campaign's drive to its recordings, within their tolerances."
@@ -19,7 +20,7 @@ def arguments(command: argparse.ArgumentParser, whole: Callable[[str, int, int],
     """Declare the arguments; `whole` makes a reader of whole numbers."""
     command.add_argument("campaign", metavar="CAMPAIGN.toml", help="nominal drive, sensors and recordings")
     command.add_argument("--out", metavar="DIR", help="folder for report.html, model.toml and calibration.json")
-    command.add_argument("--threads", type=whole("--threads", 1, 1024), help="number of threads")
+    command.add_argument("--threads", type=whole("--threads", 1, MAX_THREADS), help="number of threads")
 
 
 def run(options: argparse.Namespace) -> int:

@@ -9,6 +9,7 @@ from typing import Any
 
 from hdfast.comparison.compare import compare
 from hdfast.printing import json_text, text_table
+from hdfast.threads import MAX_THREADS
 
 NAME = "compare"
 TEXT = "Simulate the drive of a campaign as given and compare it with the recordings."
@@ -19,7 +20,7 @@ def arguments(command: argparse.ArgumentParser, whole: Callable[[str, int, int],
     """Declare the arguments; `whole` makes a reader of whole numbers."""
     command.add_argument("campaign", metavar="CAMPAIGN.toml", help="nominal drive, sensors and recordings")
     command.add_argument("--out", metavar="DIR", help="folder for report.html and comparison.json")
-    command.add_argument("--threads", type=whole("--threads", 1, 1024), help="number of threads")
+    command.add_argument("--threads", type=whole("--threads", 1, MAX_THREADS), help="number of threads")
 
 
 def run(options: argparse.Namespace) -> int:

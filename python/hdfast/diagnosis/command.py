@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import argparse
-import json
 import sys
 from collections.abc import Callable
 from typing import Any
 
+from hdfast.checks import MAX_SEED
 from hdfast.diagnosis.diagnose import diagnose
+from hdfast.printing import json_text
+from hdfast.threads import MAX_THREADS
 
 NAME = "diagnose"
 TEXT = "Find the physics that a drive's model leaves out, from recordings."
@@ -20,8 +22,8 @@ def arguments(command: argparse.ArgumentParser, whole: Callable[[str, int, int],
     """Declare the arguments; `whole` makes a reader of whole numbers."""
     command.add_argument("campaign", metavar="CAMPAIGN.toml", help="nominal drive, sensors and recordings")
     command.add_argument("--out", metavar="DIR", help="folder for verdict.json, report.html and extended_model.toml")
-    command.add_argument("--seed", type=whole("--seed", 0, 2**63 - 1), default=0, help="seed of the random draws")
-    command.add_argument("--threads", type=whole("--threads", 1, 1024), help="number of threads")
+    command.add_argument("--seed", type=whole("--seed", 0, MAX_SEED), default=0, help="seed of the random draws")
+    command.add_argument("--threads", type=whole("--threads", 1, MAX_THREADS), help="number of threads")
 
 
 def run(options: argparse.Namespace) -> int:
@@ -31,7 +33,7 @@ def run(options: argparse.Namespace) -> int:
     )
     page = found.report(options.out) if options.out else None
     if options.json:
-        print(json.dumps(found.to_dict(), indent=2))
+        print(json_text(found.to_dict()))
     elif not options.quiet:
         print(f"{found.verdict.replace('_', ' ')}: {found.content['sentence']}")
         if page is not None:

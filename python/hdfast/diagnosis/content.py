@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from typing import Any
-
-import numpy as np
 
 from hdfast.checks import Floats
 from hdfast.diagnosis.facts import FACTS
@@ -18,6 +15,7 @@ from hdfast.diagnosis.session import Session
 from hdfast.diagnosis.unknown import Unknown
 from hdfast.diagnosis.verdict import Verdict
 from hdfast.drive_file import UNKNOWN
+from hdfast.files import json_ready
 from hdfast.health import Health
 from hdfast.model import parse_order
 
@@ -73,7 +71,7 @@ def rejected(health: Health, seed: int, version: str) -> dict[str, Any]:
         "detectable": [],
         "next_experiment": None,
         "notes": [],
-        "health": _finite(_findings(health)),
+        "health": json_ready(_findings(health)),
         "seed": seed,
         "version": version,
     }
@@ -86,7 +84,7 @@ def as_dict(verdict: Verdict, health: Health, seed: int, version: str) -> dict[s
     effects = [_effect(one, verdict, sigma) for one in verdict.told]
     if verdict.described is not None:
         effects.append(_unknown_effect(verdict.described))
-    content: dict[str, Any] = _finite(
+    content: dict[str, Any] = json_ready(
         {
             "verdict": verdict.name,
             "sentence": verdict.sentence,
@@ -237,14 +235,3 @@ def _channels(bench: Bench, before: Floats, after: Floats) -> dict[str, dict[str
         }
         for channel in bench.layout.channels
     }
-
-
-def _finite(value: Any) -> Any:
-    """The same with plain numbers, None for those that are not finite."""
-    if isinstance(value, Mapping):
-        return {key: _finite(own) for key, own in value.items()}
-    if isinstance(value, (list, tuple)):
-        return [_finite(own) for own in value]
-    if isinstance(value, (float, np.floating)):
-        return float(value) if math.isfinite(value) else None
-    return int(value) if isinstance(value, np.integer) else value

@@ -14,6 +14,18 @@ SLOTS, MOST_DETENTS = (12.0, 24.0, 36.0), 9
 HIGHEST_INTEGER = 16
 STIFFEST = 10.0
 MOST_LINES = 26
+#: Effects that a drive without windup does not have.
+OF_THE_WINDUP = (
+    "hysteresis",
+    "viscoelastic",
+    "backlash",
+    "soft_windup",
+    "mesh_stiffness_variation",
+    "te_load_dependence",
+    "load_side_friction",
+    "load_compliance",
+    "base_compliance",
+)
 
 
 @dataclass(frozen=True)
@@ -129,20 +141,6 @@ def _friction(s: Sizes) -> list[Candidate]:
     if s.warm:
         found.append(in_drive("thermal_viscous", [signed("beta", 0.03, 0.05, "1/K")]))
     return found
-
-
-#: Effects that a drive without windup does not have.
-OF_THE_WINDUP = (
-    "hysteresis",
-    "viscoelastic",
-    "backlash",
-    "soft_windup",
-    "mesh_stiffness_variation",
-    "te_load_dependence",
-    "load_side_friction",
-    "load_compliance",
-    "base_compliance",
-)
 
 
 def _load(s: Sizes) -> list[Candidate]:

@@ -29,14 +29,17 @@ MARKS = np.array([0.0, 0.2, 0.5, 1.2, 1.6, 2.2, 2.5, 3.0])
 SHAPE = np.array([0.0, 0.0, 1.0, 1.0, -0.6, -0.6, 0.0, 0.0])
 
 
-def write(folder, terms=(), parameters=None, angle_noise=0.0):
-    """Campaign file of three recordings to fit and one to prove on, of a drive with further terms."""
+def write(folder, terms=(), parameters=None, angle_noise=0.0, orders=(2,), clock=None):
+    """Campaign file of three recordings to fit and one to prove on, of a drive with further terms or orders.
+
+    Each is taken at the times that `clock` makes of a generator; by default every 2 ms.
+    """
     rng = np.random.default_rng(1)
     lines = [HEAD]
-    model = hdfast.Model(terms=list(terms), orders=[2])
+    model = hdfast.Model(terms=list(terms), orders=list(orders))
     values = DRIVE | {"te_cos_2": 7e-5, "te_sin_2": 5e-5} | (parameters or {})
-    t = np.arange(0.0, 3.0, 0.002)
     for number, (speed, role) in enumerate(((20.0, "fit"), (50.0, "fit"), (8.0, "fit"), (-35.0, "heldout"))):
+        t = np.arange(0.0, 3.0, 0.002) if clock is None else clock(rng)
         scenario = hdfast.Scenario.speed_profile(MARKS, speed=speed * SHAPE, t_end=3.0)
         run = hdfast.sweep(
             values, model=model, scenario=scenario, t_eval=t, signals=["theta_m", "theta_l", "tau_m"], metrics=[]

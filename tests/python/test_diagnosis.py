@@ -56,12 +56,12 @@ def test_exact_a_second_line_of_a_torque_is_found_with_the_first(tmp_path: Path)
     file = diagnosed.write(tmp_path, seed=3)
     for run in tmp_path.glob("*.npz"):
         columns = dict(np.load(run))
-        phase = 5.0 * columns["motor_angle"]
+        phase = 3.0 * columns["motor_angle"]
         columns["motor_torque"] += 0.03 * np.sin(phase + 0.3) + 0.015 * np.sin(2.0 * phase + 1.1)
         np.savez(run, **columns)
     found = hdfast.diagnose(file)
     assert [one["effect"] for one in found.effects] == ["cogging"]
-    assert found.to_dict()["where"]["orders"][:2] == pytest.approx([5.0, 10.0], rel=0.01)
+    assert found.to_dict()["where"]["orders"][:2] == pytest.approx([3.0, 6.0], rel=0.01)
     estimated = found.effects[0]["parameters"]
     assert [estimated[name]["value"] for name in ("T_cog", "T_cog_2")] == pytest.approx([0.03, 0.015], rel=0.1)
     assert f"value = {estimated['T_cog_2']['value']}" in found.model

@@ -224,3 +224,18 @@ def test_exact_rejected_recordings_are_told_with_the_same_keys(tmp_path, monkeyp
     assert rejected.keys() == accepted.keys()
     assert rejected["where"].keys() == accepted["where"].keys()
     assert rejected["fit"]["heldout"].keys() == accepted["fit"]["heldout"].keys()
+
+
+def test_exact_ripple_faster_than_half_the_recorders_rate_is_named(tmp_path, monkeypatch):
+    """A recorder of 100 Hz whose samples are late or early by 4 % of its period; the error passes at up to 64 Hz."""
+
+    def clock(rng):
+        return np.sort(np.arange(300) + 0.04 * np.clip(rng.standard_normal(300), -3.0, 3.0)).clip(0.0) / 100.0
+
+    small_campaign.shorten_library(monkeypatch, ("te_harmonic", "encoder_eccentricity"))
+    path = small_campaign.write(tmp_path, parameters={"te_cos_8": 1.5e-5, "te_sin_8": 0.0}, orders=(2, 8), clock=clock)
+    found = diagnose(path)
+    assert [one["effect"] for one in found.effects] == ["te_harmonic"]
+    parameters = found.effects[0]["parameters"]
+    assert parameters["order"]["value"] == 8.0
+    assert parameters["te_cos_8"]["value"] == pytest.approx(1.5e-5, rel=0.1)

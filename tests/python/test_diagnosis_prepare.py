@@ -8,6 +8,9 @@ import numpy as np
 import pytest
 from hdfast.diagnosis.prepare import Band, Source, choose_band, prepare
 from hdfast.diagnosis.session import with_heldout
+from hdfast.recordings.clock import period
+from hypothesis import given
+from hypothesis import strategies as st
 
 RATIO = 100.0
 
@@ -78,3 +81,33 @@ def test_exact_a_channel_that_ends_early_is_not_held_out():
     load[1300:] = np.nan
     kept, _ = with_heldout([source(500.0, load_angle=load)])
     assert ["load_angle" in one.recording for one in kept] == [True, False]
+
+
+def shaken(rng, count, rate, jitter=0.05):
+    """A clock whose samples are late or early by a share of its period."""
+    return np.sort(np.arange(count) + jitter * np.clip(rng.standard_normal(count), -3.0, 3.0)) / rate
+
+
+@given(st.integers(0, 10**6), st.floats(0.0, 0.1), st.sampled_from([100.0, 1000.0, 66.7]))
+def test_exact_a_clock_that_shakes_and_loses_samples_has_its_period(seed, jitter, rate):
+    """Over the whole recording it is off by less than its first and last sample are."""
+    rng = np.random.default_rng(seed)
+    t = shaken(rng, 700, rate, jitter)
+    kept = t[np.concatenate([[True], rng.random(698) > 0.02, [True]])]
+    assert abs(period(kept) * rate - 1.0) * 699 <= 6.0 * jitter + 1e-9
+
+
+@pytest.mark.parametrize("frequency", [13.0, 61.0, 93.0])
+def test_exact_what_a_recorder_cannot_follow_is_simulated_as_it_was_taken(frequency):
+    """Up to its rate; between the dense times of a simulation lies a cubic."""
+    t = shaken(np.random.default_rng(3), 400, 100.0)
+    angle = 20.0 * np.sin(2.0 * np.pi * t)
+    load = angle / RATIO - 1e-4 * np.sin(2.0 * np.pi * frequency * t)
+    one = Source("swing", {"t": t, "motor_angle": angle, "motor_torque": np.cos(t), "load_angle": load}, "fit", "A",
+                 np.ones(len(t), dtype=bool))  # fmt: skip
+    rate = 1.0 / period(t)
+    unit = prepare(one, Band(rate, 20.0, 0.4 * rate), RATIO)
+    simulated = unit.read(1e-4 * np.sin(2.0 * np.pi * frequency * (unit.fine + t[0]))[None])[0]
+    inner = slice(20, -20)
+    left = np.std((unit.measured["te"] - simulated)[inner])
+    assert left < 0.06 * np.std(unit.measured["te"][inner])

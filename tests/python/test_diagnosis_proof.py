@@ -59,6 +59,17 @@ def test_exact_what_convinces_elsewhere_stands_unless_refuted(
 
 
 @pytest.mark.parametrize(
+    ("total", "expected", "refuted"),
+    [(-30.0, 400.0, False), (-190.0, 400.0, False), (-210.0, 400.0, True), (-5.0, 46.0, True), (-390.0, 400.0, True)],
+)
+def test_exact_an_effect_of_less_than_half_its_size_is_not_refuted(total, expected, refuted) -> None:
+    """A share s of it gains 2 s - 1 of what is expected: 46, 26, 24, 45 and 1 %, known to 4 to 80 %."""
+    weighed = proof(total, expected, margin=400.0)
+    assert weighed.refutes == refuted
+    assert weighed.holds != refuted
+
+
+@pytest.mark.parametrize(
     ("weights", "evidence", "probability"),
     [
         ((), 1e3, 0.98),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
@@ -17,7 +18,7 @@ PROOF_ERRORS = 2.0
 TELLS, POWERED = 0.5, 8.0
 LIKELY = 5.0
 CLEARLY, WORSE = 0.9, 1.02
-PART = 0.25
+PART, SMALLER_ERRORS = 0.25, 4.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,8 +57,13 @@ class Proof:
 
     @property
     def refutes(self) -> bool:
-        """Whether the recordings would have shown the improvement, and speak for the baseline or are told worse."""
-        return not self.shows and self.expected >= POWERED and (self.gain.total < 0.0 or self._worse)
+        """Whether the recordings would have shown the improvement, and speak for the baseline or are told worse.
+
+        An effect that they show at less than half of its size is no reason to keep the baseline.
+        """
+        if self.shows or self.expected < POWERED:
+            return False
+        return self._worse or (self.gain.total < 0.0 and not self._smaller)
 
     @property
     def holds(self) -> bool:
@@ -70,6 +76,13 @@ class Proof:
             return True
         needed = CONVINCING if self.expected >= POWERED else LIKELY
         return not (self._worse or self.refutes) and self.margin + min(self.gain.total, 0.0) >= needed
+
+    @property
+    def _smaller(self) -> bool:
+        """Whether they show part of the improvement, far beyond chance: a share s gains 2 s - 1 of what is expected."""
+        above = self.gain.total + self.expected
+        chance = max(self.gain.error, math.sqrt(2.0 * self.expected))
+        return above >= 2.0 * PART * self.expected and above > SMALLER_ERRORS * chance
 
     @property
     def _worse(self) -> bool:

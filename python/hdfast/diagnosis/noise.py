@@ -9,6 +9,7 @@ import numpy as np
 
 from hdfast.checks import Floats
 from hdfast.diagnosis.prepare import Band, Source
+from hdfast.recordings.clock import period
 from hdfast.sensors import SensorFacts
 
 COLUMNS = ("motor_angle", "load_angle", "motor_torque", "output_torque")
@@ -28,7 +29,7 @@ def floors(
     that is known too large all of it would be noise.
     """
     seen = {column: _of(column, sources, sensors) for column in COLUMNS}
-    rate = float(np.median([1.0 / np.median(np.diff(source.recording["t"])) for source in sources]))
+    rate = float(np.median([1.0 / period(source.recording["t"]) for source in sources]))
     share = {channel: math.sqrt(min(1.0, 2.0 * band.of(channel) / rate)) for channel in channels}
     moved = math.sqrt(min(1.0, 2.0 * band.motion / rate) / 5.0)
     inertial = inertia * seen["motor_angle"] * (2.0 * math.pi * band.motion) ** 2 * moved

@@ -16,7 +16,6 @@ from hdfast.sensors import SensorStage
 from hdfast.sweep import sweep
 
 SIGNALS = {"te": "te", "output_torque": "gear_torque"}
-CHANNEL_OF = {"te": "te", "gear_torque": "output_torque", "tau_m": "motor_torque", "tau_drive": "motor_torque"}
 TORQUE = "motor_torque"
 TORQUE_SCALE, TORQUE_LEAD = "torque_scale", "torque_lead"
 REVERSAL = "reversal_impulse"
@@ -144,7 +143,7 @@ class Plant:
     @cached_property
     def _asked(self) -> list[Floats]:
         """Torque that each unit's actuator is asked for, as simulated signals are seen [N m], per unit (n,)."""
-        return [self.band.simulated(np.interp(unit.fine, unit.t, unit.command), TORQUE) for unit in self.units]
+        return [self.band.simulated(np.interp(unit.fine, unit.t, unit.command)) for unit in self.units]
 
     def mismatch(self, structure: Structure, coordinates: Floats) -> list[dict[str, Floats]]:
         """Measured minus simulated, per unit and channel (M, n); NaN where a row could not be simulated.
@@ -176,9 +175,10 @@ class Plant:
         for index, unit in enumerate(self.units):
             rows, n = slice(index, None, len(self.units)), len(unit.fine)
             wrong = (result.status[rows] != 0)[:, None]
+            fine = {name: np.where(wrong, 0.0, sample[rows, :n]) for name, sample in result.samples.items()}
             signals = {
-                name: self.band.simulated(np.where(wrong, 0.0, sample[rows, :n]), CHANNEL_OF[name])
-                for name, sample in result.samples.items()
+                name: unit.read(values) if name in SIGNALS.values() else self.band.simulated(values)
+                for name, values in fine.items()
             }
             needed = signals["tau_m"] / scale
             needed = needed + lead * np.gradient(self.band.slow(needed), 1.0 / self.band.rate, axis=1)
@@ -207,7 +207,7 @@ class Plant:
         result = self._simulate(structure.model, fixed, {}, 1)
         scale = values.get(TORQUE_SCALE, 1.0)
         return [
-            np.asarray(self.band.simulated(result.samples["tau_m"][index, : len(unit.fine)], TORQUE) / scale)
+            np.asarray(self.band.simulated(result.samples["tau_m"][index, : len(unit.fine)]) / scale)
             for index, unit in enumerate(self.units)
         ]
 

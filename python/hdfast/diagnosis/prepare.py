@@ -12,8 +12,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import signal
 from scipy.interpolate import CubicSpline
+from scipy.sparse import csr_array
 
 from hdfast.checks import Floats
+from hdfast.diagnosis.reading import reading
+from hdfast.recordings.clock import period
 from hdfast.scenario import Scenario
 
 Mask = NDArray[np.bool_]
@@ -64,18 +67,18 @@ class Band:
         corner = self.of(channel)
         return values if corner >= PASS_SHARE * self.rate else _passed(values, corner, self.rate)
 
-    def simulated(self, values: Floats, channel: str) -> Floats:
-        """Values (..., FINE (n - 1) + 1) simulated at the fine rate, through the channel's low-pass, (..., n).
+    def simulated(self, values: Floats) -> Floats:
+        """Motor torques (..., FINE (n - 1) + 1) simulated at the fine rate, through the motion's low-pass, (..., n).
 
         Dry friction steps between two samples: at the working rate the step would fall on one of them.
         """
-        corner = self.of(channel)
-        passed = values if corner >= PASS_SHARE * self.rate else _passed(values, corner, FINE * self.rate)
+        whole = self.motion >= PASS_SHARE * self.rate
+        passed = values if whole else _passed(values, self.motion, FINE * self.rate)
         return passed[..., ::FINE]
 
     def reversing(self, t: Floats, fine_speed: Floats, slowest: float) -> Floats:
         """Rate of the direction of motion [1/s], (n,), from speeds at the fine rate [rad/s], uncertain when slow."""
-        direction = self.simulated(np.clip(fine_speed / max(slowest, SLOWEST), -1.0, 1.0), "motor_torque")
+        direction = self.simulated(np.clip(fine_speed / max(slowest, SLOWEST), -1.0, 1.0))
         return np.asarray(np.gradient(direction, t))
 
     def slow(self, values: Floats) -> Floats:
@@ -106,6 +109,8 @@ class Unit:
         command: motor torque on which the actuator acts [N m], shape (n,).
         load_torque: external torque on the load [N m], shape (n,).
         scenario: the prescribed motion with the recorded torques.
+        reading: from the fine rate to what the load's sensors recorded, by their own times, (n, FINE (n - 1) + 1); None
+            where the working rate is far below the recorder's, or its clock even.
     """
 
     name: str
@@ -125,11 +130,16 @@ class Unit:
     load_torque: Floats = field(repr=False)
     temperature: Floats | None = field(repr=False)
     scenario: Scenario = field(repr=False)
+    reading: csr_array | None = field(default=None, repr=False)
 
     @property
     def fine(self) -> Floats:
         """Times at the fine rate [s], shape (FINE (n - 1) + 1,)."""
         return fine_of(self.t)
+
+    def read(self, values: Floats) -> Floats:
+        """What the load's sensors show, (M, n), of values simulated at the fine rate, (M, FINE (n - 1) + 1)."""
+        return values[:, ::FINE] if self.reading is None else np.ascontiguousarray((self.reading @ values.T).T)
 
     def thinned(self, stride: int) -> Unit:
         """Every so many samples of the same recording, to be looked at."""
@@ -174,7 +184,7 @@ class Source:
     @property
     def rate(self) -> float:
         """How many samples per second say something new [Hz]."""
-        return min(1.0 / float(np.median(np.diff(self.recording["t"]))), self.news)
+        return min(1.0 / period(self.recording["t"]), self.news)
 
 
 def fitted(sources: Sequence[Source]) -> list[Source]:
@@ -214,7 +224,7 @@ def _noise(clock: Floats, values: Floats) -> float:
     """Power density of the noise of samples (n,) [square of their unit per Hz]."""
     known = np.isfinite(values)
     t, own = clock[known], values[known]
-    step = float(np.median(np.diff(t)))
+    step = period(t)
     quantised = _step(own) ** 2 / 12.0 * 2.0 * step
     if len(t) < SEGMENT:
         return quantised
@@ -235,7 +245,7 @@ def prepare(source: Source, band: Band, ratio: float) -> Unit:
     """
     recording = source.recording
     clock = recording["t"] - recording["t"][0]
-    step = float(np.median(np.diff(clock)))
+    step = period(clock)
     fine = np.arange(0.0, clock[-1] + 0.5 * step, step)
     rate = 1.0 / step
     stride = max(1, round(rate / band.rate))
@@ -245,7 +255,7 @@ def prepare(source: Source, band: Band, ratio: float) -> Unit:
     def bring(values: Floats, corner: float = band.motion) -> Floats:
         known = np.isfinite(values)
         even = np.interp(fine, clock[known], values[known])
-        if corner < PASS_SHARE * rate:
+        if corner < (1.0 - CLOCK) * PASS_SHARE * rate:
             even = _passed(even, corner, rate)
         return np.ascontiguousarray(even[::stride] if alike else np.interp(t, fine, even))
 
@@ -288,7 +298,13 @@ def prepare(source: Source, band: Band, ratio: float) -> Unit:
         load_torque=load,
         temperature=bring(recording["temperature"]) if "temperature" in recording else None,
         scenario=imposed(t, angle, command, load),
+        reading=reading(fine_of(t), clock, t) if stride == 1 and _uneven(clock, step) else None,
     )
+
+
+def _uneven(clock: Floats, step: float) -> bool:
+    """Whether a clock (n,) leaves its period by more than it may."""
+    return bool(np.max(np.abs(clock - step * np.rint(clock / step))) > CLOCK * step)
 
 
 def fine_of(t: Floats) -> Floats:

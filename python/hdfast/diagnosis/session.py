@@ -13,7 +13,7 @@ from hdfast.diagnosis.candidate import Candidate
 from hdfast.diagnosis.evidence import lay_out
 from hdfast.diagnosis.fit import Bench, Fit, fit
 from hdfast.diagnosis.holdout import Proof, replayed, weigh_up
-from hdfast.diagnosis.library import Sizes, library
+from hdfast.diagnosis.library import HIGHEST_INTEGER, Sizes, library
 from hdfast.diagnosis.lines import order_lines, several, snapped, tone_lines
 from hdfast.diagnosis.noise import floors, stated
 from hdfast.diagnosis.plant import Plant, Structure
@@ -25,6 +25,7 @@ from hdfast.errors import InputError
 from hdfast.health import Health, check
 from hdfast.health.result import RecordingHealth
 from hdfast.recordings import Campaign
+from hdfast.recordings.clock import period
 
 COMPARED = ("motor_angle", "motor_torque", "load_angle", "output_torque")
 HELD = 0.7
@@ -140,8 +141,8 @@ def set_up(campaign: Campaign, sources: Sequence[Source], threads: int | None) -
     held = bench("heldout") if any(unit.role == "heldout" for unit in units) else None
     if held is not None and not held.layout.size:
         held, weaker = None, UNPROVEN
-    period = max(float(np.median(np.diff(source.recording["t"]))) for source in sources)
-    return Setup(campaign, judged, held, weaker, period)
+    slowest = max(period(source.recording["t"]) for source in sources)
+    return Setup(campaign, judged, held, weaker, slowest)
 
 
 def set_up_usable(campaign: Campaign, threads: int | None) -> Setup:
@@ -230,7 +231,8 @@ def candidates(bench: Bench, current: Fit, ratio: float) -> list[Candidate]:
     """The library for the present mismatch: its lines and tones become hypotheses."""
     units = bench.plant.units
     model = current.structure.model
-    expected = [1.0, 2.0, 4.0, 6.0, 1.0 / ratio, 2.0 / ratio, 1.0 - 1.0 / ratio, 2.0 - 2.0 / ratio]
+    whole = range(1, HIGHEST_INTEGER + 1)
+    expected = [1.0 / ratio, 2.0 / ratio, *(order * turn for order in whole for turn in (1.0, 1.0 - 1.0 / ratio))]
     lines = [snapped(line, expected) for line in order_lines(bench, current.mismatch)]
     least = several(bench)
     tones = [line.position for line in tone_lines(bench, current.mismatch) if line.recordings >= least]

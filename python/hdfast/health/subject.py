@@ -25,7 +25,7 @@ class Facts:
     """What was measured on a recording.
 
     Attributes:
-        rate_hz: samples per second, from the median step.
+        rate_hz: samples per second that its clock would take.
         effective_rate_hz: changes per second of a column whose values are held, else `rate_hz`.
         resolution: step of a column; the larger of what is stated and what the values show.
         lag_s: lag of the load side against the motor side [s], None where it cannot be told.

@@ -11,6 +11,7 @@ from scipy.ndimage import median_filter
 from hdfast.checks import Floats
 from hdfast.health.finding import NOTE, REJECT, WARNING
 from hdfast.health.subject import Subject
+from hdfast.recordings.clock import period
 
 NAME = "time"
 FEWEST = 8
@@ -30,7 +31,7 @@ def check(subject: Subject) -> None:
         return
     steps = np.diff(t[subject.timed])
     median = float(np.median(steps))
-    subject.facts.rate_hz = 1.0 / median
+    subject.facts.rate_hz = 1.0 / period(t[subject.timed])
     spread = NORMAL * float(np.median(np.abs(steps - median)))
     usual = np.maximum(median, median_filter(steps, AROUND, mode="nearest"))
     _gaps(subject, t[subject.timed], steps, np.maximum(GAP * usual, usual + GAP_SIGMAS * spread))

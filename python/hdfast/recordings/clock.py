@@ -1,0 +1,17 @@
+"""The clock of a recording."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from hdfast.checks import Floats
+
+
+def period(t: Floats) -> float:
+    """Time from one sample to the next [s] of increasing times (n,), of which some may be missing or late.
+
+    It is the whole span over the number of periods in it. The typical step is another one where steps vary: after a
+    thousand samples that vary by 5 % it may be more than a sample off.
+    """
+    steps = np.diff(t)
+    return float((t[-1] - t[0]) / np.rint(steps / np.median(steps)).sum())

@@ -239,3 +239,12 @@ def test_exact_ripple_faster_than_half_the_recorders_rate_is_named(tmp_path, mon
     parameters = found.effects[0]["parameters"]
     assert parameters["order"]["value"] == 8.0
     assert parameters["te_cos_8"]["value"] == pytest.approx(1.5e-5, rel=0.1)
+
+
+def test_exact_a_stiff_coupling_is_named_though_a_refit_follows_the_resonance_it_moves(tmp_path, monkeypatch):
+    """To first order its stiffness over the square of the share beyond it counts, and 0.8 of the inertia is as good."""
+    small_campaign.shorten_library(monkeypatch, ("load_compliance", "viscoelastic"))
+    coupling = {"K_c": 6.0 * small_campaign.DRIVE["k1"], "c_c": 15.0, "payload_share": 0.95}
+    found = diagnose(small_campaign.write(tmp_path, ["load_compliance"], coupling))
+    assert [one["effect"] for one in found.effects] == ["load_compliance"]
+    assert 0.6 < found.effects[0]["parameters"]["K_c"]["value"] / coupling["K_c"] < 1.2

@@ -151,5 +151,11 @@ class Candidate:
         return replace(self, free=free)
 
     @property
+    def unbounded(self) -> Candidate:
+        """The candidate without the bounds of its amplitude: to first order it acts beyond them as well."""
+        free = tuple(replace(one, low=-math.inf, high=math.inf) if one.name in self.sizes else one for one in self.free)
+        return replace(self, free=free)
+
+    @property
     def _cartesian(self) -> bool:
         return self.waves is not None and "psi" not in self.waves[1]

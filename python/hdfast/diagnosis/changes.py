@@ -40,10 +40,11 @@ class Changer:
         return np.asarray(self.bench.steady(self.fit.structure, self.fit.coordinates[None])[0])
 
     def change(self, candidate: Candidate, times: float = 1.0) -> Change:
-        """Taken at so many typical amplitudes."""
-        structure = candidate.added_to(self.fit.structure)
-        values = np.array([[one[name] for name in candidate.names] for one in candidate.scaled(times).settings()])
-        own = [[float(f.coordinate(v)) for f, v in zip(candidate.free, row, strict=True)] for row in values]
+        """Taken at so many typical amplitudes, also beyond a bound."""
+        wide = candidate.unbounded
+        structure = wide.added_to(self.fit.structure)
+        values = np.array([[one[name] for name in wide.names] for one in wide.scaled(times).settings()])
+        own = [[float(f.coordinate(v)) for f, v in zip(wide.free, row, strict=True)] for row in values]
         coordinates = np.stack([np.concatenate([self.fit.coordinates, row]) for row in own])
         if any(name in ACCELERATED for name in candidate.names):
             return Change(candidate, (self._steady - self.bench.steady(structure, coordinates)).T / times)

@@ -16,7 +16,7 @@ from hdfast.diagnosis.projector import Projector
 from hdfast.diagnosis.statistics import statistics
 
 NEGLIGIBLE = 1e-3
-SEEN, SMALL = 7.0, 0.3
+SEEN, SLIGHT, SMALL = 7.0, 1.0, 0.3
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,17 +109,27 @@ def signatures(bench: Bench, fit: Fit, changed: Sequence[Change]) -> list[Signat
     """Signatures of changes about a fitted model; those without any effect on these recordings are left out.
 
     What a refit leaves of a small effect is not what it leaves of a large one: a softer spring moves a resonance, and
-    of that a refit follows the first order. Where the typical amplitude is far above what would be seen, the signature
-    is taken there as well.
+    of that a projection follows the first order, a refit all of it. Where the typical amplitude is far above what would
+    be seen, the signature is taken there as well, and where the change itself is no more than seen, to first order.
     """
     signer, changer = _Signer(bench, fit), Changer(bench, fit)
     large = [signature for one in changed if (signature := signer.sign(one)) is not None]
     small = [
-        signer.sign(changer.change(replace(one.candidate, shape=f"{one.candidate.shape}, small".lstrip(", ")), times))
+        signer.sign(changer.change(replace(one.candidate, shape=f"{one.candidate.shape}, {size}".lstrip(", ")), times))
         for one in large
-        if one.candidate.bends and (times := SEEN / float(np.linalg.norm(one.left))) < SMALL
+        for size, times in _sizes(one)
     ]
     return [*large, *(one for one in small if one is not None)]
+
+
+def _sizes(one: Signature) -> list[tuple[str, float]]:
+    """Smaller amplitudes at which a signature is taken as well, in typical ones."""
+    if not one.candidate.bends:
+        return []
+    left = float(np.linalg.norm(one.left))
+    small, slight = SEEN / left, SLIGHT * np.sqrt(one.visibility) / left
+    found = [("small", small)] if small < SMALL else []
+    return [*found, ("slight", slight)] if slight < SMALL * min(small, 1.0) else found
 
 
 def screen(bench: Bench, fit: Fit, found: Sequence[Signature], rng: np.random.Generator) -> Screen:

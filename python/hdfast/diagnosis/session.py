@@ -15,7 +15,7 @@ from hdfast.diagnosis.fit import Bench, Fit, fit
 from hdfast.diagnosis.holdout import Proof, replayed, weigh_up
 from hdfast.diagnosis.library import HIGHEST_INTEGER, Sizes, library
 from hdfast.diagnosis.lines import order_lines, several, snapped, tone_lines
-from hdfast.diagnosis.noise import floors, stated
+from hdfast.diagnosis.noise import COLUMNS, floors, stated
 from hdfast.diagnosis.plant import Plant, Structure
 from hdfast.diagnosis.prepare import Source, choose_band, fitted, prepare
 from hdfast.diagnosis.score import groups
@@ -27,7 +27,6 @@ from hdfast.health.result import RecordingHealth
 from hdfast.recordings import Campaign
 from hdfast.recordings.clock import period
 
-COMPARED = ("motor_angle", "motor_torque", "load_angle", "output_torque")
 HELD = 0.7
 NOISY = 1.15
 STIFF = 1e4
@@ -100,7 +99,7 @@ def usable(health: Health) -> list[Source]:
 def _news(item: RecordingHealth) -> float:
     """New values per second of the slowest column that holds its values; infinite where none does."""
     slowest = min(
-        (item.facts.effective_rate_hz[name] for name in COMPARED if name in item.facts.effective_rate_hz),
+        (item.facts.effective_rate_hz[name] for name in COLUMNS if name in item.facts.effective_rate_hz),
         default=math.inf,
     )
     return slowest if slowest < HELD * item.facts.rate_hz else math.inf

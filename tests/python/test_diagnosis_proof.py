@@ -17,7 +17,20 @@ ERRORS = (0.5, 0.5)
 def proof(total: float, expected: float, margin: float = 0.0, errors: tuple[float, float] = ERRORS) -> Proof:
     """A gain of that total over twenty blocks that scatter so much that the total is within its error."""
     scatter = np.resize([8.0, -8.0], 20)
-    return Proof(*errors, 0.1, Gain(total / 20.0 + scatter, errors), expected, margin, (np.zeros(1), np.zeros(1)))
+    told = Gain(np.full(20, expected / 20.0), errors)
+    return Proof(*errors, 0.1, Gain(total / 20.0 + scatter, errors), told, margin, (np.zeros(1), np.zeros(1)))
+
+
+def test_exact_a_blow_that_neither_model_follows_outweighs_no_other_block() -> None:
+    blow = np.full(20, 2.0)
+    blow[7] = -1000.0
+    shown = np.full(20, 2.0)
+    shown[7] = 500.0
+    one = Proof(*ERRORS, 0.1, Gain(blow, ERRORS), Gain(shown, ERRORS), 0.0, (np.zeros(1), np.zeros(1)))
+    assert one.shows
+    assert not one.refutes
+    against = Proof(*ERRORS, 0.1, Gain(-blow, ERRORS), Gain(shown, ERRORS), 0.0, (np.zeros(1), np.zeros(1)))
+    assert not against.shows
 
 
 @pytest.mark.parametrize(

@@ -56,7 +56,7 @@ class Calibration:
 
     @property
     def model(self) -> str:
-        """The calibrated drive as TOML text that every other command loads."""
+        """The calibrated drive as the text of a drive file."""
         values = {name: self.fit.value(name) for name in self.fit.structure.names}
         sigma = self.fit.sigma_of(self.setup.bench.layout)
         return extended_model(self.setup.campaign, self.fit.structure, values, sigma, "calibrated")

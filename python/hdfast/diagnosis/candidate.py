@@ -65,6 +65,12 @@ class Candidate:
         return self.terms, self.orders, self.sensors, tuple(sorted(self.fixed.items())), self.free
 
     @property
+    def form(self) -> Hashable:
+        """What it adds to a structure, whatever the sizes of its parameters."""
+        bounds = tuple((one.name, one.positive, one.low, one.high) for one in self.free)
+        return self.terms, self.orders, self.sensors, tuple(sorted(self.fixed.items())), bounds
+
+    @property
     def refines(self) -> bool:
         """Whether it only frees parameters of an effect that is there."""
         return not (self.terms or self.orders or self.sensors)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Hashable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -39,22 +39,36 @@ class Changer:
     def _steady(self) -> Floats:
         return np.asarray(self.bench.steady(self.fit.structure, self.fit.coordinates[None])[0])
 
-    def change(self, candidate: Candidate, times: float = 1.0) -> Change:
-        """Taken at so many typical amplitudes, also beyond a bound."""
-        wide = candidate.unbounded
-        structure = wide.added_to(self.fit.structure)
-        values = np.array([[one[name] for name in wide.names] for one in wide.scaled(times).settings()])
-        own = [[float(f.coordinate(v)) for f, v in zip(wide.free, row, strict=True)] for row in values]
+    def changes(self, wanted: Sequence[tuple[Candidate, float]]) -> list[Change]:
+        """Taken at so many typical amplitudes, also beyond a bound; candidates of one form are simulated together."""
+        alike: dict[Hashable, list[int]] = {}
+        for index, (candidate, _) in enumerate(wanted):
+            alike.setdefault(candidate.unbounded.form, []).append(index)
+        found = {
+            index: one
+            for rows in alike.values()
+            for index, one in zip(rows, self._of_one_form([wanted[row] for row in rows]), strict=True)
+        }
+        return [found[index] for index in range(len(wanted))]
+
+    def _of_one_form(self, wanted: Sequence[tuple[Candidate, float]]) -> list[Change]:
+        wide = [candidate.unbounded for candidate, _ in wanted]
+        structure = wide[0].added_to(self.fit.structure)
+        settings = [one.scaled(times).settings() for one, (_, times) in zip(wide, wanted, strict=True)]
+        own = [[float(free.coordinate(row[free.name])) for free in wide[0].free] for rows in settings for row in rows]
         coordinates = np.stack([np.concatenate([self.fit.coordinates, row]) for row in own])
-        if any(name in ACCELERATED for name in candidate.names):
-            return Change(candidate, (self._steady - self.bench.steady(structure, coordinates)).T / times)
-        return Change(candidate, (self._here - self.bench.mismatch(structure, coordinates)).T / times)
+        if any(name in ACCELERATED for name in wide[0].names):
+            moved = self._steady - self.bench.steady(structure, coordinates)
+        else:
+            moved = self._here - self.bench.mismatch(structure, coordinates)
+        ends = np.cumsum([len(rows) for rows in settings])
+        parts = np.split(moved, ends[:-1])
+        return [Change(one, part.T / times) for part, (one, times) in zip(parts, wanted, strict=True)]
 
 
 def changes(bench: Bench, fit: Fit, candidates: Sequence[Candidate]) -> list[Change]:
     """Changes by all candidates that could be simulated."""
-    changer = Changer(bench, fit)
-    every = [changer.change(candidate) for candidate in candidates]
+    every = Changer(bench, fit).changes([(candidate, 1.0) for candidate in candidates])
     return [one for one in every if np.isfinite(one.values).all()]
 
 

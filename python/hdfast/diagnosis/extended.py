@@ -1,4 +1,4 @@
-"""The extended model as a file that every other command loads."""
+"""The extended model as a drive file."""
 
 from __future__ import annotations
 

@@ -29,7 +29,7 @@ class Proof:
         baseline, extended: nrmse of the two frozen models.
         floor: nrmse of the sensor noise.
         gain: of the extended model over the baseline, block by block.
-        expected: the total gain if the extended model is right.
+        expected: the gain if the extended model is right.
         margin: limited left-out gain on the recordings that were fitted, less two of its errors.
         mismatch: stacked mismatches (N,) of baseline and extended model.
     """
@@ -38,7 +38,7 @@ class Proof:
     extended: float
     floor: float
     gain: Gain
-    expected: float
+    expected: Gain
     margin: float
     mismatch: tuple[Floats, Floats] = field(repr=False)
 
@@ -46,14 +46,16 @@ class Proof:
     def shows(self) -> bool:
         """Whether these recordings show that the extended model is better, by more than chance or as far as they can.
 
-        If nothing were left out, the gain would be minus the expected one, with a variance of twice that.
+        If nothing were left out, the gain would be minus the expected one, with a variance of twice that. No block
+        counts for more than it needs to convince: where something else shakes both models, as a blow on the load does,
+        which of them is farther off says little.
         """
         if self._worse:
             return False
         if self._clear:
             return True
-        least = PART * self.expected if self.expected >= POWERED else 0.0
-        return self.expected >= TELLS and self.gain.total > least
+        least = PART * self.expected.limited if self._powered else 0.0
+        return self.expected.total >= TELLS and self.gain.limited > least
 
     @property
     def refutes(self) -> bool:
@@ -61,9 +63,9 @@ class Proof:
 
         An effect that they show at less than half of its size is no reason to keep the baseline.
         """
-        if self.shows or self.expected < POWERED:
+        if self.shows or not self._powered:
             return False
-        return self._worse or (self.gain.total < 0.0 and not self._smaller)
+        return self._worse or (self.gain.limited < 0.0 and not self._smaller)
 
     @property
     def holds(self) -> bool:
@@ -74,15 +76,20 @@ class Proof:
         """
         if self.shows:
             return True
-        needed = CONVINCING if self.expected >= POWERED else LIKELY
-        return not (self._worse or self.refutes) and self.margin + min(self.gain.total, 0.0) >= needed
+        needed = CONVINCING if self._powered else LIKELY
+        return not (self._worse or self.refutes) and self.margin + min(self.gain.limited, 0.0) >= needed
 
     @property
     def _smaller(self) -> bool:
         """Whether they show part of the improvement, far beyond chance: a share s gains 2 s - 1 of what is expected."""
-        above = self.gain.total + self.expected
-        chance = max(self.gain.error, math.sqrt(2.0 * self.expected))
-        return above >= 2.0 * PART * self.expected and above > SMALLER_ERRORS * chance
+        expected = self.expected.total
+        above = self.gain.total + expected
+        chance = max(self.gain.error, math.sqrt(2.0 * expected))
+        return above >= 2.0 * PART * expected and above > SMALLER_ERRORS * chance
+
+    @property
+    def _powered(self) -> bool:
+        return self.expected.total >= POWERED
 
     @property
     def _worse(self) -> bool:
@@ -121,6 +128,6 @@ def weigh_up(
     """
     loud, quiet = (limited(white(layout, one.alike))[0] for one in (before, after))
     errors = nrmse(layout, after.mismatch), nrmse(layout, before.mismatch)
-    expected = 0.5 * float(np.sum(white(layout, before.alike - after.alike) ** 2))
+    expected = Gain(layout.sums(0.5 * white(layout, before.alike - after.alike) ** 2), errors)
     mismatch = before.mismatch, after.mismatch
     return Proof(errors[1], errors[0], floor, Gain(layout.sums(loud - quiet), errors), expected, margin, mismatch)

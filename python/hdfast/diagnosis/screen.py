@@ -115,11 +115,11 @@ def signatures(bench: Bench, fit: Fit, changed: Sequence[Change]) -> list[Signat
     signer, changer = _Signer(bench, fit), Changer(bench, fit)
     large = [signature for one in changed if (signature := signer.sign(one)) is not None]
     small = [
-        signer.sign(changer.change(replace(one.candidate, shape=f"{one.candidate.shape}, {size}".lstrip(", ")), times))
+        (replace(one.candidate, shape=f"{one.candidate.shape}, {size}".lstrip(", ")), times)
         for one in large
         for size, times in _sizes(one)
     ]
-    return [*large, *(one for one in small if one is not None)]
+    return large + [signature for one in changer.changes(small) if (signature := signer.sign(one)) is not None]
 
 
 def _sizes(one: Signature) -> list[tuple[str, float]]:

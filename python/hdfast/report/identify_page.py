@@ -50,7 +50,7 @@ def page(fit: Fit) -> str:
     sections += [html.Section(name, tables=[html_table(*table)]) for name, table in fit.tables.items()]
     if parts:
         sections.append(html.Section("Coefficients", tables=[_table(parts)]))
-    sections.append(html.Section("Model file", texts=[f"{MODEL} holds these values for every other command."]))
+    sections.append(html.Section("Model file", texts=[f"{MODEL} holds them, for simulate, sweep and tolerance."]))
     return html.render(fit.title, f"hdfast identify {fit.kind.replace('_', '-')}", [], sections, fit.source, None)
 
 

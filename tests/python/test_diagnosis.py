@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import diagnosed
 import hdfast
@@ -81,6 +82,30 @@ def test_exact_the_slope_of_an_inertia_holds_no_noise_of_the_acceleration(tmp_pa
     where = next(where for _, channel, where in bench.layout.pieces if channel == "motor_torque")
     bends = [np.median(np.abs(np.diff(column[where, j], 2))) for column in (slopes, rough)]
     assert bends[0] < 0.3 * bends[1]
+
+
+def test_exact_a_second_start_in_the_same_valley_ends_at_the_same_fit_sooner(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    setup = set_up_usable(load_campaign(small_campaign.write(tmp_path)), None)
+    bench, structure = setup.bench, nominal(setup)
+    first = fit(bench, structure)
+    far = first.coordinates - 3.0 * structure.sigma
+    taken = []
+
+    def counted(*arguments: Any) -> Any:
+        taken.append(1)
+        return linearise(*arguments)
+
+    monkeypatch.setattr("hdfast.diagnosis.fit.linearise", counted)
+    counts = []
+    for ahead in (None, first):
+        taken.clear()
+        again = fit(bench, structure, far, ahead=ahead)
+        counts.append(len(taken))
+        away = (again.coordinates - first.coordinates) / np.sqrt(np.diag(first.covariance(bench.layout)))
+        assert np.max(np.abs(away)) < 0.3
+    assert counts[1] < counts[0]
 
 
 def test_exact_models_with_other_inertias_are_compared_with_the_same_noise(tmp_path: Path) -> None:

@@ -97,6 +97,18 @@ def test_exact_a_clock_that_shakes_and_loses_samples_has_its_period(seed, jitter
     assert abs(period(kept) * rate - 1.0) * 699 <= 6.0 * jitter + 1e-9
 
 
+def test_exact_torques_are_simulated_as_densely_as_their_band_needs():
+    slow, fast = Band(500.0, 40.0, 200.0), Band(500.0, 200.0, 200.0)
+    assert (slow.density, fast.density) == (1, 4)
+    t = np.arange(400) / 500.0
+    unit = prepare(source(500.0), slow, RATIO)
+    assert len(unit.fine) == len(unit.t)
+    torque = np.sin(2.0 * np.pi * 5.0 * t)
+    dense = np.sin(2.0 * np.pi * 5.0 * np.linspace(t[0], t[-1], 4 * 399 + 1))
+    inner = slice(60, -60)
+    np.testing.assert_allclose(slow.simulated(torque, 1)[inner], slow.simulated(dense, 4)[inner], atol=1e-4)
+
+
 @pytest.mark.parametrize("frequency", [13.0, 61.0, 93.0])
 def test_exact_what_a_recorder_cannot_follow_is_simulated_as_it_was_taken(frequency):
     """Up to its rate; between the dense times of a simulation lies a cubic."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -132,7 +133,7 @@ def test_exact_size_of_the_screen_on_linear_nulls(
         layout, fit = linear(600, 30, 18, rng)
         projector = Projector(fit, layout)
         left = [projector.left(kind(rng)) for _ in range(40)]
-        smallest.append(statistics(layout, projector, left, fit.mismatch, rng).p.min())
+        smallest.append(statistics(layout, projector, left, rng).p.min())
     assert np.mean(np.array(smallest) <= 0.05) <= 0.095
     assert np.mean(np.array(smallest) <= 0.01) <= 0.03
 
@@ -146,8 +147,24 @@ def test_exact_an_effect_in_two_blocks_of_thirty_is_noticed() -> None:
         projector = Projector(fit, layout)
         left = [projector.left(in_two_blocks_of_thirty(rng)) for _ in range(40)]
         added = 7.0 * left[0][:, 0] / np.linalg.norm(left[0])
-        seen += bool(statistics(layout, projector, left, fit.mismatch + added, rng).p[0] <= 0.01)
+        shown = Projector(replace(fit, mismatch=fit.mismatch + added), layout)
+        seen += bool(statistics(layout, shown, left, rng).p[0] <= 0.01)
     assert seen >= 15
+
+
+def test_exact_an_effect_far_beyond_the_noise_of_single_samples_counts_whole() -> None:
+    """A pulse of ten samples, each ten noise deviations high; an outlier beside it counts for four deviations."""
+    layout, fit = linear(600, 30, 4, np.random.default_rng(15))
+    pulse = np.zeros((600, 1))
+    pulse[300:310] = 1.0
+    outlier = 100.0 * (np.arange(600) == 450)
+    projector = Projector(replace(fit, mismatch=fit.mismatch + 10.0 * pulse[:, 0] + outlier), layout)
+    left = projector.left(pulse)
+    unit = left / np.linalg.norm(left)
+    assert unit[:, 0] @ projector.residual < 15.0
+    about = projector.residual_about(left)
+    assert unit[:, 0] @ about == pytest.approx(10.0 * np.sqrt(10.0), abs=4.0)
+    assert about[450] < 5.0
 
 
 def test_exact_weights_of_equal_structures_are_equal() -> None:

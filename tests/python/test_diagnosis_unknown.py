@@ -9,10 +9,11 @@ import numpy as np
 import pytest
 import small_campaign
 from hdfast.diagnosis import diagnose
-from hdfast.diagnosis.features import features, slowed
+from hdfast.diagnosis.features import Feature, features, slowed
 from hdfast.diagnosis.fit import fit
-from hdfast.diagnosis.regressors import DAMPING, aged, positions, resonances
+from hdfast.diagnosis.regressors import DAMPING, aged, bumps, positions, ramps, resonances
 from hdfast.diagnosis.session import nominal, set_up_usable
+from hdfast.diagnosis.unknown import describe
 from hdfast.recordings import load_campaign
 from scipy import integrate
 
@@ -67,6 +68,45 @@ def test_exact_a_slow_torque_behind_the_gear_is_felt_everywhere_at_once(complete
         if unit == 2:
             far = np.abs(whole[where] - quick[where])
             assert np.median(far) < 0.1 * np.ptp(whole[where]), channel
+
+
+def test_exact_a_torque_at_one_place_is_described_as_one(complete):
+    """A doublet 0.02 rad wide that the output passes, twelve noise deviations of the windup high."""
+    bench, fitted = complete
+    slow = slowed(bench)
+    whole = np.concatenate([unit.turned for unit in slow])
+    place = float(np.quantile(whole, 0.6))
+
+    def doublet(unit):
+        x = (unit.turned - place) / 0.02
+        return (x * np.exp(0.5 - 0.5 * x * x))[:, None]
+
+    one = Feature("load_phase", "none", "load", None, doublet, np.ones(1))
+    added = one.columns(bench, slow, fitted)[:, 0]
+    seen = np.max(np.abs(fitted.white(bench.layout, added)))
+    shown = replace(fitted, mismatch=fitted.mismatch + 12.0 / seen * added)
+    found = describe(bench, None, shown, np.random.default_rng(1))
+    assert found.accepted
+    assert (found.feature.name, found.feature.memory, found.feature.place) == ("load_phase", "none", "load")
+    angle, torque = found.curve
+    far = np.abs(angle - place) > 0.15
+    assert np.ptp(torque[far]) < 0.2 * np.ptp(torque)
+
+
+def test_exact_shapes_at_one_place(complete):
+    bench, _ = complete
+    units = bench.plant.units
+    near = bumps(units, 24)
+    low, high = (pick(pick(unit.turned) for unit in units) for pick in (min, max))
+    width = (high - low) / 24
+    for unit in units:
+        told = near[12](unit)
+        away = np.abs(unit.turned - (low + high) / 2.0)
+        np.testing.assert_allclose(told[away < 0.5e-3 * width].sum(axis=1), 1.0, atol=1e-3)
+        assert np.all(told[away > 3.0 * width] == 0.0)
+    above, below = ramps(units)[:2]
+    edge = low + width
+    np.testing.assert_allclose((above(units[0]) - below(units[0]))[:, 0], units[0].turned - edge, atol=1e-12)
 
 
 def test_exact_what_is_built_up_at_rest_wears_off_in_motion(complete):

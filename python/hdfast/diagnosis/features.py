@@ -12,11 +12,23 @@ from hdfast.checks import Floats
 from hdfast.diagnosis.fit import Bench, Fit
 from hdfast.diagnosis.plant import TORQUE
 from hdfast.diagnosis.prepare import Unit, imposed
-from hdfast.diagnosis.regressors import Variable, aged, filters, plays, positions, resonances, splines, waves
+from hdfast.diagnosis.regressors import (
+    NOTHING,
+    Variable,
+    aged,
+    bumps,
+    filters,
+    plays,
+    positions,
+    ramps,
+    resonances,
+    splines,
+    waves,
+)
 
-NOTHING = 1e-12
 PUSH = 0.1
 POSITIONS = (6, 12, 24)
+LOCAL = (24, 48, 96)
 RESONANCES = np.geomspace(0.7, 6.0, 16)
 AGES = (0.15, 0.5, 1.5)
 
@@ -134,6 +146,8 @@ def features(bench: Bench, slow: Sequence[Unit], fitted: Fit) -> list[Feature]:
     ]
     groups += [((name, "none", "motor"), of, waves(slow, of)) for name, of in turning.items()]
     groups += [(("load_phase", "none", "load"), turning["load_phase"], positions(slow, pieces)) for pieces in POSITIONS]
+    local = [*ramps(slow), *(bump for pieces in LOCAL for bump in bumps(slow, pieces))]
+    groups += [(("load_phase", "none", "load"), turning["load_phase"], shape) for shape in local]
     groups.append((("motor_phase", "rate_independent", "motor"), None, plays(slow)))
     groups.append((("motor_speed", "fading", "motor"), None, filters(band.rate)))
     groups += [(("direction", "fading", place), None, aged(time, band.rate)) for time in AGES for place in places]

@@ -19,6 +19,7 @@ CHORDS = 2
 SHRINK = (1.0, 0.25)
 SETTLED = 0.05
 NEAR = 1.5
+VALLEY = 0.5
 NOTHING = -30.0
 ACCELERATED = ("J_m", "J_l", TORQUE_SCALE, "load_dependent_friction_c_drive", "load_dependent_friction_c_back")
 
@@ -178,7 +179,13 @@ def _near(bench: Bench, scale: Floats) -> Floats:
     return np.asarray(np.minimum(1.0, NEAR * bench.stated / scale) ** 4)
 
 
-def fit(bench: Bench, structure: Structure, start: Floats | None = None, known: Fit | None = None) -> Fit:
+def fit(
+    bench: Bench,
+    structure: Structure,
+    start: Floats | None = None,
+    known: Fit | None = None,
+    ahead: Fit | None = None,
+) -> Fit:
     """Fit a structure.
 
     Args:
@@ -187,6 +194,7 @@ def fit(bench: Bench, structure: Structure, start: Floats | None = None, known: 
         start: first coordinates (P,); default the prior centre.
         known: an earlier fit whose parameters come first in `structure`; its slopes are kept, only the slopes of the
             added parameters are computed.
+        ahead: a fit of the same structure from elsewhere; once in its valley, this one goes on from there.
     """
     layout = bench.layout
     x = structure.start if start is None else np.array(start, dtype=np.float64)
@@ -212,10 +220,23 @@ def fit(bench: Bench, structure: Structure, start: Floats | None = None, known: 
             x, mismatch = trials[best], found[best]
         if not moved or turn == ROUNDS - 1:
             break
+        if ahead is not None and _in_valley(bench, ahead, x, mismatch):
+            x, mismatch, ahead = ahead.coordinates, ahead.mismatch, None
         _, fresh, rougher = linearise(bench, structure, x, kept)
         slopes[:, kept:], rough[:, kept:] = fresh[:, kept:], rougher[:, kept:]
     metric = Metric.of(bench, mismatch)
     return Fit(structure, x, mismatch, slopes, rough, metric.weights, metric.white)
+
+
+def _in_valley(bench: Bench, ahead: Fit, x: Floats, mismatch: Floats) -> bool:
+    """Whether coordinates (P,) with a mismatch (N,) cost what another fit's slopes say that they do."""
+    metric = Metric.of(bench, ahead.mismatch)
+    predicted = ahead.mismatch - (ahead.slopes + ahead.rough) @ (x - ahead.coordinates)
+    best, here, told = (
+        metric.cost(bench.layout, ahead.structure, *pair)
+        for pair in ((ahead.coordinates, ahead.mismatch), (x, mismatch), (x, predicted))
+    )
+    return abs(here - told) <= VALLEY * abs(here - best) + 1.0
 
 
 def quieted(bench: Bench, one: Fit, other: Fit) -> Floats:

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from hdfast.checks import Floats
-from hdfast.diagnosis.prepare import Band, Unit, fine_of, imposed
+from hdfast.diagnosis.prepare import Band, Unit, denser, imposed
 
 SHORTEST_RAMP = 0.02
 SHORTEST, LONGEST = 2.0, 10.0
@@ -123,7 +123,7 @@ class Manoeuvre:
             angle=angle,
             turned=angle / ratio,
             beyond=nothing,
-            reversing=band.reversing(t, np.interp(fine_of(t), t, speed), slowest),
+            reversing=band.reversing(t, np.interp(denser(t, band.density), t, speed), slowest),
             speed=speed,
             acceleration=np.gradient(speed, 1.0 / band.rate),
             measured=dict.fromkeys(like.measured, nothing),
@@ -134,6 +134,7 @@ class Manoeuvre:
             load_torque=nothing,
             temperature=None if like.temperature is None else np.full_like(t, float(np.mean(like.temperature))),
             scenario=imposed(t, angle, nothing, nothing),
+            density=band.density,
         )
 
     def to_dict(self) -> dict[str, Any]:

@@ -143,7 +143,7 @@ class Plant:
     @cached_property
     def _asked(self) -> list[Floats]:
         """Torque that each unit's actuator is asked for, as simulated signals are seen [N m], per unit (n,)."""
-        return [self.band.simulated(np.interp(unit.fine, unit.t, unit.command)) for unit in self.units]
+        return [self.band.simulated(np.interp(unit.fine, unit.t, unit.command), unit.density) for unit in self.units]
 
     def mismatch(self, structure: Structure, coordinates: Floats) -> list[dict[str, Floats]]:
         """Measured minus simulated, per unit and channel (M, n); NaN where a row could not be simulated.
@@ -173,11 +173,11 @@ class Plant:
         )
         found = []
         for index, unit in enumerate(self.units):
-            rows, n = slice(index, None, len(self.units)), len(unit.fine)
+            rows, n = slice(index * len(coordinates), (index + 1) * len(coordinates)), len(unit.fine)
             wrong = (result.status[rows] != 0)[:, None]
             fine = {name: np.where(wrong, 0.0, sample[rows, :n]) for name, sample in result.samples.items()}
             signals = {
-                name: unit.read(values) if name in SIGNALS.values() else self.band.simulated(values)
+                name: unit.read(values) if name in SIGNALS.values() else self.band.simulated(values, unit.density)
                 for name, values in fine.items()
             }
             needed = signals["tau_m"] / scale
@@ -207,24 +207,24 @@ class Plant:
         result = self._simulate(structure.model, fixed, {}, 1)
         scale = values.get(TORQUE_SCALE, 1.0)
         return [
-            np.asarray(self.band.simulated(result.samples["tau_m"][index, : len(unit.fine)]) / scale)
+            np.asarray(self.band.simulated(result.samples["tau_m"][index, : len(unit.fine)], unit.density) / scale)
             for index, unit in enumerate(self.units)
         ]
 
     def _simulate(
         self, model: Model, fixed: Mapping[str, float], values: Mapping[str, Floats], count: int
     ) -> SweepResult:
-        """Rows in the order parameter set by parameter set, recording by recording."""
+        """Rows recording by recording, parameter set by parameter set: lanes side by side share a motion."""
         units = len(self.units)
-        which = np.tile(np.arange(units), count)
+        which = np.repeat(np.arange(units), count)
         columns: dict[str, Floats | float] = dict(fixed)
-        columns |= {name: np.repeat(column, units) for name, column in values.items()}
+        columns |= {name: np.tile(column, units) for name, column in values.items()}
         columns["te_scale"] = columns.get("te_scale", 1.0) * np.ones(count * units)
         if "thermal_viscous" in model.terms:
             warmth = [unit.temperature for unit in self.units]
             known = [float(np.mean(own)) for own in warmth if own is not None]
             if len(known) == units:
-                columns["thermal_viscous_ambient_temperature"] = np.tile(known, count)
+                columns["thermal_viscous_ambient_temperature"] = np.repeat(known, count)
         return sweep(
             columns,
             model=model,

@@ -22,7 +22,7 @@ from hdfast.scenario import Scenario
 Mask = NDArray[np.bool_]
 
 HIGHEST_RATE, CLOCK = 500.0, 0.01
-FINE = 4
+FINE, PER_PERIOD = 4, 12.0
 MOST_SAMPLES = 40_000
 PASS_SHARE = 0.4
 NARROWEST = 0.05
@@ -62,23 +62,28 @@ class Band:
         """Every so many samples of a channel are as good as all of them."""
         return max(1, int(PASS_SHARE * self.rate / self.of(channel)))
 
+    @property
+    def density(self) -> int:
+        """How many times as dense as the working rate a torque is simulated, up to `FINE`.
+
+        Dry friction steps between two samples: at the working rate the step would fall on one of them.
+        """
+        return min(FINE, math.ceil(PER_PERIOD * self.motion / self.rate))
+
     def smooth(self, values: Floats, channel: str = "motor_torque") -> Floats:
         """Equally spaced values (..., n) of a channel at the working rate through its low-pass."""
         corner = self.of(channel)
         return values if corner >= PASS_SHARE * self.rate else _passed(values, corner, self.rate)
 
-    def simulated(self, values: Floats) -> Floats:
-        """Motor torques (..., FINE (n - 1) + 1) simulated at the fine rate, through the motion's low-pass, (..., n).
-
-        Dry friction steps between two samples: at the working rate the step would fall on one of them.
-        """
+    def simulated(self, values: Floats, density: int) -> Floats:
+        """Simulated torques (..., density (n - 1) + 1) through the motion's low-pass, at the working rate (..., n)."""
         whole = self.motion >= PASS_SHARE * self.rate
-        passed = values if whole else _passed(values, self.motion, FINE * self.rate)
-        return passed[..., ::FINE]
+        passed = values if whole else _passed(values, self.motion, density * self.rate)
+        return passed[..., ::density]
 
-    def reversing(self, t: Floats, fine_speed: Floats, slowest: float) -> Floats:
-        """Rate of the direction of motion [1/s], (n,), from speeds at the fine rate [rad/s], uncertain when slow."""
-        direction = self.simulated(np.clip(fine_speed / max(slowest, SLOWEST), -1.0, 1.0))
+    def reversing(self, t: Floats, speed: Floats, slowest: float) -> Floats:
+        """Rate of the direction of motion [1/s], (n,), uncertain when slow, from speeds `density` times as dense."""
+        direction = self.simulated(np.clip(speed / max(slowest, SLOWEST), -1.0, 1.0), self.density)
         return np.asarray(np.gradient(direction, t))
 
     def slow(self, values: Floats) -> Floats:
@@ -109,7 +114,8 @@ class Unit:
         command: motor torque on which the actuator acts [N m], shape (n,).
         load_torque: external torque on the load [N m], shape (n,).
         scenario: the prescribed motion with the recorded torques.
-        reading: from the fine rate to what the load's sensors recorded, by their own times, (n, FINE (n - 1) + 1); None
+        density: how many times as dense as its samples it is simulated.
+        reading: from there to what the load's sensors recorded, by their own times, (n, density (n - 1) + 1); None
             where the working rate is far below the recorder's, or its clock even.
     """
 
@@ -130,16 +136,17 @@ class Unit:
     load_torque: Floats = field(repr=False)
     temperature: Floats | None = field(repr=False)
     scenario: Scenario = field(repr=False)
+    density: int
     reading: csr_array | None = field(default=None, repr=False)
 
     @property
     def fine(self) -> Floats:
-        """Times at the fine rate [s], shape (FINE (n - 1) + 1,)."""
-        return fine_of(self.t)
+        """Times at which it is simulated [s], shape (density (n - 1) + 1,)."""
+        return denser(self.t, self.density)
 
     def read(self, values: Floats) -> Floats:
-        """What the load's sensors show, (M, n), of values simulated at the fine rate, (M, FINE (n - 1) + 1)."""
-        return values[:, ::FINE] if self.reading is None else np.ascontiguousarray((self.reading @ values.T).T)
+        """What the load's sensors show, (M, n), of simulated values (M, density (n - 1) + 1)."""
+        return values[:, :: self.density] if self.reading is None else np.ascontiguousarray((self.reading @ values.T).T)
 
     def thinned(self, stride: int) -> Unit:
         """Every so many samples of the same recording, to be looked at."""
@@ -269,6 +276,8 @@ def prepare(source: Source, band: Band, ratio: float) -> Unit:
         measured["output_torque"] = bring(recording["output_torque"], band.of("output_torque"))
     load = bring(recording["load_torque"]) if "load_torque" in recording else np.zeros_like(t)
     command = band.quiet(measured["motor_torque"])
+    jittery = stride == 1 and _uneven(clock, step)
+    density = FINE if jittery else band.density
     usable = _usable(source.good, clock, t, band)
     slowest = _slowest(clock, recording["motor_angle"], speed, band)
     turning = np.diff(np.sign(speed), prepend=np.sign(speed[0]), append=np.sign(speed[-1])) != 0.0
@@ -288,7 +297,7 @@ def prepare(source: Source, band: Band, ratio: float) -> Unit:
         t=t,
         angle=angle,
         turned=angle / ratio,
-        reversing=band.reversing(t, spline(fine_of(t), 1), slowest),
+        reversing=band.reversing(t, spline(denser(t, band.density), 1), slowest),
         speed=speed,
         acceleration=acceleration,
         measured={channel: band.smooth(values, channel) for channel, values in measured.items()},
@@ -298,7 +307,8 @@ def prepare(source: Source, band: Band, ratio: float) -> Unit:
         load_torque=load,
         temperature=bring(recording["temperature"]) if "temperature" in recording else None,
         scenario=imposed(t, angle, command, load),
-        reading=reading(fine_of(t), clock, t) if stride == 1 and _uneven(clock, step) else None,
+        density=density,
+        reading=reading(denser(t, density), clock, t) if jittery else None,
     )
 
 
@@ -307,9 +317,9 @@ def _uneven(clock: Floats, step: float) -> bool:
     return bool(np.max(np.abs(clock - step * np.rint(clock / step))) > CLOCK * step)
 
 
-def fine_of(t: Floats) -> Floats:
-    """Times FINE times as dense as (n,) equally spaced ones: (FINE (n - 1) + 1,)."""
-    return np.linspace(t[0], t[-1], FINE * (len(t) - 1) + 1)
+def denser(t: Floats, density: int) -> Floats:
+    """Times so many times as dense as (n,) equally spaced ones: (density (n - 1) + 1,)."""
+    return np.linspace(t[0], t[-1], density * (len(t) - 1) + 1)
 
 
 def imposed(t: Floats, angle: Floats, command: Floats, load: Floats) -> Scenario:

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from functools import cached_property
+
 import numpy as np
 
 from hdfast.checks import Floats
 from hdfast.diagnosis.evidence import CAP, Layout
 from hdfast.diagnosis.fit import Fit
+
+REPEATS, FELT = 8, 1.0
 
 
 class Projector:
@@ -14,6 +18,7 @@ class Projector:
 
     def __init__(self, fit: Fit, layout: Layout) -> None:
         self.layout = layout
+        self.mismatch = fit.white(layout, fit.mismatch)
         self.A = fit.white(layout, fit.slopes)
         self.inverse = np.linalg.inv(self.A.T @ self.A + np.diag(fit.structure.sigma**-2))
 
@@ -27,9 +32,21 @@ class Projector:
         remaining: Floats = signal - self.A @ self.absorbed(signal)
         return remaining
 
-    def residual(self, fit: Fit) -> Floats:
+    @cached_property
+    def residual(self) -> Floats:
         """The whitened mismatch (N,) without what is absorbed; no sample counts for more than `CAP` of them."""
-        return self.left(np.clip(fit.white(self.layout, fit.mismatch), -CAP, CAP))
+        return self.left(np.clip(self.mismatch, -CAP, CAP))
+
+    def residual_about(self, left: Floats) -> Floats:
+        """The same (N,), where no sample counts for more beside what lies along projected columns (N, d)."""
+        unit = np.linalg.qr(left)[0]
+        residual = self.residual
+        for _ in range(REPEATS):
+            along = unit @ (unit.T @ residual)
+            if np.max(np.abs(along), initial=0.0) < FELT:
+                break
+            residual = self.left(np.clip(self.mismatch - along, -CAP, CAP)) + along
+        return residual
 
     def levered(self, residual: Floats) -> Floats:
         """(I - P_bb)^(-1/2) r block by block: undoes how much the fit followed each block."""

@@ -18,6 +18,8 @@ WIDTHS = 6
 TIMES = (0.3, 1.0, 3.0, 10.0)
 DAMPING = 0.05
 STILL = 0.02
+EDGES = 24
+NOTHING = 1e-12
 TURN = 2.0 * math.pi
 
 Variable = Callable[[Unit], Floats]
@@ -35,12 +37,26 @@ def splines(units: Sequence[Unit], of: Variable) -> Variable:
 
 def positions(units: Sequence[Unit], pieces: int) -> Variable:
     """Cubic B-splines in equal pieces over the angles of the output, within one turn."""
-    low, high = (pick(np.concatenate([unit.turned for unit in units])) for pick in (np.min, np.max))
+    low, high = _range(units)
     if high - low > TURN:
         return _over(np.linspace(0.0, TURN, pieces + 1), lambda unit: np.mod(unit.turned, TURN))
     if high - low <= 0.0:
         return _nothing
     return _over(np.linspace(low, high, pieces + 1), lambda unit: unit.turned)
+
+
+def ramps(units: Sequence[Unit]) -> list[Variable]:
+    """How far the output is beyond an angle, above it or below it, for the inner ends of `EDGES` equal pieces."""
+    edges = np.linspace(*_range(units), EDGES + 1)[1:-1]
+    return [_ramp(edge, side) for edge in edges.tolist() for side in (1.0, -1.0)]
+
+
+def bumps(units: Sequence[Unit], pieces: int) -> list[Variable]:
+    """Three adjacent cubic B-splines about each end of equal pieces of the output's angles, within one turn."""
+    low, high = _range(units)
+    turns = high - low > TURN
+    low, high = (0.0, TURN) if turns else (low, high)
+    return [_bump(centre, (high - low) / pieces, turns) for centre in np.linspace(low, high, pieces + 1).tolist()]
 
 
 def waves(units: Sequence[Unit], of: Variable) -> Variable:
@@ -83,6 +99,26 @@ def resonances(frequency: float, rate: float) -> Variable:
     poles = [1.0, 2.0 * DAMPING * w, w**2]
     digital = [bilinear(zeros, poles, rate) for zeros in ([w**2], [w, 0.0])]
     return lambda unit: np.stack([lfilter(b, a, unit.acceleration) for b, a in digital], axis=1)
+
+
+def _range(units: Sequence[Unit]) -> tuple[float, float]:
+    """Least and largest angle of the output."""
+    return min(float(unit.turned.min()) for unit in units), max(float(unit.turned.max()) for unit in units)
+
+
+def _ramp(edge: float, side: float) -> Variable:
+    return lambda unit: np.maximum(side * (unit.turned - edge), 0.0)[:, None]
+
+
+def _bump(centre: float, width: float, turns: bool) -> Variable:
+    shape = BSpline.basis_element(np.arange(-2.0, 3.0), extrapolate=False)
+
+    def near(unit: Unit) -> Floats:
+        away = unit.turned - centre
+        x = (np.mod(away + math.pi, TURN) - math.pi if turns else away) / max(width, NOTHING)
+        return np.asarray(np.nan_to_num(shape(x[:, None] + np.array([1.0, 0.0, -1.0]))))
+
+    return near
 
 
 def _nothing(unit: Unit) -> Floats:

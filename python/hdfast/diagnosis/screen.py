@@ -87,7 +87,6 @@ class _Signer:
     def __init__(self, bench: Bench, fit: Fit) -> None:
         self.fit, self.layout = fit, bench.layout
         self.projector, self.bulk = Projector(fit, bench.layout), _Bulk(fit, bench.layout)
-        self.residual = self.projector.residual(fit)
 
     def sign(self, change: Change) -> Signature | None:
         """The signature of a change; None where nothing changes on these recordings."""
@@ -99,7 +98,7 @@ class _Signer:
         left = raw - self.projector.A @ absorbed
         gram = left.T @ left
         ridge = 1e-9 * np.trace(gram) * np.eye(gram.shape[0])
-        score = left.T @ self.residual
+        score = left.T @ self.projector.residual_about(left)
         shares = np.linalg.solve(gram + ridge, score)
         gain, visibility = float(0.5 * score @ shares), float(np.sum(left**2)) / size
         return Signature(change.candidate, left, absorbed, shares, gain, self.bulk.gain(change.values), visibility)
@@ -137,10 +136,9 @@ def screen(bench: Bench, fit: Fit, found: Sequence[Signature], rng: np.random.Ge
     if not found:
         return Screen({}, {}, {}, {})
     projector = Projector(fit, bench.layout)
-    residual = projector.residual(fit)
     left = [one.left for one in found]
     one_sided = [one.candidate.one_sided for one in found]
-    seen = statistics(bench.layout, projector, left, residual, rng, one_sided)
+    seen = statistics(bench.layout, projector, left, rng, one_sided)
     labels = [one.candidate.label for one in found]
     needed = seen.rare * np.quantile(seen.largest, 0.99)
     columns = (seen.observed, seen.p, needed, seen.spread)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Hashable, Sequence
+from collections.abc import Set as AbstractSet
 from dataclasses import dataclass, field, replace
 from operator import attrgetter
 
@@ -127,6 +128,7 @@ def search(
     """Add effects while one passes every rule."""
     rounds: list[Round] = []
     accepted: list[Trial] = []
+    known: set[str] = set()
     current = start
     while True:
         present = [trial.candidate.effect for trial in accepted]
@@ -144,8 +146,9 @@ def search(
             shortlist = _shortlist(found, seen)
             stages.expect(len(shortlist))
             for alike in shortlist:
-                trials.append(_try(bench, current, alike, rules, seen))
+                trials.append(_try(bench, current, alike, rules, seen, known))
                 stages.done(f"refitted with {alike[0].candidate.effect}")
+        known |= {one.candidate.effect for one in trials}
         best = _best(bench, trials, accepted, seen, rules)
         rounds.append(Round(current, accepted, found, seen, trials, best))
         if best is None:
@@ -198,7 +201,10 @@ def _shortlist(found: Sequence[Signature], seen: Screen) -> list[list[Signature]
     return list(grouped.values())
 
 
-def _try(bench: Bench, current: Fit, alike: Sequence[Signature], rules: Rules, seen: Screen) -> Trial:
+def _try(
+    bench: Bench, current: Fit, alike: Sequence[Signature], rules: Rules, seen: Screen, known: AbstractSet[str]
+) -> Trial:
+    """Refit with the best of several shapes; from elsewhere as well, unless that was done for a known effect."""
     candidate = alike[0].candidate
     contained = [term for term in current.structure.model.terms if term in candidate.contains]
     reduced, here = without(current, contained)
@@ -207,7 +213,8 @@ def _try(bench: Bench, current: Fit, alike: Sequence[Signature], rules: Rules, s
     if not starts:
         return Trial(candidate, current, gain(bench, current, current, rules.folds), ("A0 simulation",))
     fits = [fit(bench, structure, starts[0], None if contained else current)]
-    fits += [fit(bench, structure, start) for start in starts[1:]]
+    others = [fits[0].coordinates] if starts[1:] and candidate.effect in known else starts[1:]
+    fits += [fit(bench, structure, start, ahead=fits[0]) for start in others]
     metric = Metric.of(bench, current.mismatch)
     joint = min(fits, key=lambda one: metric.cost(bench.layout, structure, one.coordinates, one.mismatch))
     gained = gain(bench, joint, current, rules.folds)

@@ -45,7 +45,6 @@ def statistics(
     layout: Layout,
     projector: Projector,
     left: Sequence[Floats],
-    residual: Floats,
     rng: np.random.Generator,
     one_sided: Sequence[bool] | None = None,
 ) -> Statistics:
@@ -63,19 +62,21 @@ def statistics(
         layout: of the stack.
         projector: of the fitted model.
         left: the signatures (N, d).
-        residual: whitened and projected mismatch (N,).
         rng: of the null.
         one_sided: signatures of effects that cannot be negative, which a mismatch of the other sign does not support.
     """
-    corrected = projector.levered(residual)
     sides = np.zeros(len(left), dtype=bool) if one_sided is None else np.asarray(one_sided)
     unit = [_orthonormal(one) for one in left]
-    scores = [one.T @ residual for one in unit]
-    variance, blocks = np.array([_inflation(layout, one, corrected) for one in unit]).T
+    residuals = [projector.residual_about(one) for one in unit]
+    scores = [one.T @ own for one, own in zip(unit, residuals, strict=True)]
+    plain = projector.levered(projector.residual)
+    corrected = [plain if own is projector.residual else projector.levered(own) for own in residuals]
+    spreads = [_inflation(layout, one, own) for one, own in zip(unit, corrected, strict=True)]
+    variance, blocks = np.array(spreads).T
     freedom = blocks + BORROWED
     typical = max(float(np.median(variance)), QUIETEST)
     shrunk = (blocks * variance + BORROWED * typical) / freedom
-    heard = np.array([_by_octave(layout, one, residual) for one in unit])
+    heard = np.array([_by_octave(layout, one, own) for one, own in zip(unit, residuals, strict=True)])
     least = np.maximum(heard, QUIETEST)
     spread = np.sqrt(np.maximum(shrunk, least))
     whole = np.concatenate(unit, axis=1)

@@ -26,10 +26,13 @@ from hdfast.diagnosis.statistics import statistics
 
 SPREAD = 3.0
 ROUNDS = 3
+MANY = 6
 CLEAR, CLOSE = 1.3, 0.7
 ALONE, ERRORS = 1.6, 5.0
 APART = 1e-3
 POINTS = 24
+
+Shape = tuple[Feature, Fit, Gain]
 
 
 @dataclass(frozen=True, eq=False)
@@ -117,9 +120,11 @@ def describe(bench: Bench, held: Bench | None, fitted: Fit, rng: np.random.Gener
         ranking.setdefault((one.name, one.memory), float(seen[index]))
         reached.setdefault(one.label, float(seen[index]))
     largest, folds = float(np.max(seen)), bench.layout.block % FOLDS
-    shapes = []
-    for (one, sketched), statistic in zip(tried, seen.tolist(), strict=True):
-        if statistic >= CLOSE * largest and reached[one.label] >= min(CLEAR, largest):
+    shapes: list[Shape] = []
+    for index in np.argsort(-seen).tolist():
+        one, sketched = tried[index]
+        alike = sum(one.label == other.label for other, _, _ in shapes)
+        if alike < MANY and seen[index] >= CLOSE * largest and reached[one.label] >= min(CLEAR, largest):
             columns = one.columns(bench, slow, fitted) if largest >= CLEAR else sketched
             if not np.isfinite(columns).all():
                 continue
@@ -127,7 +132,7 @@ def describe(bench: Bench, held: Bench | None, fitted: Fit, rng: np.random.Gener
             shapes.append((one, extended, gain(bench, extended, heard, folds)))
     if not shapes:
         return None
-    feature, extended, gained = min(shapes, key=lambda shape: shape[2].nrmse[0])
+    feature, extended, gained = _simplest(shapes)
     shares = weights_of([own for _, _, own in shapes], rng)
     same = [(one.name, one.memory) == (feature.name, feature.memory) for one, _, _ in shapes]
     probability = (1.0 - UNKNOWN_FLOOR) * float(shares[same].sum())
@@ -138,12 +143,32 @@ def describe(bench: Bench, held: Bench | None, fitted: Fit, rng: np.random.Gener
     return replace(unproven, proof=_proven(held, fitted, unproven)) if held and unproven.predicts else unproven
 
 
+def _simplest(shapes: Sequence[Shape]) -> Shape:
+    """Of the shapes that predict as well as the best one but for chance, that of the fewest regressors."""
+    best = min(shapes, key=lambda shape: shape[2].nrmse[0])
+
+    def behind(shape: Shape) -> Gain:
+        return replace(best[2], by_block=best[2].by_block - shape[2].by_block)
+
+    alike = [
+        one for one in shapes if one[0].label == best[0].label and behind(one).limited <= behind(one).limited_error
+    ]
+    return min([best, *alike], key=lambda shape: (shape[0].width, shape[2].nrmse[0]))
+
+
 def _standing_out(bench: Bench, heard: Fit, columns: Sequence[Floats], rng: np.random.Generator) -> Floats:
-    """Statistic of each group of columns (N, d) in the mismatch, in units of its family-wise 1 % point."""
+    """Statistic of each group of columns (N, d) in the mismatch, in units of its family-wise 1 % point.
+
+    0 for a group that changes no sample which is judged.
+    """
     projector = Projector(heard, bench.layout)
     left = [_independent(projector.left(heard.white(bench.layout, one))) for one in columns]
-    seen = statistics(bench.layout, projector, left, projector.residual(heard), rng)
-    return np.asarray(seen.observed / (seen.rare * np.quantile(seen.largest, 0.99)))
+    told = [index for index, one in enumerate(left) if one.shape[1]]
+    reached = np.zeros(len(left))
+    if told:
+        seen = statistics(bench.layout, projector, [left[index] for index in told], rng)
+        reached[told] = seen.observed / (seen.rare * np.quantile(seen.largest, 0.99))
+    return reached
 
 
 def _independent(columns: Floats) -> Floats:

@@ -41,6 +41,8 @@ class Directions:
 
     def of_motion(self, values: Floats, drive: Floats) -> Floats:
         """Derivatives of values that no sensor changes; NaN where the values are."""
+        if not self.sensors:
+            return drive
         return self.arranged(drive, np.repeat(0.0 * np.abs(values)[..., None], len(self.sensors), axis=-1))
 
 

@@ -217,7 +217,8 @@ class Plant:
     ) -> SweepResult:
         """Rows recording by recording, parameter set by parameter set: lanes side by side share a motion."""
         units = len(self.units)
-        actuated = any(terms()[term].place == "actuator" for term in model.terms)
+        driven = any(terms()[term].place == "actuator" for term in model.terms)
+        torques = ["tau_m", "tau_drive"] if driven else ["tau_m"]
         which = np.repeat(np.arange(units), count)
         columns: dict[str, Floats | float] = dict(fixed)
         columns |= {name: np.tile(column, units) for name, column in values.items()}
@@ -234,7 +235,7 @@ class Plant:
             scenario_index=which,
             t_eval=[unit.fine for unit in self.units],
             t_eval_index=which,
-            signals=["tau_m", *(["tau_drive"] if actuated else []), *(SIGNALS[one] for one in self.channels if one in SIGNALS)],
+            signals=[*torques, *(SIGNALS[one] for one in self.channels if one in SIGNALS)],
             metrics=[],
             method="tsit5",
             rtol=RTOL,

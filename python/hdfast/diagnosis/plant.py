@@ -14,7 +14,6 @@ from hdfast.model import Model
 from hdfast.result import SweepResult
 from hdfast.sensors import SensorStage
 from hdfast.sweep import sweep
-from hdfast.terms import terms
 
 SIGNALS = {"te": "te", "output_torque": "gear_torque"}
 TORQUE = "motor_torque"
@@ -184,7 +183,7 @@ class Plant:
             needed = signals["tau_m"] / scale
             needed = needed + lead * np.gradient(self.band.slow(needed), 1.0 / self.band.rate, axis=1)
             needed = needed - impulse * unit.reversing
-            changed = signals["tau_drive"] - self._asked[index] if "tau_drive" in signals else 0.0
+            changed = signals["tau_drive"] - self._asked[index]
             delivered = unit.measured["motor_torque"] + changed
             if "motor_torque" in stage.channels:
                 quiet = self.band.quiet(needed)
@@ -217,8 +216,6 @@ class Plant:
     ) -> SweepResult:
         """Rows recording by recording, parameter set by parameter set: lanes side by side share a motion."""
         units = len(self.units)
-        driven = any(terms()[term].place == "actuator" for term in model.terms)
-        torques = ["tau_m", "tau_drive"] if driven else ["tau_m"]
         which = np.repeat(np.arange(units), count)
         columns: dict[str, Floats | float] = dict(fixed)
         columns |= {name: np.tile(column, units) for name, column in values.items()}
@@ -235,7 +232,7 @@ class Plant:
             scenario_index=which,
             t_eval=[unit.fine for unit in self.units],
             t_eval_index=which,
-            signals=[*torques, *(SIGNALS[one] for one in self.channels if one in SIGNALS)],
+            signals=["tau_m", "tau_drive", *(SIGNALS[one] for one in self.channels if one in SIGNALS)],
             metrics=[],
             method="tsit5",
             rtol=RTOL,

@@ -358,7 +358,7 @@ def test_exact_plant_and_sensor_faults_share_no_name():
 def test_exact_error_of_the_true_structure_below_a_corner_is_that_share_of_white_noise():
     rng = np.random.default_rng(7)
     rig = draw_rig(rng, Recipe(("null",), {}, 5))
-    rig = replace(rig, chain=rig.chain._replace(averaged=True))
+    rig = replace(rig, chain=rig.chain._replace(averaged=True, rate=1000.0))
     t = np.arange(80_000) * stepping.GRID
     noise = {"motor_angle": 0.0, "load_angle": 1e-5, "motor_torque": 2e-2, "output_torque": 0.5}
     clean = {
@@ -371,5 +371,6 @@ def test_exact_error_of_the_true_structure_below_a_corner_is_that_share_of_white
     assert set(found) <= {"motor_torque", "te", "output_torque"}
     for name, level, spread in (("motor_torque", 2e-2, np.sqrt(0.5)), ("te", 1e-5, 0.5 * np.sqrt(0.5))):
         corner, share = np.array(found[name])[-6:].T
+        assert corner[-1] == 500.0
         white = level / spread * np.sqrt(2.0 * corner * stepping.GRID)
         np.testing.assert_allclose(share, white, rtol=0.08)

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from hdfast.proof.generator.plant import Array
-from hdfast.proof.generator.responses import channels, halved, inertial_torque, rate_of, sampled
+from hdfast.proof.generator.responses import channels, halved, inertial_torque, sampled
 from hdfast.proof.generator.rig import Rig
 
 LOWEST, CORNERS = 1.0, 24
@@ -22,7 +22,7 @@ def oracle(rig: Rig, clean: list[dict[str, Array]], noisy: list[dict[str, Array]
     rms(noise) / std(measured). A tool compares within a band of its own: `oracle_heldout` gives pairs of corner [Hz]
     and error of what is below, where the torque also holds what the motor angle's noise looks like.
     """
-    rate, inertia = rate_of(rig), rig.plant.J_r + rig.plant.J_w
+    rate, inertia = rig.chain.rate, rig.plant.J_r + rig.plant.J_w
     corners = np.geomspace(LOWEST, 0.5 * rate, CORNERS)
     whole: list[float] = []
     below: dict[str, list[list[float]]] = {}
@@ -33,7 +33,7 @@ def oracle(rig: Rig, clean: list[dict[str, Array]], noisy: list[dict[str, Array]
             noise = b - a
             if name == "motor_torque":
                 noise = b - np.polyval(np.polyfit(a, b, 1), a)
-                shaken = sampled(rig, halved(rig, seen["motor_angle"] - true["motor_angle"]))
+                shaken = sampled(rig, halved(rig, seen["motor_angle"] - true["motor_angle"]), rate)
                 noise = noise - inertial_torque(shaken, inertia, 1.0 / rate)
             below.setdefault(name, []).append([_below(noise, corner, rate) / spread for corner in corners])
     rows = {name: np.sqrt(np.mean(np.square(shares), axis=0)) for name, shares in below.items()}
@@ -55,7 +55,7 @@ def _compared(rig: Rig, true: dict[str, Array], seen: dict[str, Array]) -> dict[
             pair = [x["motor_angle"] / ratio - x["load_angle"] for x in (true, seen)]
         else:
             pair = [x["motor_torque" if name == "torque" else name] for x in (true, seen)]
-        a, b = (sampled(rig, halved(rig, x)) for x in pair)
+        a, b = (sampled(rig, halved(rig, x), rig.chain.rate) for x in pair)
         out[CHANNEL[name]] = (a, b)
     return out
 

@@ -47,14 +47,14 @@ def rate_of(rig: Rig) -> float:
     return 1.0 / (_every(rig) * COARSE)
 
 
-def _every(rig: Rig) -> int:
-    return round(1.0 / (min(RATE, rig.chain.rate) * COARSE))
+def _every(rig: Rig, most: float = RATE) -> int:
+    return round(1.0 / (min(most, rig.chain.rate) * COARSE))
 
 
-def sampled(rig: Rig, x: Array) -> Array:
-    """What the recorded samples keep of a signal in steps of `COARSE`, aliases included, thinned to `RATE`."""
+def sampled(rig: Rig, x: Array, most: float = RATE) -> Array:
+    """What the recorded samples keep of a signal in steps of `COARSE`, aliases included, thinned to a rate [1/s]."""
     width = round(1.0 / (rig.chain.rate * COARSE))
-    every = _every(rig)
+    every = _every(rig, most)
     if not rig.chain.averaged:
         x = x[np.minimum(np.arange(x.size) // width * width + width // 2, x.size - 1)]
     whole = x[: x.size // every * every].reshape(-1, every)

@@ -356,21 +356,42 @@ def test_exact_plant_and_sensor_faults_share_no_name():
 
 
 def test_exact_error_of_the_true_structure_below_a_corner_is_that_share_of_white_noise():
+    noise = {"motor_angle": 0.0, "load_angle": 1e-5, "motor_torque": 2e-2, "output_torque": 0.5}
+    _, found = true_structure(noise)
+    assert set(found) <= {"motor_torque", "te", "output_torque"}
+    for name, level, spread in (("motor_torque", 2e-2, np.sqrt(0.5)), ("te", 1e-5, 0.5 * np.sqrt(0.5))):
+        corner, share = np.array(found[name])[-6:].T
+        assert corner[-1] == 500.0
+        passed = [np.mean(low_passed(f) ** 2) * 500.0 if name == "motor_torque" else f for f in corner]
+        white = level / spread * np.sqrt(2.0 * np.array(passed) * stepping.GRID)
+        np.testing.assert_allclose(share, white, rtol=0.08)
+
+
+def test_exact_noise_of_the_motor_angle_reaches_the_torque_differentiated_twice():
+    rig, found = true_structure({"motor_angle": 1e-6, "load_angle": 0.0, "motor_torque": 0.0, "output_torque": 0.0})
+    corner, share = np.array(found["motor_torque"])[-6:].T
+    passed = [np.mean((low_passed(f) * (2.0 * np.pi * WHOLE) ** 2) ** 2) * 500.0 for f in corner]
+    level = (rig.plant.J_r + rig.plant.J_w) * 1e-6 / np.sqrt(0.5)
+    np.testing.assert_allclose(share, level * np.sqrt(2.0 * np.array(passed) * stepping.GRID), rtol=0.08)
+
+
+WHOLE = np.arange(0.0, 500.0, 0.01)
+
+
+def low_passed(corner):
+    return 1.0 / (1.0 + (WHOLE / corner) ** 8)
+
+
+def true_structure(noise):
+    """A rig of 1 kHz, and the error of its true structure with white noise of these levels."""
     rng = np.random.default_rng(7)
     rig = draw_rig(rng, Recipe(("null",), {}, 5))
     rig = replace(rig, chain=rig.chain._replace(averaged=True, rate=1000.0))
     t = np.arange(80_000) * stepping.GRID
-    noise = {"motor_angle": 0.0, "load_angle": 1e-5, "motor_torque": 2e-2, "output_torque": 0.5}
     clean = {
         name: np.sin(2.0 * np.pi * 2.0 * t) * (rig.plant.ratio if name == "motor_angle" else 1.0) for name in noise
     }
     clean["load_angle"] = 0.5 * clean["load_angle"]
     noisy = {name: clean[name] + noise[name] * rng.standard_normal(t.size) for name in noise}
     noisy["motor_torque"] = 1.03 * noisy["motor_torque"] + 0.2
-    found = oracle(rig, [clean], [noisy])["oracle_heldout"]
-    assert set(found) <= {"motor_torque", "te", "output_torque"}
-    for name, level, spread in (("motor_torque", 2e-2, np.sqrt(0.5)), ("te", 1e-5, 0.5 * np.sqrt(0.5))):
-        corner, share = np.array(found[name])[-6:].T
-        assert corner[-1] == 500.0
-        white = level / spread * np.sqrt(2.0 * corner * stepping.GRID)
-        np.testing.assert_allclose(share, white, rtol=0.08)
+    return rig, oracle(rig, [clean], [noisy])["oracle_heldout"]

@@ -6,11 +6,12 @@ from typing import Any
 
 import numpy as np
 
+from hdfast.proof.generator.equipment import TURN
 from hdfast.proof.generator.plant import Array
-from hdfast.proof.generator.responses import channels, halved, inertial_torque, sampled
+from hdfast.proof.generator.responses import channels, halved, sampled
 from hdfast.proof.generator.rig import Rig
 
-LOWEST, CORNERS = 1.0, 24
+LOWEST, CORNERS, ORDER = 1.0, 24, 4
 TINY = 1e-30
 CHANNEL = {"torque": "motor_torque", "load_angle": "te", "output_torque": "output_torque"}
 
@@ -20,7 +21,8 @@ def oracle(rig: Rig, clean: list[dict[str, Array]], noisy: list[dict[str, Array]
 
     Root mean square over channels (motor torque, transmission error, output torque) and recordings of
     rms(noise) / std(measured). A tool compares within a band of its own: `oracle_heldout` gives pairs of corner [Hz]
-    and error of what is below, where the torque also holds what the motor angle's noise looks like.
+    and error of what is below. The torque also holds what the motor angle's noise looks like, differentiated twice, and
+    goes through a zero-phase low-pass of order `ORDER` with half its amplitude at the corner.
     """
     rate, inertia = rig.chain.rate, rig.plant.J_r + rig.plant.J_w
     corners = np.geomspace(LOWEST, 0.5 * rate, CORNERS)
@@ -30,12 +32,17 @@ def oracle(rig: Rig, clean: list[dict[str, Array]], noisy: list[dict[str, Array]
         for name, (a, b) in _compared(rig, true, seen).items():
             spread = float(np.std(b)) + TINY
             whole.append(float(np.std(b - a)) / spread)
-            noise = b - a
+            frequency = np.fft.rfftfreq(a.size, 1.0 / rate)[1:]
             if name == "motor_torque":
-                noise = b - np.polyval(np.polyfit(a, b, 1), a)
                 shaken = sampled(rig, halved(rig, seen["motor_angle"] - true["motor_angle"]), rate)
-                noise = noise - inertial_torque(shaken, inertia, 1.0 / rate)
-            below.setdefault(name, []).append([_below(noise, corner, rate) / spread for corner in corners])
+                accelerated = inertia * (TURN * frequency) ** 2 * np.fft.rfft(shaken)[1:]
+                noise = np.abs(np.fft.rfft(b - np.polyval(np.polyfit(a, b, 1), a))[1:] + accelerated)
+                passed = [1.0 / (1.0 + (frequency / corner) ** (2 * ORDER)) for corner in corners]
+            else:
+                noise = np.abs(np.fft.rfft(b - a)[1:])
+                passed = [np.asarray(frequency <= corner, dtype=float) for corner in corners]
+            shares = [float(np.sqrt(2.0 * np.sum((share * noise) ** 2))) / a.size / spread for share in passed]
+            below.setdefault(name, []).append(shares)
     rows = {name: np.sqrt(np.mean(np.square(shares), axis=0)) for name, shares in below.items()}
     return {
         "oracle_heldout_nrmse": float(np.sqrt(np.mean(np.square(whole)))),
@@ -58,11 +65,3 @@ def _compared(rig: Rig, true: dict[str, Array], seen: dict[str, Array]) -> dict[
         a, b = (sampled(rig, halved(rig, x), rig.chain.rate) for x in pair)
         out[CHANNEL[name]] = (a, b)
     return out
-
-
-def _below(noise: Array, corner: float, rate: float) -> float:
-    """Rms of what noise has up to a corner, without its mean."""
-    power = np.abs(np.fft.rfft(noise)) ** 2
-    inside = np.fft.rfftfreq(noise.size, 1.0 / rate) <= corner
-    inside[0] = False
-    return float(np.sqrt(2.0 * np.sum(power[inside])) / noise.size)

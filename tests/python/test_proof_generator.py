@@ -359,20 +359,19 @@ def test_exact_error_of_the_true_structure_below_a_corner_is_that_share_of_white
     noise = {"motor_angle": 0.0, "load_angle": 1e-5, "motor_torque": 2e-2, "output_torque": 0.5}
     _, found = true_structure(noise)
     assert set(found) <= {"motor_torque", "te", "output_torque"}
-    for name, level, spread in (("motor_torque", 2e-2, np.sqrt(0.5)), ("te", 1e-5, 0.5 * np.sqrt(0.5))):
-        corner, share = np.array(found[name])[-6:].T
+    for name, level in (("motor_torque", 2e-2), ("te", 1e-5)):
+        corner, rms = np.array(found[name])[-6:].T
         assert corner[-1] == 500.0
         passed = [np.mean(low_passed(f) ** 2) * 500.0 if name == "motor_torque" else f for f in corner]
-        white = level / spread * np.sqrt(2.0 * np.array(passed) * stepping.GRID)
-        np.testing.assert_allclose(share, white, rtol=0.08)
+        np.testing.assert_allclose(rms, level * np.sqrt(2.0 * np.array(passed) * stepping.GRID), rtol=0.08)
 
 
 def test_exact_noise_of_the_motor_angle_reaches_the_torque_differentiated_twice():
     rig, found = true_structure({"motor_angle": 1e-6, "load_angle": 0.0, "motor_torque": 0.0, "output_torque": 0.0})
-    corner, share = np.array(found["motor_torque"])[-6:].T
+    corner, rms = np.array(found["motor_torque"])[-6:].T
     passed = [np.mean((low_passed(f) * (2.0 * np.pi * WHOLE) ** 2) ** 2) * 500.0 for f in corner]
-    level = (rig.plant.J_r + rig.plant.J_w) * 1e-6 / np.sqrt(0.5)
-    np.testing.assert_allclose(share, level * np.sqrt(2.0 * np.array(passed) * stepping.GRID), rtol=0.08)
+    level = (rig.plant.J_r + rig.plant.J_w) * 1e-6
+    np.testing.assert_allclose(rms, level * np.sqrt(2.0 * np.array(passed) * stepping.GRID), rtol=0.08)
 
 
 WHOLE = np.arange(0.0, 500.0, 0.01)

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+import numpy as np
+
 from hdfast.checks import Floats
 from hdfast.diagnosis.facts import FACTS
 from hdfast.diagnosis.fit import Bench
@@ -226,10 +228,11 @@ def _fit(verdict: Verdict) -> dict[str, Any]:
 
 
 def _channels(bench: Bench, before: Floats, after: Floats) -> dict[str, dict[str, float]]:
-    """Errors by channel, and the corner of the low-pass through which they are seen."""
+    """Errors by channel, the corner of the low-pass through which they are seen, and what an error of 1 stands for."""
     return {
         channel: {
             "band_hz": bench.plant.band.of(channel),
+            "measured_std": 1.0 / nrmse(bench.layout, np.ones(bench.layout.size), channel),
             "baseline_nrmse": nrmse(bench.layout, before, channel),
             "extended_nrmse": nrmse(bench.layout, after, channel),
         }

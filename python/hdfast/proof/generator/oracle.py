@@ -17,12 +17,13 @@ CHANNEL = {"torque": "motor_torque", "load_angle": "te", "output_torque": "outpu
 
 
 def oracle(rig: Rig, clean: list[dict[str, Array]], noisy: list[dict[str, Array]]) -> dict[str, Any]:
-    """Noise over signal of held-out recordings with the true structure: of all samples, and by channel and corner.
+    """What noise leaves of held-out recordings with the true structure: of all samples, and by channel and corner.
 
-    Root mean square over channels (motor torque, transmission error, output torque) and recordings of
-    rms(noise) / std(measured). A tool compares within a band of its own: `oracle_heldout` gives pairs of corner [Hz]
-    and error of what is below. The torque also holds what the motor angle's noise looks like, differentiated twice, and
-    goes through a zero-phase low-pass of order `ORDER` with half its amplitude at the corner.
+    `oracle_heldout_nrmse` is the root mean square over channels (motor torque, transmission error, output torque) and
+    recordings of rms(noise) / std(measured). A tool compares within a band of its own, and only where it judges:
+    `oracle_heldout` gives pairs of corner [Hz] and rms noise below it [N m or rad]. The torque also holds what the
+    motor angle's noise looks like, differentiated twice, and goes through a zero-phase low-pass of order `ORDER` with
+    half its amplitude at the corner.
     """
     rate, inertia = rig.chain.rate, rig.plant.J_r + rig.plant.J_w
     corners = np.geomspace(LOWEST, 0.5 * rate, CORNERS)
@@ -30,8 +31,7 @@ def oracle(rig: Rig, clean: list[dict[str, Array]], noisy: list[dict[str, Array]
     below: dict[str, list[list[float]]] = {}
     for true, seen in zip(clean, noisy, strict=True):
         for name, (a, b) in _compared(rig, true, seen).items():
-            spread = float(np.std(b)) + TINY
-            whole.append(float(np.std(b - a)) / spread)
+            whole.append(float(np.std(b - a)) / (float(np.std(b)) + TINY))
             frequency = np.fft.rfftfreq(a.size, 1.0 / rate)[1:]
             if name == "motor_torque":
                 shaken = sampled(rig, halved(rig, seen["motor_angle"] - true["motor_angle"]), rate)
@@ -41,13 +41,13 @@ def oracle(rig: Rig, clean: list[dict[str, Array]], noisy: list[dict[str, Array]
             else:
                 noise = np.abs(np.fft.rfft(b - a)[1:])
                 passed = [np.asarray(frequency <= corner, dtype=float) for corner in corners]
-            shares = [float(np.sqrt(2.0 * np.sum((share * noise) ** 2))) / a.size / spread for share in passed]
-            below.setdefault(name, []).append(shares)
-    rows = {name: np.sqrt(np.mean(np.square(shares), axis=0)) for name, shares in below.items()}
+            rms = [float(np.linalg.norm(share * noise)) * np.sqrt(2.0) / a.size for share in passed]
+            below.setdefault(name, []).append(rms)
+    rows = {name: np.sqrt(np.mean(np.square(own), axis=0)) for name, own in below.items()}
     return {
         "oracle_heldout_nrmse": float(np.sqrt(np.mean(np.square(whole)))),
         "oracle_heldout": {
-            name: [[round(float(f), 3), float(f"{share:.4g}")] for f, share in zip(corners, row, strict=True)]
+            name: [[round(float(f), 3), float(f"{rms:.4g}")] for f, rms in zip(corners, row, strict=True)]
             for name, row in rows.items()
         },
     }

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from itertools import chain
 from typing import Any
 
 import numpy as np
@@ -77,19 +78,20 @@ def _heldout(case: Case) -> dict[str, float] | None:
 
 
 def _floor(label: dict[str, Any], found: dict[str, Any]) -> float:
-    """Error of the true structure in the band of the answer; where that is not stated, the smaller of two floors."""
+    """Error of the true structure in the band and scale of the answer; without them, the smaller of two floors."""
     spectra: dict[str, list[list[float]]] = label.get("oracle_heldout") or {}
-    corners = {name: own.get("band_hz") for name, own in (found.get("channels") or {}).items()}
-    if spectra and set(spectra) == set(corners) and all(isinstance(f, int | float) for f in corners.values()):
-        shares = [np.interp(np.log(corners[name]), *_columns(pairs)) for name, pairs in spectra.items()]
+    stated = {name: (own.get("band_hz"), own.get("measured_std")) for name, own in found.get("channels", {}).items()}
+    if spectra and set(spectra) == set(stated) and all(isinstance(x, int | float) for x in chain(*stated.values())):
+        shares = [_noise(pairs, stated[name][0]) / stated[name][1] for name, pairs in spectra.items()]
         return float(np.sqrt(np.mean(np.square(shares))))
     floors = [v for v in (found.get("noise_floor_nrmse"), label.get("oracle_heldout_nrmse")) if v is not None]
     return min(floors, default=0.0)
 
 
-def _columns(pairs: list[list[float]]) -> tuple[Any, Any]:
-    corner, share = np.array(pairs).T
-    return np.log(corner), share
+def _noise(pairs: list[list[float]], corner: float) -> float:
+    """Noise at a corner [Hz] between those of pairs of corner and noise."""
+    corners, noise = np.array(pairs).T
+    return float(np.interp(math.log(corner), np.log(corners), noise))
 
 
 def _gap_closed(fit: dict[str, float]) -> float:

@@ -82,6 +82,17 @@ def test_exact_the_gap_is_that_to_the_true_structure_in_the_band_and_scale_of_th
     assert found == pytest.approx(0.098 / (0.11 - 0.02))
 
 
+@pytest.mark.parametrize(
+    "channels", [None, {}, {"te": {"band_hz": 0.0, "measured_std": 1e-4}}, {"te": {"band_hz": 10.0}}]
+)
+def test_exact_an_answer_without_band_or_scale_is_held_against_the_smaller_floor(channels):
+    labels = {"one": made.label("single", ["backlash"], oracle_heldout={"te": [[1.0, 1e-6], [100.0, 3e-6]]})}
+    answers = made.perfect(labels)
+    answers["one"].verdict["fit"]["heldout"]["channels"] = channels
+    found = made.by_name(score(labels, answers))["held-out gap closed"].value
+    assert found == pytest.approx(0.098 / (0.11 - 0.01))
+
+
 def test_exact_abstaining_everywhere_costs_only_the_misses():
     labels = made.campaign()
     labels["weak"] = made.label("single", ["backlash"], strength=0.7)

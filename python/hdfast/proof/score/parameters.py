@@ -80,12 +80,17 @@ def _heldout(case: Case) -> dict[str, float] | None:
 def _floor(label: dict[str, Any], found: dict[str, Any]) -> float:
     """Error of the true structure in the band and scale of the answer; without them, the smaller of two floors."""
     spectra: dict[str, list[list[float]]] = label.get("oracle_heldout") or {}
-    stated = {name: (own.get("band_hz"), own.get("measured_std")) for name, own in found.get("channels", {}).items()}
-    if spectra and set(spectra) == set(stated) and all(isinstance(x, int | float) for x in chain(*stated.values())):
+    channels = found.get("channels") or {}
+    stated = {name: (own.get("band_hz"), own.get("measured_std")) for name, own in channels.items()}
+    if spectra and set(spectra) == set(stated) and all(map(_positive, chain(*stated.values()))):
         shares = [_noise(pairs, stated[name][0]) / stated[name][1] for name, pairs in spectra.items()]
         return float(np.sqrt(np.mean(np.square(shares))))
     floors = [v for v in (found.get("noise_floor_nrmse"), label.get("oracle_heldout_nrmse")) if v is not None]
     return min(floors, default=0.0)
+
+
+def _positive(value: Any) -> bool:
+    return isinstance(value, int | float) and value > 0.0
 
 
 def _noise(pairs: list[list[float]], corner: float) -> float:

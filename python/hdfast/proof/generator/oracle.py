@@ -25,24 +25,15 @@ def oracle(rig: Rig, clean: list[dict[str, Array]], noisy: list[dict[str, Array]
     motor angle's noise looks like, differentiated twice, and goes through a zero-phase low-pass of order `ORDER` with
     half its amplitude at the corner.
     """
-    rate, inertia = rig.chain.rate, rig.plant.J_r + rig.plant.J_w
-    corners = np.geomspace(LOWEST, 0.5 * rate, CORNERS)
+    corners = np.geomspace(LOWEST, 0.5 * rig.chain.rate, CORNERS)
     whole: list[float] = []
-    below: dict[str, list[list[float]]] = {}
+    below: dict[str, list[Array]] = {}
     for true, seen in zip(clean, noisy, strict=True):
+        angle = _kept(rig, seen["motor_angle"] - true["motor_angle"])
         for name, (a, b) in _compared(rig, true, seen).items():
             whole.append(float(np.std(b - a)) / (float(np.std(b)) + TINY))
-            frequency = np.fft.rfftfreq(a.size, 1.0 / rate)[1:]
-            if name == "motor_torque":
-                shaken = sampled(rig, halved(rig, seen["motor_angle"] - true["motor_angle"]), rate)
-                accelerated = inertia * (TURN * frequency) ** 2 * np.fft.rfft(shaken)[1:]
-                noise = np.abs(np.fft.rfft(b - np.polyval(np.polyfit(a, b, 1), a))[1:] + accelerated)
-                passed = [1.0 / (1.0 + (frequency / corner) ** (2 * ORDER)) for corner in corners]
-            else:
-                noise = np.abs(np.fft.rfft(b - a)[1:])
-                passed = [np.asarray(frequency <= corner, dtype=float) for corner in corners]
-            rms = [float(np.linalg.norm(share * noise)) * np.sqrt(2.0) / a.size for share in passed]
-            below.setdefault(name, []).append(rms)
+            own = _of_torque(rig, a, b, angle, corners) if name == "motor_torque" else _up_to(rig, b - a, corners)
+            below.setdefault(name, []).append(own)
     rows = {name: np.sqrt(np.mean(np.square(own), axis=0)) for name, own in below.items()}
     return {
         "oracle_heldout_nrmse": float(np.sqrt(np.mean(np.square(whole)))),
@@ -51,6 +42,31 @@ def oracle(rig: Rig, clean: list[dict[str, Array]], noisy: list[dict[str, Array]
             for name, row in rows.items()
         },
     }
+
+
+def _kept(rig: Rig, x: Array) -> Array:
+    """What the recorder keeps of a signal in steps of `COARSE`, at its own rate."""
+    return sampled(rig, halved(rig, x), rig.chain.rate)
+
+
+def _up_to(rig: Rig, noise: Array, corners: Array) -> Array:
+    """Root mean square of noise (N,) up to each corner, shape (K,)."""
+    frequency = np.fft.rfftfreq(noise.size, 1.0 / rig.chain.rate)[1:]
+    return _rms(np.abs(np.fft.rfft(noise)[1:]), (frequency <= corners[:, None]).astype(float), noise.size)
+
+
+def _of_torque(rig: Rig, clean: Array, noisy: Array, angle: Array, corners: Array) -> Array:
+    """Root mean square of the torque's noise and of what the angle's (N,) looks like, below each corner, shape (K,)."""
+    inertia = rig.plant.J_r + rig.plant.J_w
+    frequency = np.fft.rfftfreq(clean.size, 1.0 / rig.chain.rate)[1:]
+    accelerated = inertia * (TURN * frequency) ** 2 * np.fft.rfft(angle)[1:]
+    own = np.fft.rfft(noisy - np.polyval(np.polyfit(clean, noisy, 1), clean))[1:]
+    return _rms(np.abs(own + accelerated), 1.0 / (1.0 + (frequency / corners[:, None]) ** (2 * ORDER)), clean.size)
+
+
+def _rms(spectrum: Array, passed: Array, size: int) -> Array:
+    """Root mean square of what filters (K, F) pass of an amplitude spectrum (F,) of real samples, shape (K,)."""
+    return np.asarray(np.linalg.norm(passed * spectrum, axis=1) * np.sqrt(2.0) / size)
 
 
 def _compared(rig: Rig, true: dict[str, Array], seen: dict[str, Array]) -> dict[str, tuple[Array, Array]]:
@@ -62,6 +78,5 @@ def _compared(rig: Rig, true: dict[str, Array], seen: dict[str, Array]) -> dict[
             pair = [x["motor_angle"] / ratio - x["load_angle"] for x in (true, seen)]
         else:
             pair = [x["motor_torque" if name == "torque" else name] for x in (true, seen)]
-        a, b = (sampled(rig, halved(rig, x), rig.chain.rate) for x in pair)
-        out[CHANNEL[name]] = (a, b)
+        out[CHANNEL[name]] = (_kept(rig, pair[0]), _kept(rig, pair[1]))
     return out

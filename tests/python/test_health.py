@@ -234,6 +234,17 @@ def test_exact_ratio_and_sign(run, factor, text):
     assert text in sentences(result, "ratio", "reject")[0]
 
 
+def test_exact_windup_on_a_short_stroke_is_no_wrong_ratio(clean):
+    found = dict(clean["sine"])
+    shorter = 0.04 * RATIO / np.ptp(found["motor_angle"])
+    for name in ("motor_angle", "motor_torque", "load_angle"):
+        found[name] = shorter * found[name]
+    found["load_angle"] = 1.05 * found["load_angle"]
+    assert examine(found).usable
+    found["load_angle"] = 1.3 * found["load_angle"]
+    assert "check ratio and the scales" in examine(found).reason
+
+
 def test_exact_a_locked_output_is_no_ratio_error(run):
     run["load_angle"][:] = 0.25
     result = examine(run)
@@ -259,6 +270,21 @@ def test_exact_lag_of_the_load_angle(clean, kind, lag):
     assert "delay and sensor_delay are candidates" in sentences(result, "clock", "warning")[0]
     stated = examine(found, TEXT + f"[sensors]\nload_angle = {{ delay_s = {max(lag, 0.0)} }}\n")
     assert bool(sentences(stated, "clock")) is (lag < 0.0)
+
+
+@pytest.mark.parametrize("noise", [0.0, 3e-5])
+@pytest.mark.parametrize("start", [0.1, 0.3])
+def test_exact_a_shaft_that_turns_steadily_has_no_lag(start, noise):
+    t = np.arange(0.0, 4.3, 1e-3)
+    speed = 11.0 * np.clip(t / start, 0.0, 1.0)
+    angle = np.cumsum(speed) * 1e-3
+    swinging = 2e-5 * np.sin(9.0 * t) + noise * np.random.default_rng(3).standard_normal(len(t))
+    load = angle / RATIO + 3e-5 * np.cos(2.0 * angle + 1.0) + swinging
+    torque = 0.02 + 1e-3 * speed + (J_M + J_L / RATIO**2) * np.gradient(speed, t)
+    result = examine({"t": t, "motor_angle": angle, "motor_torque": torque, "load_angle": load})
+    assert result.usable
+    assert result.facts.lag_s == pytest.approx(0.0, abs=2e-2)
+    assert not sentences(result, "clock")
 
 
 def test_exact_a_late_load_angle_rejects(run):

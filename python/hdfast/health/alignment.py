@@ -7,15 +7,18 @@ With motor angle th and speed w and the acceleration a of the load, the load ang
 rho the error of the ratio, tau the lag, eps the drift of one clock against the other; b takes up the windup under
 inertia. The kinematic error is a series of the stated orders and of 1, 2 and 4, the orders of two lobes. Deviations
 come from sums over blocks, because neighbouring residuals are alike, and are never below the residual's own range: what
-moves the load angle by less than that cannot be told from what the regression leaves out.
+moves the load angle by less than that cannot be told from what the regression leaves out. At constant speed rho and eps
+are the same; where eps comes out larger than any clock's, there is taken to be none.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hdfast.checks import Floats
 from hdfast.health.motion import Motion
@@ -28,6 +31,10 @@ FEWEST, FEWEST_CYCLES = 100, 2.0
 SIGMAS = 5.0
 PER_WINDOW = 8
 SETTLED = 1e-6
+LARGEST_DRIFT = 0.01
+SLOPE, SPEED, DRIFT = 2, 3, -1
+
+Mask = NDArray[np.bool_]
 
 
 @dataclass(frozen=True)
@@ -65,8 +72,6 @@ def align(motion: Motion, ratio: float, orders: Iterable[float] = ()) -> Alignme
         ratio: nominal gear ratio.
         orders: stated orders of the kinematic error, cycles per motor revolution.
     """
-    assert motion.load_angle is not None
-    assert motion.load_acceleration is not None
     used = motion.moving & (np.arange(len(motion.t)) % max(1, round(motion.width / motion.step / PER_WINDOW)) == 0)
     if used.sum() < FEWEST:
         return None
@@ -75,8 +80,18 @@ def align(motion: Motion, ratio: float, orders: Iterable[float] = ()) -> Alignme
     revolutions = float(np.ptp(motion.angle[used])) / (2.0 * np.pi)
     told = [order for order in sorted({*LOBES, *orders}) if order * revolutions > FEWEST_CYCLES]
     waves = [wave(order * motion.angle) for order in told for wave in (np.cos, np.sin)]
-    parts = [np.ones_like(t), motion.angle / ratio, -w, -t * w, *waves]
-    basis = np.column_stack(parts)
+    parts = [np.ones_like(t), motion.angle / ratio, -w, *waves]
+    drifting = _regressed(motion, used, np.column_stack([*parts, -t * w]))
+    if drifting is None or abs(drifting.drift) <= LARGEST_DRIFT:
+        return drifting
+    steady = _regressed(motion, used, np.column_stack([*parts, np.zeros_like(t)]))
+    return None if steady is None else replace(steady, drift_error=math.inf)
+
+
+def _regressed(motion: Motion, used: Mask, basis: Floats) -> Alignment | None:
+    """From regressors (m, p) on samples (m,), the last of them the drift's; None with too few samples."""
+    assert motion.load_angle is not None
+    assert motion.load_acceleration is not None
     lag = coarse_lag(motion)
     for _ in range(ROUNDS):
         moments = motion.t + lag
@@ -85,24 +100,23 @@ def align(motion: Motion, ratio: float, orders: Iterable[float] = ()) -> Alignme
             return None
         shifted = np.interp(moments[inside], motion.t, motion.load_angle)
         windup = np.interp(moments[inside], motion.t, motion.load_acceleration)
-        columns = np.column_stack([basis[inside], windup])
+        columns = np.column_stack([windup, basis[inside]])
         found, errors = block_regression(columns, shifted)
-        lag += float(np.clip(found[2], -0.1, 0.1))
-        if abs(found[2]) < SETTLED:
+        lag += float(np.clip(found[SPEED], -0.1, 0.1))
+        if abs(found[SPEED]) < SETTLED:
             break
-    remainder = float(np.ptp(shifted - columns @ found))
-    errors = np.maximum(errors, remainder / SIGMAS / np.maximum(own_range(columns, 4), 1e-30))
-    return Alignment(found[1], errors[1], lag, errors[2], found[3], errors[3])
+    left = float(np.ptp(shifted - columns @ found))
+    told = [SLOPE, SPEED, DRIFT]
+    ranges = np.array([_own_range(columns, column) for column in told])
+    errors = np.maximum(errors[told], left / SIGMAS / np.maximum(ranges, 1e-30))
+    return Alignment(found[SLOPE], errors[0], lag, errors[1], found[DRIFT], errors[2])
 
 
-def own_range(basis: Floats, count: int) -> Floats:
-    """Range of what each of the first columns has that no other column has."""
-    ranges = np.zeros(count)
-    for column in range(1, count):
-        others = np.delete(basis, column, axis=1)
-        rest, *_ = np.linalg.lstsq(others, basis[:, column], rcond=None)
-        ranges[column] = np.ptp(basis[:, column] - others @ rest)
-    return np.pad(ranges, (0, basis.shape[1] - count))
+def _own_range(basis: Floats, column: int) -> float:
+    """Range of what a column has that no other column has."""
+    others = np.delete(basis, column, axis=1)
+    rest, *_ = np.linalg.lstsq(others, basis[:, column], rcond=None)
+    return float(np.ptp(basis[:, column] - others @ rest))
 
 
 def coarse_lag(motion: Motion) -> float:

@@ -13,6 +13,7 @@ from hdfast.health.units import near_unit
 
 SMALLEST_TRAVEL, DEAD = 0.02, 1e-9
 RATIO_OFF, RATIO_CANDIDATE = 0.02, 1e-4
+WINDUP = 0.01  # more than any strain-wave gear winds up [rad]
 LATE, LATE_CANDIDATE = 0.05, 5e-4
 SKEW = 2e-5
 
@@ -38,7 +39,7 @@ def check(subject: Subject) -> None:
         sentence = f"load_angle stays while the motor turns by {travel:.4g} rad: a locked output or a dead channel"
         subject.find("ratio", WARNING, sentence, value=0.0, limit=RATIO_OFF)
         return
-    if _ratio_rejected(subject, found * ratio):
+    if _ratio_rejected(subject, found * ratio, travel / abs(ratio)):
         return
     alignment = align(motion, ratio, subject.campaign.orders)
     if alignment is not None:
@@ -46,8 +47,9 @@ def check(subject: Subject) -> None:
         _clock(subject, alignment)
 
 
-def _ratio_rejected(subject: Subject, relative: float) -> bool:
-    if abs(relative - 1.0) <= RATIO_OFF:
+def _ratio_rejected(subject: Subject, relative: float, travel: float) -> bool:
+    """Whether the load moves by another share of the motor's travel, at the output [rad], than windup explains."""
+    if abs(relative - 1.0) <= max(RATIO_OFF, WINDUP / travel):
         return False
     if relative < 0.0 and abs(relative + 1.0) <= RATIO_OFF:
         sentence = "load_angle turns against motor_angle; flip the sign of scale in [columns] load_angle or motor_angle"

@@ -177,6 +177,26 @@ def test_exact_drifts_need_a_second_recording():
     assert reasons[1] is None
 
 
+def test_exact_a_limit_tells_the_shape_it_holds_for_unless_shapes_are_amplitudes():
+    def limit(varied, fixed):
+        seen = []
+        for value in (1.0, 2.0):
+            free = tuple(
+                Free(name, value if name == varied else 1.0, 1.0, True, "rad") for name in ("half_gap", "width")
+            )
+            made = {"order": value} if fixed else {}
+            one = Candidate("backlash", "mesh", ("backlash",), free, "half_gap", fixed=made, shape=f"gap {value}")
+            seen.append(Signature(one, np.full((10, 1), value), np.zeros((1, 1)), np.ones(1), 1.0, 1.0, 0.5))
+        labels = [one.candidate.label for one in seen]
+        screen = Screen(*(dict.fromkeys(labels, 1.0) for _ in range(4)))
+        [found] = limits(seen, screen, 2)
+        return found.shape
+
+    assert limit("half_gap", fixed=False) == ""
+    assert limit("width", fixed=False) == "gap 2.0"
+    assert limit(None, fixed=True) == "gap 2.0"
+
+
 def test_exact_gains_by_recording_leave_out_recordings_without_blocks():
     gained = Gain(np.array([1.0, 2.0, 3.0, 4.0]), (1.0, 1.0)).over(np.array([0, 0, 2, 2]))
     assert gained.by_block.tolist() == [3.0, 7.0]
@@ -189,6 +209,18 @@ def test_exact_shares_stay_where_the_parameters_can_follow():
         shares = candidate.possible(np.array([-2.0]))
         assert candidate.started(shares).free[0].value == pytest.approx(value)
         assert shares[0] * candidate.free[0].value == pytest.approx(value)
+
+
+def test_exact_shares_that_are_tied_are_one_amplitude_of_one_fit():
+    free = tuple(Free(name, 0.1, 1.0, True, "1") for name in ("c_drive", "c_back"))
+    names = ("c_drive", "c_back")
+    apart = Candidate("load_dependent_friction", "mesh", ("load_dependent_friction",), free, "c_drive", spans=names)
+    tied = replace(apart, tied=True)
+    assert len(apart.settings()) == 2
+    assert tied.settings() == [{"c_drive": 0.1, "c_back": 0.1}]
+    assert [one.value for one in tied.started(np.array([3.0])).free] == pytest.approx([0.3, 0.3])
+    assert tied.one_sided
+    assert tied.built == apart.built
 
 
 def test_exact_a_candidate_without_room_is_none():

@@ -31,9 +31,11 @@ class Candidate:
         amplitude: name of the parameter that says how large the effect is.
         waves: (cosine, sine) parameters, or (amplitude, phase), of an effect with a phase.
         spans: parameters that each have a signature of their own, for an effect without a phase.
+        tied: whether those are alike, with one signature of all.
         contains: effects that are special cases of this one.
         needs: at least one of these effects has to be there already.
         shape: what distinguishes it from other candidates of the same effect, for reports.
+        size: in a word, where its signature is not taken at the typical amplitude.
         order: per motor revolution at which it acts, if at one.
         stiffness: whether the amplitude is a stiffness, which makes the effect smaller the larger it is.
     """
@@ -48,16 +50,18 @@ class Candidate:
     fixed: Mapping[str, float] = field(default_factory=dict)
     waves: tuple[str, str] | None = None
     spans: tuple[str, ...] = ()
+    tied: bool = False
     contains: tuple[str, ...] = ()
     needs: tuple[str, ...] = ()
     shape: str = ""
+    size: str = ""
     order: float | None = None
     stiffness: bool = False
 
     @property
     def label(self) -> str:
-        """Effect and shape, unique within a library."""
-        return f"{self.effect} {self.shape}".strip()
+        """Effect, shape and size, unique within a screen."""
+        return f"{self.effect} {', '.join(filter(None, (self.shape, self.size)))}".strip()
 
     @property
     def built(self) -> Hashable:
@@ -69,6 +73,12 @@ class Candidate:
         """What it adds to a structure, whatever the sizes of its parameters."""
         bounds = tuple((one.name, one.positive, one.low, one.high) for one in self.free)
         return self.terms, self.orders, self.sensors, tuple(sorted(self.fixed.items())), bounds
+
+    @property
+    def variety(self) -> Hashable:
+        """What is assumed of it besides its amplitude."""
+        assumed = tuple((one.name, one.value) for one in self.free if one.name not in self.sizes)
+        return self.form, assumed
 
     @property
     def refines(self) -> bool:
@@ -96,7 +106,7 @@ class Candidate:
         """Values of its parameters at which its signatures are taken, one per column."""
         typical = {free.name: free.value for free in self.free}
         if self.waves is None:
-            if not self.spans:
+            if self.bends:
                 return [typical]
             return [
                 typical | {other: NOTHING * typical[other] for other in self.spans if other != one}
@@ -113,17 +123,17 @@ class Candidate:
         if self.waves is not None:
             return shares
         positive = {free.name: free.positive for free in self.free}
-        bounded = [positive[name] for name in self.spans or (self.amplitude,)]
+        bounded = [positive[name] for name in ((self.amplitude,) if self.bends else self.spans)]
         return np.where(bounded, np.maximum(shares, LEAST), shares)
 
     def started(self, shares: Floats) -> Candidate:
         """The candidate with its amplitude at possible shares (d,) of its typical size, one per signature."""
         changed: dict[str, float] = {}
         typical = {free.name: free.value for free in self.free}
-        if self.spans:
-            changed = {name: typical[name] * share for name, share in zip(self.spans, shares.tolist(), strict=True)}
-        elif self.waves is None:
+        if self.bends:
             return self.scaled(float(shares[0]))
+        if self.waves is None:
+            changed = {name: typical[name] * share for name, share in zip(self.spans, shares.tolist(), strict=True)}
         elif self._cartesian:
             size = math.hypot(typical[self.waves[0]], typical[self.waves[1]])
             changed = dict(zip(self.waves, (size * shares).tolist(), strict=True))
@@ -136,7 +146,7 @@ class Candidate:
     @property
     def bends(self) -> bool:
         """Whether its signature may change its form with the amplitude, and is one column."""
-        return self.waves is None and not self.spans
+        return self.waves is None and (self.tied or not self.spans)
 
     @property
     def one_sided(self) -> bool:

@@ -99,6 +99,7 @@ def as_dict(verdict: Verdict, health: Health, seed: int, version: str) -> dict[s
             "not_showable": [
                 {
                     "effect": one.effect,
+                    "shape": one.shape,
                     "reason": one.reason,
                     "minimum_detectable": one.minimum_detectable,
                     "unit": one.unit,
@@ -108,7 +109,12 @@ def as_dict(verdict: Verdict, health: Health, seed: int, version: str) -> dict[s
                 if one.reason is not None
             ],
             "detectable": [
-                {"effect": one.effect, "minimum_detectable": one.minimum_detectable, "unit": one.unit}
+                {
+                    "effect": one.effect,
+                    "shape": one.shape,
+                    "minimum_detectable": one.minimum_detectable,
+                    "unit": one.unit,
+                }
                 for one in verdict.limits
                 if one.reason is None
             ],

@@ -111,10 +111,15 @@ def _friction(s: Sizes) -> list[Candidate]:
             spans=("eps_c", "eps_B"),
             needs=FRICTION,
         ),
-        in_drive(
-            "load_dependent_friction",
-            [positive("c_drive", 0.1, "1", high=1.0), positive("c_back", 0.1, "1", high=1.0)],
-            spans=("c_drive", "c_back"),
+        *(
+            in_drive(
+                "load_dependent_friction",
+                [positive("c_drive", 0.1, "1", high=1.0), positive("c_back", 0.1, "1", high=1.0)],
+                spans=("c_drive", "c_back"),
+                tied=tied,
+                shape="the same both ways" if tied else "",
+            )
+            for tied in (False, True)
         ),
         *(
             in_drive(

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections import defaultdict
+from collections.abc import Hashable, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -24,6 +25,7 @@ class Limit:
 
     Attributes:
         effect: its id.
+        shape: for which this holds, where it depends on more than the amplitude, else "".
         visibility: share of its signature that refitting the model leaves, 0 to 1.
         minimum_detectable: amplitude that would be seen in 80 % of campaigns like this one, in its unit.
         unit: of that amplitude.
@@ -31,6 +33,7 @@ class Limit:
     """
 
     effect: str
+    shape: str
     visibility: float
     minimum_detectable: float | None
     unit: str
@@ -46,13 +49,15 @@ def limits(signatures: Sequence[Signature], seen: Screen, recordings: int) -> li
         recordings: how many are fitted.
     """
     best: dict[str, Limit] = {}
-    for one in signatures:
-        if one.candidate.refines:
-            continue
+    added = [one for one in signatures if not one.candidate.refines]
+    varieties: dict[str, set[Hashable]] = defaultdict(set)
+    for one in added:
+        varieties[one.candidate.effect].add(one.candidate.variety)
+    for one in added:
         limit = _limit(one, seen, recordings)
         known = best.get(limit.effect)
         if known is None or _easier(limit, known, stiffness=one.candidate.stiffness):
-            best[limit.effect] = limit
+            best[limit.effect] = limit if len(varieties[limit.effect]) > 1 else replace(limit, shape="")
     return sorted(best.values(), key=lambda limit: limit.visibility)
 
 
@@ -66,7 +71,7 @@ def _easier(limit: Limit, known: Limit, *, stiffness: bool) -> bool:
 
 def without_windup(effects: Sequence[str]) -> list[Limit]:
     """Effects of the gear's windup, for recordings of the motor side alone."""
-    return [Limit(effect, 0.0, None, "", NEEDS_WINDUP) for effect in effects]
+    return [Limit(effect, "", 0.0, None, "", NEEDS_WINDUP) for effect in effects]
 
 
 def _limit(one: Signature, seen: Screen, recordings: int) -> Limit:
@@ -85,7 +90,7 @@ def _limit(one: Signature, seen: Screen, recordings: int) -> Limit:
         reason = "only an implausibly large effect would be seen"
     elif candidate.effect in DRIFTS and recordings == 1:
         reason = SECOND
-    return Limit(candidate.effect, one.visibility, smallest, free.unit, reason)
+    return Limit(candidate.effect, candidate.shape, one.visibility, smallest, free.unit, reason)
 
 
 def _plausible(candidate: Candidate, amplitude: float) -> bool:

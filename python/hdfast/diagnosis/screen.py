@@ -113,11 +113,7 @@ def signatures(bench: Bench, fit: Fit, changed: Sequence[Change]) -> list[Signat
     """
     signer, changer = _Signer(bench, fit), Changer(bench, fit)
     large = [signature for one in changed if (signature := signer.sign(one)) is not None]
-    small = [
-        (replace(one.candidate, shape=f"{one.candidate.shape}, {size}".lstrip(", ")), times)
-        for one in large
-        for size, times in _sizes(one)
-    ]
+    small = [(replace(one.candidate, size=size), times) for one in large for size, times in _sizes(one)]
     return large + [signature for one in changer.changes(small) if (signature := signer.sign(one)) is not None]
 
 

@@ -139,16 +139,16 @@ def _rounds(verdict: Verdict) -> list[Section]:
 
 def _limits(content: Mapping[str, Any]) -> Section:
     hidden = [
-        [words(row["effect"]), f"{100 * row['visibility']:.0f} %", _least(row), row["reason"]]
+        [words(row["effect"]), row["shape"], f"{100 * row['visibility']:.0f} %", _least(row), row["reason"]]
         for row in content["not_showable"]
     ]
-    seen = [[words(row["effect"]), _least(row)] for row in content["detectable"]]
+    seen = [[words(row["effect"]), row["shape"], _least(row)] for row in content["detectable"]]
     tables = []
     if hidden:
-        header = ["not showable", "left after a refit", "smallest amplitude seen", "why"]
-        tables.append(html_table(header, hidden, right=(1, 2)))
+        header = ["not showable", "as", "left after a refit", "smallest amplitude seen", "why"]
+        tables.append(html_table(header, hidden, right=(2, 3)))
     if seen:
-        tables.append(html_table(["would have been seen", "from an amplitude of"], seen, right=(1,)))
+        tables.append(html_table(["would have been seen", "as", "from an amplitude of"], seen, right=(2,)))
     texts = ["An effect is not showable when refitting the drive's parameters swallows it, or when only an implausible "
              "size of it would stand out."] if hidden else []  # fmt: skip
     return Section("What these recordings can show", texts, tables=tables)

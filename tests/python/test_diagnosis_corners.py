@@ -14,12 +14,15 @@ from hdfast.diagnosis.candidate import Candidate
 from hdfast.diagnosis.holdout import Proof
 from hdfast.diagnosis.library import OF_THE_WINDUP, Sizes, library
 from hdfast.diagnosis.limits import limits
-from hdfast.diagnosis.plant import Free, Structure
+from hdfast.diagnosis.plant import Free, Plant, Structure
+from hdfast.diagnosis.rivals import stand
 from hdfast.diagnosis.score import Gain
 from hdfast.diagnosis.screen import Screen, Signature
 from hdfast.diagnosis.select import Search
 from hdfast.diagnosis.session import set_up_usable
+from hdfast.diagnosis.stages import Stages
 from hdfast.errors import InputError
+from hdfast.health import check
 from hdfast.model import Model
 from hdfast.recordings import load_campaign
 
@@ -209,6 +212,33 @@ def test_exact_shares_stay_where_the_parameters_can_follow():
         shares = candidate.possible(np.array([-2.0]))
         assert candidate.started(shares).free[0].value == pytest.approx(value)
         assert shares[0] * candidate.free[0].value == pytest.approx(value)
+
+
+def test_exact_a_rival_that_cannot_be_simulated_in_the_place_of_a_name_is_none(tmp_path, monkeypatch):
+    small_campaign.shorten_library(monkeypatch)
+    campaign = load_campaign(small_campaign.write(tmp_path, ["coulomb_friction"], {"T_c": 0.05}))
+    done = session.run(campaign, session.usable(check(campaign)), 0, None, Stages())
+    before = next(one for one in done.search.rounds if one.accepted is not None)
+    own = before.accepted
+    twin = replace(own.candidate, effect="stribeck_friction", contains=())
+    far = own.fit.coordinates.copy()
+    far[own.fit.structure.names.index(own.candidate.amplitude)] = 1e3
+    other = replace(own, candidate=twin, fit=replace(own.fit, coordinates=far))
+    signature = next(one for one in before.signatures if one.candidate.label == own.candidate.label)
+    signatures = [*before.signatures, replace(signature, candidate=twin)]
+    seen = replace(before, trials=[*before.trials, other], signatures=signatures)
+    search = replace(done.search, rounds=[seen if one is before else one for one in done.search.rounds])
+    simulated = Plant.mismatch
+
+    def failing(plant, structure, coordinates):
+        lost = np.any(coordinates == far.max(), axis=1)[:, None]
+        found = simulated(plant, structure, np.minimum(coordinates, 900.0))
+        return [{channel: np.where(lost, np.nan, own) for channel, own in unit.items()} for unit in found]
+
+    monkeypatch.setattr(Plant, "mismatch", failing)
+    standing = stand(done.bench, search, done.floor, {}, np.random.default_rng(1))[0]
+    assert standing.trial is own
+    assert "stribeck_friction" not in [one.effect for one in standing.rivals]
 
 
 def test_exact_shares_that_are_tied_are_one_amplitude_of_one_fit():

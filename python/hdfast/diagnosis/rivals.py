@@ -96,11 +96,11 @@ def stand(
             continue
         seen = next(one for one in search.rounds if one.accepted is trial)
         lesser = fit(bench, *_less(search, trial))
-        rivals = [
+        compared = [
             _compare(bench, search.final, other, lesser, trial, seen, folds, rng)
             for other in _challengers(trial, seen, names, lesser)
         ]
-        rivals.sort(key=lambda rival: -rival.weight)
+        rivals = sorted((one for one in compared if one is not None), key=lambda rival: -rival.weight)
         name = trial.candidate.effect
         alone = gain(bench, search.final, lesser, folds)
         evidence = max(alone.limited, trial.gain.limited) + shown.get(trial.candidate.label, 0.0)
@@ -170,12 +170,16 @@ def _compare(
     seen: Round,
     folds: Index,
     rng: np.random.Generator,
-) -> Rival:
+) -> Rival | None:
+    """Another effect in the place of one; None where the drive cannot be simulated with it."""
     contained = [term for term in lesser.structure.model.terms if term in other.candidate.contains]
     reduced, here = without(lesser, contained)
     found = dict(zip(other.fit.structure.names, other.fit.coordinates.tolist(), strict=True))
     begin = [found.get(one.name, float(one.coordinate(one.value))) for one in other.candidate.free]
-    substitute = fit(bench, other.candidate.added_to(reduced), np.concatenate([here, begin]))
+    structure, start = other.candidate.added_to(reduced), np.concatenate([here, begin])
+    if not np.isfinite(bench.mismatch(structure, start[None])).all():
+        return None
+    substitute = fit(bench, structure, start)
     lead = gain(bench, final, substitute, folds)
     none = Gain(np.zeros_like(lead.by_block), lead.nrmse)
     weight = float(weights_of([lead, none], rng)[1])

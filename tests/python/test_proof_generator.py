@@ -19,9 +19,10 @@ from hdfast.proof.generator.linear import linearise, moved
 from hdfast.proof.generator.oracle import oracle
 from hdfast.proof.generator.plant import ABSENT, Plant, empty_arrays
 from hdfast.proof.generator.recipe import Bench, Recipe
-from hdfast.proof.generator.responses import told_by_motion
+from hdfast.proof.generator.responses import moving, told_by_motion
 from hdfast.proof.generator.rig import draw_rig
 from hdfast.proof.generator.sizing import follow, length, sketch, swallowed
+from hdfast.proof.generator.whitening import whiten
 from hdfast.proof.seal import checksums
 from hdfast.recordings import load_campaign
 from scipy import integrate
@@ -353,6 +354,24 @@ def test_exact_the_same_seed_gives_the_same_bytes(case, tmp_path):
 def test_exact_plant_and_sensor_faults_share_no_name():
     assert not set(Plant._fields) & set(sensors.Faults._fields)
     assert all((e.amplitude in Plant._fields) != (e.amplitude in sensors.Faults._fields) for e in EFFECTS.values())
+
+
+def test_exact_what_friction_holds_at_standstill_is_no_evidence(bench):
+    rig, lin = bench
+    held = [
+        [1.0 - moving(rig, one), *(np.zeros_like(values) for values in base[1:])]
+        for one, base in zip(lin.motions, lin.base, strict=True)
+    ]
+    assert any(one[0].any() and not one[0].all() for one in held)
+    assert not whiten(rig, lin.motions, lin.filters, held).any()
+
+
+def test_exact_a_zero_that_no_campaign_states_is_no_evidence(bench):
+    rig, lin = bench
+    steps = [[np.full_like(values, 0.1 * np.ptp(values)) for values in base] for base in lin.base]
+    whitened = whiten(rig, lin.motions, lin.filters, steps)
+    assert np.linalg.norm(lin.left(whitened)) < 1e-2 * np.linalg.norm(whitened)
+    assert np.abs(lin.shift(whitened)).max() < 0.05
 
 
 def test_exact_error_of_the_true_structure_below_a_corner_is_that_share_of_white_noise():

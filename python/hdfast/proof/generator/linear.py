@@ -22,7 +22,7 @@ from hdfast.proof.generator.rig import Rig
 from hdfast.proof.generator.whitening import Channels, fit_filters, whiten
 
 REALISATIONS = 8
-SMALL = 0.01
+SMALL, UNKNOWN = 0.01, 10.0
 STEPS, SHARES, SETTLED = 16, (1.0, 0.5, 0.25, 0.06), 0.02
 FIELDS = {"J_m": ("J_r", "J_w"), "J_l": ("J_f", "J_p")}
 
@@ -215,10 +215,10 @@ def _plant_columns(lin: Linearisation) -> Iterator[tuple[str, Channels]]:
 
 
 def _linear_columns(rig: Rig, base: Channels) -> Iterator[tuple[str, Channels]]:
-    """Change of the channels by one prior sigma of the torque's scale and of each zero."""
+    """Change of the channels by one prior sigma of the torque's scale and of each zero, which no campaign states."""
     scaled = [[rig.torque_sigma * x[0]] + [0 * y for y in x[1:]] for x in base]
     yield "torque_scale", scaled
-    wide = (0.01, 1e-3, 1.0)
+    wide = [UNKNOWN * max(float(np.ptp(x[j])) for x in base) for j in range(len(base[0]))]
     for index, name in enumerate(channels(rig)):
         for k in range(len(base)):
             yield (

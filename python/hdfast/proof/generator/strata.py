@@ -70,7 +70,7 @@ SETS: tuple[dict[str, float], ...] = (
     {"stribeck_friction": 8.0, "hysteresis": 8.0},
     {"load_dependent_friction": 6.0, "te_load_dependence": 6.0},
     {"viscoelastic": 6.0, "soft_windup": 6.0},
-    {"cogging": 4.0, "asymmetric_friction": 5.0},
+    {"cogging": 4.0, "nonlinear_viscous": 5.0},
     {"coulomb_friction": 5.0, "hysteresis": 6.0, "te_harmonic": 4.0},
     {"gravity_unbalance": 5.0, "coulomb_friction": 6.0, "torque_ripple": 5.0},
 )

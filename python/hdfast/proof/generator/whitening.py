@@ -16,7 +16,11 @@ Channels = list[list[Array]]
 
 
 def whiten(rig: Rig, motions: list[Motion], filters: list[tuple[Array, float]], raw: Channels) -> Array:
-    """Whiten each channel of each recording and stack them; standstill is left out of the torque."""
+    """Whiten each channel of each recording and stack them.
+
+    Of the torque counts what has moved during all of the filter's past: at standstill dry friction holds any torque up
+    to its level, and a filter that has seen that torque as none shows friction at the step to motion.
+    """
     rows = []
     for recording, m in zip(raw, motions, strict=True):
         for index, values in enumerate(recording):
@@ -24,7 +28,7 @@ def whiten(rig: Rig, motions: list[Motion], filters: list[tuple[Array, float]], 
             white = signal.lfilter(taps, [1.0], values) / sigma
             white[:ORDER] = 0.0
             if index == 0:
-                white *= moving(rig, m)
+                white *= signal.lfilter(np.ones(ORDER + 1), [1.0], moving(rig, m)) > ORDER + 0.5
             rows.append(white)
     return np.concatenate(rows)
 

@@ -12,19 +12,22 @@ TOOLS := $(VENV)/.tools
 DEPENDENCIES := $(VENV)/.dependencies
 SUBSET := out/proof-40
 EXTENSION := $(VENV)/.extension
+CARGO_TEST := cargo test --release --no-default-features
 
 export VIRTUAL_ENV := $(CURDIR)/$(VENV)
 export PYO3_PYTHON := $(CURDIR)/$(PY)
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 export PIP_QUIET := 1
 
-.PHONY: help setup demo test proof-subset bench bench-peers profile clean lint
+.PHONY: help setup demo test test-whole proof-subset bench bench-peers profile clean lint
 
 help:
 	@echo "make setup   environment in $(VENV) and release build of the extension"
 	@echo "make demo    set up, then 10,000 Monte Carlo rows of a real drive into out/demo,"
 	@echo "             and the diagnosis of a drive with concealed friction into out/diagnosis"
 	@echo "make test    set up, then every test, lint and type check"
+	@echo "make test-whole     what takes longer: sweeps from Rust, for which the engine is built once more, and a hundred"
+	@echo "             diagnoses of complete models"
 	@echo "make proof-subset   set up, then forty blind cases, held against what they must not fall below"
 	@echo "make bench   set up, then the speed measurements"
 	@echo "make bench-peers   set up, then work-precision against other solvers, each in its own environment"
@@ -65,8 +68,12 @@ lint: setup
 	$(PY) -m mypy.stubtest hdfast._core
 
 test: lint
-	CARGO_PROFILE_RELEASE_LTO=off cargo test --release --no-default-features
+	$(CARGO_TEST) --lib
 	$(PY) -m pytest --numprocesses auto --maxprocesses 8 --dist worksteal
+
+test-whole: setup
+	$(CARGO_TEST)
+	$(PY) -m pytest --long tests/python/test_diagnosis_nulls.py
 
 proof-subset: setup
 	rm -rf $(SUBSET)

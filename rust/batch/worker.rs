@@ -142,26 +142,35 @@ impl<S: Scalar> Queue<'_, '_, S> {
         Assignment { index: run, row, program, start, initial_tangent, grid, probes }
     }
 
-    /// Writes the samples of a row; what the equations pass through at an instant is computed once for all signals.
+    /// Writes the samples of a row; what the equations pass through is computed once for all signals, in lanes.
     fn write_samples<const N: usize>(&self, seat: &Seat<S, N>, retrace: &mut dyn Retrace<S, N>) {
         let Shared { job, writer, .. } = self.shared;
         let (row, direction) = self.shared.place(seat.assignment.index);
-        let inverse_ratio = seat.assignment.row.constants.inverse_ratio;
-        for (moment, (&time, state)) in seat.assignment.grid.iter().zip(&seat.samples[0]).enumerate() {
-            let mut rates = None;
-            for (place, signal) in job.signals.iter().enumerate() {
-                let value = signal.of_state(job.layout.base, state, inverse_ratio).unwrap_or_else(|| {
-                    let rates = rates.get_or_insert_with(|| retrace.rates(seat, time, state));
-                    signal.of_rates(rates, state, inverse_ratio)
-                });
-                // SAFETY: this thread took the run from the queue.
-                unsafe { writer.sample((place, row, moment), direction, value) };
+        let (base, inverse_ratio) = (job.layout.base, seat.assignment.row.constants.inverse_ratio);
+        let states = &seat.samples[0];
+        // SAFETY: this thread took the run from the queue.
+        let put = |place, moment, value| unsafe { writer.sample((place, row, moment), direction, value) };
+        let mut derived = Vec::new();
+        for (place, &signal) in job.signals.iter().enumerate() {
+            let value = |state| signal.of_state(base, state, inverse_ratio);
+            if states.first().is_some_and(|state| value(state).is_none()) {
+                derived.push((place, signal));
+            }
+            for (moment, value) in states.iter().filter_map(value).enumerate() {
+                put(place, moment, value);
             }
         }
-        for moment in seat.samples[0].len()..writer.times() {
+        if !derived.is_empty() {
+            let times = &seat.assignment.grid[..states.len()];
+            retrace.rates_at(seat, times, states, &mut |moment, rates| {
+                for &(place, signal) in &derived {
+                    put(place, moment, signal.of_rates(rates, &states[moment], inverse_ratio));
+                }
+            });
+        }
+        for moment in states.len()..writer.times() {
             for place in 0..job.signals.len() {
-                // SAFETY: as above.
-                unsafe { writer.sample((place, row, moment), direction, S::splat(f64::NAN)) };
+                put(place, moment, S::splat(f64::NAN));
             }
         }
     }

@@ -120,6 +120,35 @@ pub struct Rates<R: Real, const N: usize> {
     pub shafts: [Shaft<R>; 2],
 }
 
+impl<R: Real, const N: usize> Rates<R, N> {
+    /// What stands in one lane.
+    #[inline(always)]
+    pub fn lane(&self, lane: usize) -> Rates<R::Lane, N> {
+        let mut slope = [R::Lane::zero(); N];
+        for index in 0..N {
+            slope[index] = self.slope[index].get(lane);
+        }
+        Rates {
+            slope,
+            error: self.error.get(lane),
+            windup: self.windup.get(lane),
+            windup_rate: self.windup_rate.get(lane),
+            te: self.te.get(lane),
+            omega_l: self.omega_l.get(lane),
+            alpha_l: self.alpha_l.get(lane),
+            upsilon: self.upsilon.get(lane),
+            gear_torque: self.gear_torque.get(lane),
+            motor_torque: self.motor_torque.get(lane),
+            drive_torque: self.drive_torque.get(lane),
+            load_torque: self.load_torque.get(lane),
+            term_power: self.term_power.get(lane),
+            reserve: self.reserve.get(lane),
+            margin: self.margin.get(lane),
+            shafts: self.shafts.map(|shaft| Shaft { net: shaft.net.get(lane), breakaway: shaft.breakaway.get(lane) }),
+        }
+    }
+}
+
 /// Equations of motion with `N` states; state 0 is theta_m, state 1 omega_m.
 pub trait Model<const N: usize> {
     /// Which base model this is.

@@ -50,7 +50,8 @@ pub fn mode<S: Scalar, const N: usize>(
 ) -> Mode {
     let row = &seat.assignment.row;
     let mut times = Vec::with_capacity(SAMPLES);
-    let mut data = Vec::with_capacity(SAMPLES);
+    let mut moments = Vec::with_capacity(SAMPLES);
+    let mut states = Vec::with_capacity(SAMPLES);
     let mut angles = Vec::with_capacity(SAMPLES);
     let interval = (to - from) / SAMPLES as f64;
     for (t, state) in seat.assignment.probes.iter().map(|t| t.plain()).zip(&seat.samples[1]) {
@@ -58,12 +59,15 @@ pub fn mode<S: Scalar, const N: usize>(
         if t > from && t <= to && is_own(t - from, interval) && place == times.len() + 1 {
             times.push(t - from);
             angles.push(state[0].plain());
-            data.push(retrace.rates(seat, t, state).windup_rate.plain());
+            moments.push(t);
+            states.push(*state);
         }
     }
     if times.len() < SAMPLES / 2 {
         return MISSING;
     }
+    let mut data = Vec::with_capacity(times.len());
+    retrace.rates_at(seat, &moments, &states, &mut |_, rates| data.push(rates.windup_rate.plain()));
     let mut problem = LeastSquares::new(&data);
     let travel = angles[angles.len() - 1] - angles[0];
     problem.push(vec![1.0; times.len()]);

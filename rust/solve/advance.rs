@@ -52,7 +52,7 @@ pub trait Rows<S: Scalar, const N: usize> {
 
 /// A row that has ended.
 pub(super) struct Ended<S, const N: usize> {
-    pub seat: Seat<S, N>,
+    pub seat: Box<Seat<S, N>>,
     pub t: f64,
     pub state: [S; N],
     pub status: Status,
@@ -84,7 +84,8 @@ pub struct Advance<'a, P: Path, M: Model<N>, T: Method, const N: usize> {
     pub(super) stepper: Stepper<P::Lanes, N>,
     pub(super) controller: Controller<Plain<P>>,
     pub(super) replay: Replay<'a, P, M, T, N>,
-    pub(super) seats: Vec<Option<Seat<Lane<P>, N>>>,
+    /// Large, and taken out at every stop.
+    pub(super) seats: Vec<Option<Box<Seat<Lane<P>, N>>>>,
     pub(super) spare: Vec<Memory<Lane<P>, N>>,
     /// Rows that wait for closer looks.
     pub(super) ended: Vec<Ended<Lane<P>, N>>,

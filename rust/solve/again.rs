@@ -1,4 +1,4 @@
-//! Steps of rows taken once more, as many at once as there are lanes, with the same bits as the first time.
+//! Steps and instants of rows taken once more, as many at once as there are lanes, with the same bits as the first time.
 
 use super::interpolant::ALL_STATES;
 use super::record::{Dense, Record, lane_coefficients, value_at};
@@ -6,7 +6,7 @@ use super::seat::Seat;
 use super::stepper::Stepper;
 use super::watch::{Candidate, WATCHED};
 use super::{Integrands, Method};
-use crate::model::{Harmonics, Layout, Model, Row};
+use crate::model::{Harmonics, Layout, Model, Rates, Row, Segment};
 use crate::real::{Mask, Real, Task};
 use std::marker::PhantomData;
 
@@ -14,7 +14,7 @@ use std::marker::PhantomData;
 const LOOKS: usize = 6;
 const REFINEMENTS: usize = 5;
 
-/// Lanes with one step each.
+/// Lanes with one step or one instant each.
 pub struct Again<R: Real, M, T, const N: usize> {
     stepper: Stepper<R, N>,
     step: R::Plain,
@@ -53,6 +53,25 @@ impl<R: Real, M: Model<N>, T: Method, const N: usize> Again<R, M, T, N> {
         input.set_lane(lane, seat.segment_before(start.t + step), &seat.assignment.row);
         seat.load(lane, &mut self.stepper, shared);
         self.step.set(lane, step);
+    }
+
+    /// Puts a row's constants into all lanes.
+    pub fn load(&mut self, seat: &Seat<R::Lane, N>, shared: &Harmonics<R::Lane>) {
+        (0..R::LANES).for_each(|lane| seat.load(lane, &mut self.stepper, shared));
+    }
+
+    /// Brings a lane to an instant of the row last loaded.
+    pub fn place(&mut self, lane: usize, seat: &Seat<R::Lane, N>, segment: &Segment, (t, state): (f64, &[R::Lane; N])) {
+        self.stepper.input.set_lane(lane, segment, &seat.assignment.row);
+        self.stepper.t.set(lane, t);
+        for (lanes, &value) in self.stepper.state.iter_mut().zip(state) {
+            lanes.set(lane, value);
+        }
+    }
+
+    /// Everything the equations pass through at the lanes' instants; a shaft slides the way it moves.
+    pub fn rates(&mut self) -> Rates<R, N> {
+        R::apart(Instants::<R, M, N> { stepper: &mut self.stepper, model: PhantomData })
     }
 
     /// Takes the steps.
@@ -99,6 +118,22 @@ impl<R: Real, M: Model<N>, T: Method, const N: usize> Task for Steps<'_, R, M, T
         self.stepper.refresh::<M>(every_lane::<R>());
         self.stepper.attempt::<M, T, true>(self.step);
         self.stepper.interpolate::<M, T>(self.step, ALL_STATES);
+    }
+}
+
+struct Instants<'a, R: Real, M, const N: usize> {
+    stepper: &'a mut Stepper<R, N>,
+    model: PhantomData<M>,
+}
+
+impl<R: Real, M: Model<N>, const N: usize> Task for Instants<'_, R, M, N> {
+    type Output = Rates<R, N>;
+
+    #[inline(always)]
+    fn run(self) -> Self::Output {
+        let Self { stepper, .. } = self;
+        stepper.slide::<M>(every_lane::<R>());
+        stepper.rates::<M>(R::constant(stepper.t), &stepper.state)
     }
 }
 

@@ -112,7 +112,7 @@ impl<P: Path, M: Model<N>, T: Method, const N: usize> Advance<'_, P, M, T, N> {
     /// Seats the next row that has something to simulate.
     pub(super) fn seat_next(&mut self, lane: usize, rows: &mut impl Rows<Lane<P>, N>) {
         let Some(assignment) = rows.next() else { return };
-        let mut seat = Seat::new(assignment, self.spare.pop().unwrap_or_default());
+        let mut seat = Box::new(Seat::new(assignment, self.spare.pop().unwrap_or_default()));
         seat.load(lane, &mut self.stepper, self.harmonics);
         self.replay.load(&seat);
         let state = self.replay.start(&seat);
@@ -182,7 +182,7 @@ impl<P: Path, M: Model<N>, T: Method, const N: usize> Advance<'_, P, M, T, N> {
     }
 
     /// Leaves the lane idle.
-    fn clear(&mut self, lane: usize) -> Option<Seat<Lane<P>, N>> {
+    fn clear(&mut self, lane: usize) -> Option<Box<Seat<Lane<P>, N>>> {
         self.occupied &= !(1 << lane);
         self.stale &= !(1 << lane);
         self.bent &= !(1 << lane);

@@ -17,6 +17,14 @@ pub trait Retrace<S: Scalar, const N: usize> {
     fn dense(&mut self, seat: &Seat<S, N>, start: &Record<S, N>, step: f64) -> Dense<S, N>;
     /// Everything the equations pass through at an instant; a shaft slides the way it moves.
     fn rates(&mut self, seat: &Seat<S, N>, t: f64, state: &[S; N]) -> Rates<S, N>;
+    /// The same at ascending instants, as many at once as there are lanes: `each` gets their places in turn.
+    fn rates_at(
+        &mut self,
+        seat: &Seat<S, N>,
+        times: &[f64],
+        states: &[[S; N]],
+        each: &mut dyn FnMut(usize, &Rates<S, N>),
+    );
     /// The energy at an instant.
     fn energies(&mut self, seat: &Seat<S, N>, t: f64, state: &[S; N]) -> Energies<S>;
     /// Which base model it is.
@@ -187,6 +195,25 @@ impl<P: Path, M: Model<N>, T: Method, const N: usize> Retrace<Lane<P>, N> for Re
         self.stepper.slide::<M>(true);
         let t = Lane::<P>::splat(t);
         Lane::<P>::apart(Instant::<Lane<P>, M, N> { stepper: &self.stepper, t, state, model: PhantomData })
+    }
+
+    fn rates_at(
+        &mut self,
+        seat: &Seat<Lane<P>, N>,
+        times: &[f64],
+        states: &[[Lane<P>; N]],
+        each: &mut dyn FnMut(usize, &Rates<Lane<P>, N>),
+    ) {
+        let lanes = P::Lanes::LANES;
+        self.again.load(seat, self.shared);
+        let mut segments = seat.segments_before(times);
+        for (chunk, (times, states)) in times.chunks(lanes).zip(states.chunks(lanes)).enumerate() {
+            for (lane, ((&t, state), segment)) in times.iter().zip(states).zip(&mut segments).enumerate() {
+                self.again.place(lane, seat, segment, (t, state));
+            }
+            let rates = self.again.rates();
+            (0..times.len()).for_each(|lane| each(chunk * lanes + lane, &rates.lane(lane)));
+        }
     }
 
     fn energies(&mut self, seat: &Seat<Lane<P>, N>, t: f64, state: &[Lane<P>; N]) -> Energies<Lane<P>> {

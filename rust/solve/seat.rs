@@ -166,6 +166,17 @@ impl<S: Scalar, const N: usize> Seat<S, N> {
         &segments[segments.partition_point(|segment| segment.start < t).saturating_sub(1)]
     }
 
+    /// The same for ascending times, one after the other.
+    pub fn segments_before<'a>(&'a self, times: &'a [f64]) -> impl Iterator<Item = &'a Segment> {
+        let segments = &self.assignment.program.segments;
+        times.iter().scan(0, |place, &t| {
+            while segments.get(*place + 1).is_some_and(|next| next.start < t) {
+                *place += 1;
+            }
+            Some(&segments[*place])
+        })
+    }
+
     /// When the lane has to stop next.
     pub fn next_stop(&self) -> f64 {
         let segments = &self.assignment.program.segments;

@@ -52,6 +52,7 @@ VALUES = {
         "psi_o": -0.4,
     },
     "hysteresis": {"T_h": 4.0, "phi_h": 2e-4, "hysteresis_beta": 0.7, "loop_sharpness": 1.6},
+    "maxwell_slip": {"maxwell_slip_T_h": 4.0, "maxwell_slip_phi_h": 2e-4},
     "viscoelastic": {"K_v": 6000.0, "tau_short": 0.02, "tau_long": 0.5},
     "coulomb_friction": {"coulomb_friction_T_c": 0.04},
     "coulomb_friction_smooth": {"coulomb_friction_smooth_T_c": 0.04, "omega_eps": 0.5},
@@ -104,6 +105,7 @@ COMBINATIONS = [
     ["load_dependent_friction", "position_dependent_friction", "asymmetric_friction", "thermal_viscous", "wear_run_in"],
     ["delay", "actuator_lag", "torque_ripple", "torque_gain", "input_compliance", "load_compliance"],
     ["backlash", "soft_windup", "mesh_stiffness_variation", "hysteresis", "gravity_unbalance"],
+    ["soft_windup", "maxwell_slip", "load_side_friction"],
     ["te_harmonic", "te_load_dependence", "te_beat", "tooth_passage", "local_fault", "load_motor_ripple"],
 ]
 

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import json
 
+import pytest
 from hdfast.proof import run
 
 CASES, PATIENCE_S = 2, 900.0
 
 
+@pytest.mark.long
 def test_exact_every_sealed_case_is_answered_and_published(tmp_path):
     parts = {}
     proof = run.prove(

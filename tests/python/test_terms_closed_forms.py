@@ -154,6 +154,32 @@ def test_exact_hysteresis_area_does_not_depend_on_rate():
         np.testing.assert_allclose(np.trapezoid(beyond[last] * rate[last], t[last]), area, rtol=1e-4)
 
 
+def test_exact_slip_elements_load_and_unload():
+    """Against an output too heavy to move: from rest artanh z + arctan z = 2 windup/yield, on the way back a line."""
+    values = VALUES["maxwell_slip"]
+    p = linear(J_l=1e8, B_l=0.0, **values)
+    top = 1.5 * values["maxwell_slip_phi_h"]
+    t = np.linspace(0.0, 2.0, 401)
+    angle = p["ratio"] * top * np.sin(0.5 * np.pi * t) ** 2
+    windup, rate, torque = simulate(
+        p, ["maxwell_slip"], Scenario.motion(t, angle), t, ["windup", "windup_rate", "gear_torque"]
+    )
+    yields = values["maxwell_slip_phi_h"] * np.array([0.25, 0.75, 1.25, 1.75])
+
+    def loaded(stretch):
+        return brentq(lambda z: math.atanh(z) + math.atan(z) - 2.0 * stretch, 0.0, 1.0 - 1e-15)
+
+    turned = windup[200]
+    tops = np.array([loaded(turned / one) for one in yields])
+    carried = torque - p["k1"] * windup - p["B_sp"] * rate
+    for index in (60, 110, 150, 200):
+        expected = np.mean([loaded(windup[index] / one) for one in yields])
+        np.testing.assert_allclose(carried[index], values["maxwell_slip_T_h"] * expected, rtol=1e-6)
+    for index in (210, 215):
+        unloaded = np.mean(tops - (turned - windup[index]) / yields)
+        np.testing.assert_allclose(carried[index], values["maxwell_slip_T_h"] * unloaded, rtol=1e-6)
+
+
 def test_exact_backlash_loses_the_gap_at_reversal():
     """Input locked, load reversed: the windups differ by 2 T/K and the whole gap."""
     gap = VALUES["backlash"]["half_gap"]

@@ -125,6 +125,10 @@ MESH = {
         "Input locked, slow torque: a loop, the same at any rate.",
         WINDUP, OUTPUT, _loop("hysteresis", {"T_h": 4.0}, 30.0),
     ),
+    "maxwell_slip": Signature(
+        "Input locked, slow torque: a loop, the same at any rate, inside of which smaller ones nearly close.",
+        WINDUP, OUTPUT, _loop("maxwell_slip", {"T_h": 4.0}, 30.0),
+    ),
     "viscoelastic": Signature(
         "Input locked, 20 N m applied and held: the windup creeps for minutes.",
         "time after loading [s]", "windup [µrad]",

@@ -64,6 +64,11 @@ class Candidate:
         return f"{self.effect} {', '.join(filter(None, (self.shape, self.size)))}".strip()
 
     @property
+    def law(self) -> str:
+        """The term of the catalogue that models it: there may be several for one effect."""
+        return self.terms[0] if self.terms else self.effect
+
+    @property
     def built(self) -> Hashable:
         """What it adds to a structure; the same for a shape that is another amplitude alone."""
         return self.terms, self.orders, self.sensors, tuple(sorted(self.fixed.items())), self.free

@@ -132,7 +132,7 @@ def _effect(one: Standing, verdict: Verdict, sigma: Mapping[str, float]) -> dict
     final = verdict.session.search.final
     candidate = one.trial.candidate
     seen = next(r for r in verdict.session.search.rounds if r.accepted is one.trial)
-    prefixes = [f"{channel}_{effect}_" for effect, channel in candidate.sensors] or [f"{candidate.effect}_"]
+    prefixes = [f"{channel}_{effect}_" for effect, channel in candidate.sensors] or [f"{candidate.law}_"]
     values = {**candidate.fixed, **{name: final.value(name) for name in final.structure.names}}
     units = {free.name: free.unit for free in final.structure.free}
     parameters: dict[str, Any] = {

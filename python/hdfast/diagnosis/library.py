@@ -274,8 +274,10 @@ def _mesh(s: Sizes) -> list[Candidate]:
             in_drive(
                 "hysteresis",
                 [positive("T_h", torque, "N m"), positive("phi_h", angle, "rad", sigma=0.7)],
-                shape=f"over {angle:g} rad",
+                law=law,
+                shape=f"{shape} {angle:g} rad",
             )
+            for law, shape in (("hysteresis", "over"), ("maxwell_slip", "slips at"))
             for angle in (5e-5, 2e-4, 8e-4)
         ),
         *(

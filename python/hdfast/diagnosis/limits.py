@@ -95,8 +95,8 @@ def _limit(one: Signature, seen: Screen, recordings: int) -> Limit:
 
 def _plausible(candidate: Candidate, amplitude: float) -> bool:
     """Whether an effect of this amplitude, or a larger one, is within what the catalogue calls plausible."""
-    if candidate.effect not in terms().ids:
+    if candidate.law not in terms().ids:
         return True
-    every = terms()[candidate.effect].parameters
-    own = next((p for p in every if candidate.amplitude.endswith(f"{candidate.effect}_{p.name}")), None)
+    every = terms()[candidate.law].parameters
+    own = next((p for p in every if candidate.amplitude.endswith(f"{candidate.law}_{p.name}")), None)
     return own is None or (amplitude >= own.low if candidate.stiffness else amplitude <= own.high)

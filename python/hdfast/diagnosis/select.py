@@ -165,6 +165,8 @@ def _possible(candidate: Candidate, accepted: Sequence[Trial], current: Fit) -> 
     structure = current.structure
     if (candidate.refines and candidate.effect not in found) or set(candidate.names) & set(structure.names):
         return False
+    if candidate.terms and candidate.effect in present:
+        return False
     if set(candidate.terms) & set(structure.model.terms) or set(candidate.sensors) & set(structure.sensors):
         return False
     if candidate.needs and not present & set(candidate.needs):

@@ -15,6 +15,7 @@ def in_drive(
     effect: str,
     free: Iterable[Free],
     *,
+    law: str | None = None,
     amplitude: str | None = None,
     shape: str = "",
     fixed: dict[str, float] | None = None,
@@ -26,11 +27,15 @@ def in_drive(
     order: float | None = None,
     stiffness: bool = False,
 ) -> Candidate:
-    """An effect in the equations of the drive; parameters and phases by their short names, as `Candidate` has them."""
-    term = terms()[effect]
+    """An effect in the equations of the drive; parameters and phases by their short names, as `Candidate` has them.
+
+    The term that models it is `law`, by default the one of its own name.
+    """
+    law = law or effect
+    term = terms()[law]
 
     def own(name: str) -> str:
-        return f"{effect}_{name}"
+        return f"{law}_{name}"
 
     named = tuple(_allowed(one, term, own(one.name)) for one in free)
     taken = {one.name for one in named}
@@ -38,7 +43,7 @@ def in_drive(
     return Candidate(
         effect=effect,
         place=term.place,
-        terms=(effect,),
+        terms=(law,),
         free=named,
         amplitude=own(amplitude or term.amplitude),
         fixed={own(name): value for name, value in values.items() if own(name) not in taken},

@@ -168,6 +168,7 @@ catalog! {
     SoftWindup in soft_windup,
     MeshStiffnessVariation in mesh_stiffness_variation,
     Hysteresis in hysteresis,
+    MaxwellSlip in maxwell_slip,
     Viscoelastic in viscoelastic,
     CoulombFriction in coulomb_friction,
     CoulombFrictionSmooth in coulomb_friction_smooth,

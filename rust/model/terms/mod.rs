@@ -25,6 +25,7 @@ mod load_dependent_friction;
 mod load_motor_ripple;
 mod load_side_friction;
 mod local_fault;
+mod maxwell_slip;
 mod mesh_stiffness_variation;
 mod nonlinear_viscous;
 mod position_dependent_friction;

@@ -17,6 +17,7 @@ HIDDEN = {
     "presliding_friction": 1,
     "thermal_viscous": 1,
     "hysteresis": 1,
+    "maxwell_slip": 4,
     "coupling_slip": 1,
     "ratcheting": 2,
     "viscoelastic": 2,
@@ -122,6 +123,11 @@ class LeftOut:
             lost = b * abs(rate) * size * np.sign(zeta) + (1 - b) * rate * size
             rates[self.places["hysteresis"]] = (rate - lost) / p["phi_h"]
             torque += p["T_h"] * zeta
+        if "maxwell_slip" in self.on:
+            z = self.hidden("maxwell_slip", x)
+            yields = p["maxwell_slip_phi_h"] * np.array([0.25, 0.75, 1.25, 1.75])
+            rates[self.places["maxwell_slip"]] = rate * (1 - (z * rate > 0) * z**4) / yields
+            torque += p["maxwell_slip_T_h"] * z.mean()
         if "viscoelastic" in self.on:
             stretch = windup - self.hidden("viscoelastic", x)
             rates[self.places["viscoelastic"]] = stretch / np.array([p["tau_short"], p["tau_long"]])

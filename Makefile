@@ -25,7 +25,7 @@ help:
 	@echo "make setup   environment in $(VENV) and release build of the extension"
 	@echo "make demo    set up, then 10,000 Monte Carlo rows of a real drive into out/demo,"
 	@echo "             and the diagnosis of a drive with concealed friction into out/diagnosis"
-	@echo "make test    set up, then every test, lint and type check"
+	@echo "make test    set up, then the tests, lint and type check"
 	@echo "make test-whole     what takes longer: sweeps from Rust, for which the engine is built once more, and a hundred"
 	@echo "             diagnoses of complete models"
 	@echo "make proof-subset   set up, then forty blind cases, held against what they must not fall below"

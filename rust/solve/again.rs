@@ -39,18 +39,14 @@ impl<R: Real, M: Model<N>, T: Method, const N: usize> Again<R, M, T, N> {
         (start, step): (&Record<R::Lane, N>, f64),
         shared: &Harmonics<R::Lane>,
     ) {
-        let Stepper { t, state, directions, held, input, .. } = &mut self.stepper;
-        t.set(lane, start.t);
-        for (lanes, &value) in state.iter_mut().zip(&start.state) {
-            lanes.set(lane, value);
-        }
+        self.place(lane, seat, seat.segment_before(start.t + step), (start.t, &start.state));
+        let Stepper { directions, held, .. } = &mut self.stepper;
         for (lanes, &direction) in directions.iter_mut().zip(&start.branch.directions) {
             lanes.set(lane, R::Lane::splat(f64::from(direction)));
         }
         for (lanes, &piece) in held.iter_mut().flat_map(|pieces| pieces.iter_mut()).zip(&start.branch.pieces) {
             lanes.set(lane, f64::from(piece));
         }
-        input.set_lane(lane, seat.segment_before(start.t + step), &seat.assignment.row);
         seat.load(lane, &mut self.stepper, shared);
         self.step.set(lane, step);
     }
@@ -60,7 +56,7 @@ impl<R: Real, M: Model<N>, T: Method, const N: usize> Again<R, M, T, N> {
         (0..R::LANES).for_each(|lane| seat.load(lane, &mut self.stepper, shared));
     }
 
-    /// Brings a lane to an instant of the row last loaded.
+    /// Brings a lane to an instant of a row.
     pub fn place(&mut self, lane: usize, seat: &Seat<R::Lane, N>, segment: &Segment, (t, state): (f64, &[R::Lane; N])) {
         self.stepper.input.set_lane(lane, segment, &seat.assignment.row);
         self.stepper.t.set(lane, t);

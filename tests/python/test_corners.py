@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from drives import linear, parameters
 from oracles import bent_springs
+from same_rows import same, same_on_every_path
 from termed import SCENARIO, torque_steps
 
 #: Forward, back, then free: (until, motor torque). Hard enough to pass every corner.
@@ -78,15 +79,7 @@ def test_exact_bits_on_every_path_and_in_any_company(name, monkeypatch):
     expected = hdfast.sweep(rows, threads=1, **options)
     assert expected.finished.all()
     assert expected.rejected.sum() > 0
-    others = [hdfast.sweep(rows, threads=2, **options)]
-    for path in hdfast.build_info()["simd_available"]:
-        monkeypatch.setenv("HDFAST_SIMD", path)
-        others.append(hdfast.sweep(rows, **options))
+    same(expected, hdfast.sweep(rows, threads=2, **options))
+    same_on_every_path(expected, lambda: hdfast.sweep(rows, **options), monkeypatch)
     alone = hdfast.sweep({column: values[13:14] for column, values in rows.items()}, **options)
     np.testing.assert_array_equal(alone["te"][0], expected["te"][13])
-    for other in others:
-        np.testing.assert_array_equal(other["te"], expected["te"])
-        np.testing.assert_array_equal(other.final_state, expected.final_state)
-        np.testing.assert_array_equal(other.steps, expected.steps)
-        for metric in expected.metrics:
-            np.testing.assert_array_equal(other[metric], expected[metric])

@@ -5,11 +5,16 @@ from __future__ import annotations
 import hdfast
 import numpy as np
 import pytest
+from same_rows import same, same_on_every_path
 
 BAD = 23
 ROWS = 60
 SCENARIO = hdfast.Scenario.start_stop(start="speed_ramp", t_end=1.0, t_off=0.6)
-METHODS = [(terms, method) for terms in ((), ("hysteresis", "backlash")) for method in ("tsit5", "dop853", "rodas5p")]
+METHODS = ["bs3", "dopri5", "tsit5", "dop853", "rodas5p"]
+WITH_TERMS = METHODS[2:]
+TERMS = {"two_inertia": ("hysteresis", "backlash"), "one_inertia": ("presliding_friction",)}
+MODELS = [(base, (), method) for base in TERMS for method in METHODS]
+MODELS += [(base, terms, method) for base, terms in TERMS.items() for method in WITH_TERMS]
 
 
 def rows(count):
@@ -23,26 +28,14 @@ def run(columns, **options):
     return hdfast.sweep(columns, scenario=SCENARIO, t_eval=np.linspace(0.0, 1.0, 21), rtol=1e-4, **options)
 
 
-def same(one, other, chosen=slice(None)):
-    """Every number of some rows (index or slice)."""
-    np.testing.assert_array_equal(one.final_state[chosen], other.final_state[chosen])
-    np.testing.assert_array_equal(one.steps[chosen], other.steps[chosen])
-    for name in {**one.metrics, **one.samples}:
-        np.testing.assert_array_equal(one[name][chosen], other[name][chosen])
-
-
-@pytest.mark.parametrize(("terms", "method"), [((), "bs3"), ((), "dopri5"), *METHODS])
-@pytest.mark.parametrize("base", ["two_inertia", "one_inertia"])
+@pytest.mark.parametrize(("base", "terms", "method"), MODELS)
 def test_exact_bits_on_every_path_and_number_of_threads(base, terms, method, monkeypatch):
-    on = terms if base == "two_inertia" else tuple("presliding_friction" for _ in terms[:1])
-    options = {"model": hdfast.Model(base=base, terms=on), "method": method}
+    options = {"model": hdfast.Model(base=base, terms=terms), "method": method}
     columns = {name: own for name, own in rows(21).items() if name in hdfast.params(options["model"])}
     expected = run(columns, threads=1, **options)
     assert expected.finished.all()
     same(expected, run(columns, threads=3, **options))
-    for path in hdfast.build_info()["simd_available"]:
-        monkeypatch.setenv("HDFAST_SIMD", path)
-        same(expected, run(columns, **options))
+    same_on_every_path(expected, lambda: run(columns, **options), monkeypatch)
 
 
 @pytest.mark.parametrize(

@@ -5,12 +5,14 @@ from __future__ import annotations
 from collections.abc import Hashable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from itertools import chain
 
 import numpy as np
 
 from hdfast.checks import Floats
 from hdfast.diagnosis.candidate import Candidate
 from hdfast.diagnosis.fit import ACCELERATED, Bench, Fit
+from hdfast.diagnosis.together import side_by_side
 from hdfast.diagnosis.whiten import whiten
 
 INDEPENDENT = 1e-6
@@ -44,23 +46,21 @@ class Changer:
         alike: dict[Hashable, list[int]] = {}
         for index, (candidate, _) in enumerate(wanted):
             alike.setdefault(candidate.unbounded.form, []).append(index)
-        found = {
-            index: one
-            for rows in alike.values()
-            for index, one in zip(rows, self._of_one_form([wanted[row] for row in rows]), strict=True)
-        }
+        groups = [[wanted[index] for index in rows] for rows in alike.values()]
+        changed = chain(*side_by_side(self.bench, self._of_one_form, groups))
+        found = dict(zip(chain(*alike.values()), changed, strict=True))
         return [found[index] for index in range(len(wanted))]
 
-    def _of_one_form(self, wanted: Sequence[tuple[Candidate, float]]) -> list[Change]:
+    def _of_one_form(self, bench: Bench, wanted: Sequence[tuple[Candidate, float]]) -> list[Change]:
         wide = [candidate.unbounded for candidate, _ in wanted]
         structure = wide[0].added_to(self.fit.structure)
         settings = [one.scaled(times).settings() for one, (_, times) in zip(wide, wanted, strict=True)]
         own = [[float(free.coordinate(row[free.name])) for free in wide[0].free] for rows in settings for row in rows]
         coordinates = np.stack([np.concatenate([self.fit.coordinates, row]) for row in own])
         if any(name in ACCELERATED for name in wide[0].names):
-            moved = self._steady - self.bench.steady(structure, coordinates)
+            moved = self._steady - bench.steady(structure, coordinates)
         else:
-            moved = self._here - self.bench.mismatch(structure, coordinates)
+            moved = self._here - bench.mismatch(structure, coordinates)
         ends = np.cumsum([len(rows) for rows in settings])
         parts = np.split(moved, ends[:-1])
         return [Change(one, part.T / times) for part, (one, times) in zip(parts, wanted, strict=True)]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -11,6 +11,7 @@ import numpy as np
 from hdfast.checks import Floats
 from hdfast.diagnosis.prepare import Band, Unit
 from hdfast.model import Model
+from hdfast.request import Progress
 from hdfast.result import SweepResult
 from hdfast.sensors import SensorStage
 from hdfast.sweep import sweep
@@ -128,12 +129,14 @@ class Plant:
         channels: what is compared where a recording holds it.
         band: the low-pass that measured and simulated signals pass.
         threads: threads of the engine.
+        progress: told of every simulation how far it is; may raise to end it.
     """
 
     units: Sequence[Unit]
     channels: Sequence[str]
     band: Band
-    threads: int | None = field(default=None)
+    threads: int | None = None
+    progress: Progress | None = None
 
     @cached_property
     def torque_spread(self) -> float:
@@ -238,6 +241,7 @@ class Plant:
             rtol=RTOL,
             max_steps=100_000,
             threads=self.threads,
+            progress=self.progress or False,
         )
 
 

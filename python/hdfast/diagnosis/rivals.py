@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -16,6 +17,7 @@ from hdfast.diagnosis.plant import Structure
 from hdfast.diagnosis.score import Gain, folds_near, gain, nrmse, weights_of
 from hdfast.diagnosis.screen import Signature
 from hdfast.diagnosis.select import Round, Search, Trial, special, without
+from hdfast.diagnosis.together import side_by_side
 
 INDISTINCT, ALIKE, BESIDE = 0.98, 0.95, 0.3
 FAINT = 0.05
@@ -96,11 +98,14 @@ def stand(
             continue
         seen = next(one for one in search.rounds if one.accepted is trial)
         lesser = fit(bench, *_less(search, trial))
+        challengers = _challengers(trial, seen, names, lesser)
+        substitutes = side_by_side(bench, partial(_instead, lesser=lesser), challengers)
         compared = [
-            _compare(bench, search.final, other, lesser, trial, seen, folds, rng)
-            for other in _challengers(trial, seen, names, lesser)
+            _compare(bench, search.final, other, substitute, trial, seen, folds, rng)
+            for other, substitute in zip(challengers, substitutes, strict=True)
+            if substitute is not None
         ]
-        rivals = sorted((one for one in compared if one is not None), key=lambda rival: -rival.weight)
+        rivals = sorted(compared, key=lambda rival: -rival.weight)
         name = trial.candidate.effect
         alone = gain(bench, search.final, lesser, folds)
         evidence = max(alone.limited, trial.gain.limited) + shown.get(trial.candidate.label, 0.0)
@@ -161,25 +166,27 @@ def _challengers(trial: Trial, seen: Round, names: set[str], lesser: Fit) -> lis
     return sorted(others, key=lambda one: -one.gain.total)[:MOST_RIVALS]
 
 
-def _compare(
-    bench: Bench,
-    final: Fit,
-    other: Trial,
-    lesser: Fit,
-    trial: Trial,
-    seen: Round,
-    folds: Index,
-    rng: np.random.Generator,
-) -> Rival | None:
-    """Another effect in the place of one; None where the drive cannot be simulated with it."""
+def _instead(bench: Bench, other: Trial, *, lesser: Fit) -> Fit | None:
+    """The model with another effect in the place of one; None where the drive cannot be simulated with it."""
     contained = [term for term in lesser.structure.model.terms if term in other.candidate.contains]
     reduced, here = without(lesser, contained)
     found = dict(zip(other.fit.structure.names, other.fit.coordinates.tolist(), strict=True))
     begin = [found.get(one.name, float(one.coordinate(one.value))) for one in other.candidate.free]
     structure, start = other.candidate.added_to(reduced), np.concatenate([here, begin])
-    if not np.isfinite(bench.mismatch(structure, start[None])).all():
-        return None
-    substitute = fit(bench, structure, start)
+    return fit(bench, structure, start) if np.isfinite(bench.mismatch(structure, start[None])).all() else None
+
+
+def _compare(
+    bench: Bench,
+    final: Fit,
+    other: Trial,
+    substitute: Fit,
+    trial: Trial,
+    seen: Round,
+    folds: Index,
+    rng: np.random.Generator,
+) -> Rival:
+    """Another effect in the place of one, weighed against it."""
     lead = gain(bench, final, substitute, folds)
     none = Gain(np.zeros_like(lead.by_block), lead.nrmse)
     weight = float(weights_of([lead, none], rng)[1])

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Hashable, Sequence
 from collections.abc import Set as AbstractSet
 from dataclasses import dataclass, field, replace
+from functools import partial
 from operator import attrgetter
 
 import numpy as np
@@ -20,6 +21,7 @@ from hdfast.diagnosis.resolution import unresolved
 from hdfast.diagnosis.score import NEAR_NOISE, Gain, folds_near, gain, nrmse
 from hdfast.diagnosis.screen import Screen, Signature, screen, signatures
 from hdfast.diagnosis.stages import Stages
+from hdfast.diagnosis.together import side_by_side
 
 MOST_EFFECTS = 4
 SHORTLIST = 5
@@ -145,9 +147,10 @@ def search(
         if (alarm or nrmse(bench.layout, current.mismatch) > rules.noisy) and len(accepted) < MOST_EFFECTS:
             shortlist = _shortlist(found, seen)
             stages.expect(len(shortlist))
-            for alike in shortlist:
-                trials.append(_try(bench, current, alike, rules, seen, known))
-                stages.done(f"refitted with {alike[0].candidate.effect}")
+            effort = partial(_try, current=current, rules=rules, seen=seen, known=known)
+            for trial in side_by_side(bench, effort, shortlist):
+                trials.append(trial)
+                stages.done(f"refitted with {trial.candidate.effect}")
         known |= {one.candidate.effect for one in trials}
         best = _best(bench, trials, accepted, seen, rules)
         rounds.append(Round(current, accepted, found, seen, trials, best))
@@ -204,7 +207,7 @@ def _shortlist(found: Sequence[Signature], seen: Screen) -> list[list[Signature]
 
 
 def _try(
-    bench: Bench, current: Fit, alike: Sequence[Signature], rules: Rules, seen: Screen, known: AbstractSet[str]
+    bench: Bench, alike: Sequence[Signature], *, current: Fit, rules: Rules, seen: Screen, known: AbstractSet[str]
 ) -> Trial:
     """Refit with the best of several shapes; from elsewhere as well, unless that was done for a known effect."""
     candidate = alike[0].candidate

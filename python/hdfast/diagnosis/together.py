@@ -1,0 +1,39 @@
+"""Simulations that do not depend on each other, side by side."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import CancelledError, ThreadPoolExecutor
+from dataclasses import replace
+from functools import partial
+from threading import Event
+from typing import TypeVar
+
+from hdfast.diagnosis.fit import Bench
+from hdfast.threads import resolve_threads
+
+Part = TypeVar("Part")
+Found = TypeVar("Found")
+
+
+def side_by_side(bench: Bench, work: Callable[[Bench, Part], Found], parts: Sequence[Part]) -> Iterator[Found]:
+    """What `work` makes of each part, in their order: the same as one after another.
+
+    The few rows of one part would leave most lanes of all threads empty: every part gets its share of the threads. When
+    one fails or the user interrupts, the others' simulations end with `CancelledError`.
+    """
+    stopped = Event()
+
+    def unless_stopped(_done: int, _rows: int) -> None:
+        if stopped.is_set():
+            raise CancelledError
+
+    threads = resolve_threads(bench.plant.threads)
+    workers = max(1, min(threads, len(parts)))
+    share = replace(bench, plant=replace(bench.plant, threads=threads // workers, progress=unless_stopped))
+    with ThreadPoolExecutor(workers) as pool:
+        try:
+            yield from pool.map(partial(work, share), parts)
+        except BaseException:
+            stopped.set()
+            raise

@@ -38,6 +38,8 @@ def scores(cases: list[Case]) -> list[Score]:
         share("false concern", [c.answer.kind == "undecided" for c in nulls], "<= 5 %", lambda v: v <= 0.05),
         share("identification", [c.outcome in good for c in strong], ">= 80 %", lambda v: v >= 0.8,
               "single effects of at least 1.5 detectable amplitudes: right name, or right class where undecidable"),
+        share("identification, large", [c.outcome in good for c in strong if c.strength >= 3.0],
+              note="of at least 3 detectable amplitudes"),
         share("identification, absorbed", [c.outcome in good for c in strong if "absorbed" in c.label["kind"]],
               ">= 60 %", lambda v: v >= 0.6),
         share("identification, masked", [c.outcome in good for c in strong if _masked(c)]),

@@ -183,12 +183,20 @@ macro_rules! explicit {
     };
 }
 
+macro_rules! without_terms {
+    ($job:ident, $method:ident, $path:ty, $scalar:ty) => {
+        match $job.layout.base {
+            Base::TwoInertia => explicit!($method, $path, $scalar, TwoInertia, 5),
+            Base::OneInertia => explicit!($method, $path, $scalar, OneInertia, 4),
+        }
+    };
+}
+
 /// Terms come with two of the explicit methods: every further one is one more large kernel to build.
 macro_rules! by_model {
     ($job:ident, $method:ident, $path:ty, $scalar:ty) => {
         match ($job.layout.base, $job.layout.terms.on.is_empty(), $method) {
-            (Base::TwoInertia, true, _) => explicit!($method, $path, $scalar, TwoInertia, 5),
-            (Base::OneInertia, true, _) => explicit!($method, $path, $scalar, OneInertia, 4),
+            (_, true, _) => without_terms!($job, $method, $path, $scalar),
             (Base::TwoInertia, false, MethodName::Tsit5) => work::<$path, $scalar, Extended, Tsit5, 13>,
             (Base::TwoInertia, false, _) => work::<$path, $scalar, Extended, Dop853, 13>,
             (Base::OneInertia, false, MethodName::Tsit5) => work::<$path, $scalar, ExtendedRigid, Tsit5, 12>,
@@ -229,7 +237,7 @@ fn values(job: &Job, method: MethodName) -> fn(&Shared) {
         #[cfg(all(target_arch = "x86_64", not(test)))]
         SimdPath::Scalar if ScalarFma::available() => by_model!(job, method, ScalarFma, ScalarFma),
         #[cfg(not(test))]
-        SimdPath::Portable if job.layout.terms.on.is_empty() => by_model!(job, method, Portable, PortableScalar),
+        SimdPath::Portable if job.layout.terms.on.is_empty() => without_terms!(job, method, Portable, PortableScalar),
         _ => by_model!(job, method, PortableScalar, PortableScalar),
     }
 }

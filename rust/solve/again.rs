@@ -57,12 +57,8 @@ impl<R: Real, M: Model<N>, T: Method, const N: usize> Again<R, M, T, N> {
     }
 
     /// Brings a lane to an instant of a row.
-    pub fn place(&mut self, lane: usize, seat: &Seat<R::Lane, N>, segment: &Segment, (t, state): (f64, &[R::Lane; N])) {
-        self.stepper.input.set_lane(lane, segment, &seat.assignment.row);
-        self.stepper.t.set(lane, t);
-        for (lanes, &value) in self.stepper.state.iter_mut().zip(state) {
-            lanes.set(lane, value);
-        }
+    pub fn place(&mut self, lane: usize, seat: &Seat<R::Lane, N>, segment: &Segment, moment: (f64, &[R::Lane; N])) {
+        seat.place(lane, &mut self.stepper, segment, moment);
     }
 
     /// Everything the equations pass through at the lanes' instants; a shaft slides the way it moves.

@@ -49,8 +49,7 @@ impl<R: Real<Lane = f64>> Controller<R> {
             self.previous.mul_add(R::splat(INTEGRAL / order), R::splat(LOG2_SAFETY)),
         );
         let cut = log.mul_add(R::splat(-1.0 / order), R::splat(LOG2_SAFETY)).min(R::zero());
-        let finite = log.lt(R::splat(1000.0));
-        let change = R::select(accepted, grow, R::select(finite, cut, R::splat(LOG2_STRONGEST_CUT)));
+        let change = R::select(accepted, grow, cut);
         let change = change.max(R::splat(LOG2_STRONGEST_CUT)).min(R::splat(LOG2_STRONGEST_GROWTH));
         self.previous = R::select(accepted, log, self.previous);
         Verdict { accepted, factor: change.rough_exp2() }

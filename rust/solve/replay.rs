@@ -88,13 +88,6 @@ impl<'a, P: Path, M: Model<N>, T: Method, const N: usize> Replay<'a, P, M, T, N>
         }
     }
 
-    /// Brings the row to an instant.
-    fn place(&mut self, seat: &Seat<Lane<P>, N>, t: f64, state: &[Lane<P>; N]) {
-        self.stepper.input.set_lane(0, seat.segment_before(t), &seat.assignment.row);
-        self.stepper.t = t;
-        self.stepper.state = *state;
-    }
-
     /// What the corners find at an instant: how much is left of the pieces, or the pieces where none is held.
     pub fn corners(
         &mut self,
@@ -191,7 +184,7 @@ impl<P: Path, M: Model<N>, T: Method, const N: usize> Retrace<Lane<P>, N> for Re
     }
 
     fn rates(&mut self, seat: &Seat<Lane<P>, N>, t: f64, state: &[Lane<P>; N]) -> Rates<Lane<P>, N> {
-        self.place(seat, t, state);
+        seat.place(0, &mut self.stepper, seat.segment_before(t), (t, state));
         self.stepper.slide::<M>(true);
         let t = Lane::<P>::splat(t);
         Lane::<P>::apart(Instant::<Lane<P>, M, N> { stepper: &self.stepper, t, state, model: PhantomData })
@@ -217,7 +210,7 @@ impl<P: Path, M: Model<N>, T: Method, const N: usize> Retrace<Lane<P>, N> for Re
     }
 
     fn energies(&mut self, seat: &Seat<Lane<P>, N>, t: f64, state: &[Lane<P>; N]) -> Energies<Lane<P>> {
-        self.place(seat, t, state);
+        seat.place(0, &mut self.stepper, seat.segment_before(t), (t, state));
         self.stepper.settle::<M>(true);
         Lane::<P>::apart(Energy::<Lane<P>, M, N> { stepper: &self.stepper, t, state, model: PhantomData })
     }

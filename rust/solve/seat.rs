@@ -313,4 +313,19 @@ impl<S: Scalar, const N: usize> Seat<S, N> {
         stepper.terms.set_lane(lane, &row.terms);
         stepper.harmonics.set_lane(lane, row.harmonics.as_ref().unwrap_or(shared), row.te_scale);
     }
+
+    /// One lane brought to an instant of the row.
+    pub fn place<R: Real<Lane = S>>(
+        &self,
+        lane: usize,
+        stepper: &mut Stepper<R, N>,
+        segment: &Segment,
+        (t, state): (f64, &[S; N]),
+    ) {
+        stepper.input.set_lane(lane, segment, &self.assignment.row);
+        stepper.t.set(lane, t);
+        for (lanes, &value) in stepper.state.iter_mut().zip(state) {
+            lanes.set(lane, value);
+        }
+    }
 }

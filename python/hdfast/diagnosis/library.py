@@ -272,9 +272,8 @@ def _mesh(s: Sizes) -> list[Candidate]:
     found = [
         *(
             in_drive(
-                "hysteresis",
+                law,
                 [positive("T_h", torque, "N m"), positive("phi_h", angle, "rad", sigma=0.7)],
-                law=law,
                 shape=f"{shape} {angle:g} rad",
             )
             for law, shape in (("hysteresis", "over"), ("maxwell_slip", "slips at"))

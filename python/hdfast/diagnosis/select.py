@@ -20,6 +20,7 @@ from hdfast.diagnosis.plant import Structure
 from hdfast.diagnosis.resolution import unresolved
 from hdfast.diagnosis.score import NEAR_NOISE, Gain, folds_near, gain, nrmse
 from hdfast.diagnosis.screen import Screen, Signature, screen, signatures
+from hdfast.diagnosis.shapes import effect_of
 from hdfast.diagnosis.stages import Stages
 from hdfast.diagnosis.together import side_by_side
 
@@ -164,7 +165,7 @@ def search(
 
 def _possible(candidate: Candidate, accepted: Sequence[Trial], current: Fit) -> bool:
     found = {trial.candidate.effect for trial in accepted}
-    present = found | set(current.structure.model.terms)
+    present = found | {effect_of(term) for term in current.structure.model.terms}
     structure = current.structure
     if (candidate.refines and candidate.effect not in found) or set(candidate.names) & set(structure.names):
         return False

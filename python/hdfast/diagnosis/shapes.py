@@ -10,12 +10,18 @@ from hdfast.diagnosis.candidate import Candidate
 from hdfast.diagnosis.plant import Free
 from hdfast.terms import Term, terms
 
+EFFECTS = {"maxwell_slip": "hysteresis"}
+
+
+def effect_of(law: str) -> str:
+    """The effect that a term of the catalogue models: mostly the one of its own name."""
+    return EFFECTS.get(law, law)
+
 
 def in_drive(
-    effect: str,
+    law: str,
     free: Iterable[Free],
     *,
-    law: str | None = None,
     amplitude: str | None = None,
     shape: str = "",
     fixed: dict[str, float] | None = None,
@@ -27,11 +33,7 @@ def in_drive(
     order: float | None = None,
     stiffness: bool = False,
 ) -> Candidate:
-    """An effect in the equations of the drive; parameters and phases by their short names, as `Candidate` has them.
-
-    The term that models it is `law`, by default the one of its own name.
-    """
-    law = law or effect
+    """An effect in the equations of the drive by a term; parameters by their short names, as `Candidate` has them."""
     term = terms()[law]
 
     def own(name: str) -> str:
@@ -41,7 +43,7 @@ def in_drive(
     taken = {one.name for one in named}
     values = {p.name: p.default for p in term.parameters} | (fixed or {})
     return Candidate(
-        effect=effect,
+        effect=effect_of(law),
         place=term.place,
         terms=(law,),
         free=named,

@@ -295,7 +295,7 @@ def _failed(
         failed.append(SHORT)
     after, before = gained.nrmse
     waived = rules.waived(seen, candidate, before) and gained.total >= TELLING
-    enough = gained.fall >= FALL or waived or _certain_line(candidate, gained, seen)
+    enough = gained.fall >= FALL or waived or _certain(candidate, gained, seen)
     if after > (1.0 + RISE) * before or not enough:
         failed.append("A2 error")
     if after > USELESS:
@@ -317,10 +317,10 @@ def _failed(
     return tuple(failed)
 
 
-def _certain_line(candidate: Candidate, gained: Gain, seen: Screen) -> bool:
-    """Whether a line is certain: it is narrow, so that the rest of the mismatch hides how far the error falls."""
-    single = candidate.order is not None and seen.p.get(candidate.label, 1.0) <= ALARM
-    return single and gained.limited >= CERTAIN and gained.ratio > GENERAL_ERRORS
+def _certain(candidate: Candidate, gained: Gain, seen: Screen) -> bool:
+    """Whether an effect is certain: the rest of the mismatch, or the noise, may then hide how far the error falls."""
+    noticed = candidate.effect not in TIMING and seen.p.get(candidate.label, 1.0) <= ALARM
+    return noticed and gained.limited >= CERTAIN and gained.ratio > GENERAL_ERRORS
 
 
 def special(candidate: Candidate, fitted: Fit) -> bool:

@@ -193,8 +193,8 @@ def run(campaign: Campaign, sources: Sequence[Source], seed: int, threads: int |
 def proven(held: Bench, found: Search) -> tuple[Search, Proof, dict[str, float]]:
     """The search up to the first later effect that does not hold on what was held out, its proof, and its gains there.
 
-    A first effect that is refuted there takes all others with it; one that does not show alone is judged with those
-    that came after it, as two may hide each other. Every model is simulated there once.
+    A first effect that is refuted there takes all others with it, unless they show together; one that does not show
+    alone is judged with those that came after it: two may hide each other. Every model is simulated there once.
     """
     floor = noise_floor(held)
     taken = [one for one in found.rounds if one.accepted is not None]
@@ -209,7 +209,7 @@ def proven(held: Bench, found: Search) -> tuple[Search, Proof, dict[str, float]]
 
     last = len(models) - 1
     steps = [between(n, n + 1) for n in range(last)]
-    if last and steps[0].refutes:
+    if last and steps[0].refutes and not between(0, last).shows:
         return found.until(0), between(0, 0), {}
     kept = next((n for n in range(1, last) if not steps[n].holds), last)
     shown = {one.candidate.label: step.gain.limited for one, step in zip(trials, steps[:kept], strict=False)}

@@ -98,17 +98,18 @@ def test_regress_a_stiff_coupling_is_told_as_detectable(tmp_path, monkeypatch):
 
 
 @pytest.mark.parametrize(
-    ("holds", "refutes", "kept"),
+    ("holds", "refutes", "together", "kept"),
     [
-        ((True, True, True), False, 3),
-        ((False, True, True), False, 3),
-        ((False, True, True), True, 0),
-        ((True, False, True), False, 1),
-        ((False, True, False), False, 2),
+        ((True, True, True), False, False, 3),
+        ((False, True, True), False, False, 3),
+        ((False, True, True), True, False, 0),
+        ((False, True, True), True, True, 3),
+        ((True, False, True), False, False, 1),
+        ((False, True, False), False, False, 2),
     ],
 )
-def test_exact_a_search_is_taken_back_to_what_holds(monkeypatch, holds, refutes, kept):
-    """Models are numbered by their effects; every pair of neighbours has its own proof."""
+def test_exact_a_search_is_taken_back_to_what_holds(monkeypatch, holds, refutes, together, kept):
+    """Models are numbered by their effects; every pair of neighbours has its own proof, and all of them have one."""
     nothing = Gain(np.zeros(2), (1.0, 1.0))
 
     class Said(Proof):
@@ -126,6 +127,10 @@ def test_exact_a_search_is_taken_back_to_what_holds(monkeypatch, holds, refutes,
         @property
         def refutes(self):
             return refutes and self.span == (0, 1)
+
+        @property
+        def shows(self):
+            return together and self.span == (0, len(holds))
 
     class Model(int):
         white = None

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-from types import SimpleNamespace
-from typing import Any
-
 import numpy as np
 import pytest
 import small_campaign
@@ -13,9 +10,6 @@ from hdfast.diagnosis.fit import Bench
 from hdfast.diagnosis.holdout import Proof
 from hdfast.diagnosis.rivals import confidence
 from hdfast.diagnosis.score import Gain
-from hdfast.diagnosis.screen import Screen
-from hdfast.diagnosis.select import Round, Search, Trial
-from hdfast.diagnosis.session import proven
 
 ERRORS = (0.5, 0.5)
 
@@ -108,32 +102,6 @@ def test_exact_a_model_that_predicts_worse_never_holds() -> None:
     worse = proof(30.0, 30.0, 100.0, errors=(0.5, 0.52))
     assert worse.refutes
     assert not worse.holds
-
-
-@pytest.mark.parametrize(
-    ("alone", "then", "together", "kept"),
-    [(-20.0, 90.0, 60.0, 2), (-20.0, 15.0, -5.0, 0), (20.0, -20.0, 0.0, 1), (20.0, 20.0, 40.0, 2)],
-)
-def test_exact_a_first_effect_that_is_refuted_alone_stands_where_both_show_together(
-    monkeypatch: pytest.MonkeyPatch, alone: float, then: float, together: float, kept: int
-) -> None:
-    gains = {(0, 1): alone, (1, 2): then, (0, 2): together}
-    convincing = Gain(np.full(20, 5.0), ERRORS)
-    trials: list[Any] = [Trial(SimpleNamespace(label=label), None, convincing, ()) for label in "ab"]
-    models = [SimpleNamespace(white=number) for number in range(3)]
-    rounds: list[Any] = [
-        Round(model, trials[:number], [], Screen({}, {}, {}, {}), [trials[number]], trials[number])
-        for number, model in enumerate(models[:2])
-    ]
-
-    def weighed(_layout: Any, _white: Any, before: int, after: int, *_: Any) -> Proof:
-        return proof(gains.get((before, after), 0.0), 40.0)
-
-    monkeypatch.setattr("hdfast.diagnosis.session.replayed", lambda _bench, model, _reference: model.white)
-    monkeypatch.setattr("hdfast.diagnosis.session.weigh_up", weighed)
-    monkeypatch.setattr("hdfast.diagnosis.session.noise_floor", lambda _: 0.1)
-    found, _, _ = proven(SimpleNamespace(layout=None), Search(rounds, models[2], trials))
-    assert len(found.accepted) == kept
 
 
 def test_exact_a_candidate_that_cannot_be_simulated_is_no_crash(tmp_path, monkeypatch):

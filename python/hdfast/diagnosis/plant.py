@@ -10,6 +10,7 @@ import numpy as np
 
 from hdfast.checks import Floats
 from hdfast.diagnosis.prepare import Band, Unit
+from hdfast.errors import Interrupted
 from hdfast.model import Model
 from hdfast.request import Progress
 from hdfast.result import SweepResult
@@ -228,21 +229,24 @@ class Plant:
             known = [float(np.mean(own)) for own in warmth if own is not None]
             if len(known) == units:
                 columns["thermal_viscous_ambient_temperature"] = np.repeat(known, count)
-        return sweep(
-            columns,
-            model=model,
-            scenario=[unit.scenario for unit in self.units],
-            scenario_index=which,
-            t_eval=[unit.fine for unit in self.units],
-            t_eval_index=which,
-            signals=["tau_m", "tau_drive", *(SIGNALS[one] for one in self.channels if one in SIGNALS)],
-            metrics=[],
-            method="tsit5",
-            rtol=RTOL,
-            max_steps=100_000,
-            threads=self.threads,
-            progress=self.progress or False,
-        )
+        try:
+            return sweep(
+                columns,
+                model=model,
+                scenario=[unit.scenario for unit in self.units],
+                scenario_index=which,
+                t_eval=[unit.fine for unit in self.units],
+                t_eval_index=which,
+                signals=["tau_m", "tau_drive", *(SIGNALS[one] for one in self.channels if one in SIGNALS)],
+                metrics=[],
+                method="tsit5",
+                rtol=RTOL,
+                max_steps=100_000,
+                threads=self.threads,
+                progress=self.progress or False,
+            )
+        except Interrupted:
+            raise KeyboardInterrupt from None  # whoever asked for a diagnosis knows of no rows
 
 
 def _te(unit: Unit, error: Floats, stage: SensorStage, sensed: Mapping[str, Floats | float]) -> Floats:

@@ -11,6 +11,7 @@ import pytest
 import small_campaign
 from hdfast.diagnosis import diagnose, session
 from hdfast.diagnosis.candidate import Candidate
+from hdfast.diagnosis.fit import Fit
 from hdfast.diagnosis.holdout import Proof
 from hdfast.diagnosis.library import OF_THE_WINDUP, Sizes, library
 from hdfast.diagnosis.limits import limits
@@ -246,16 +247,16 @@ def test_exact_a_rival_that_cannot_be_simulated_in_the_place_of_a_name_is_none(t
     assert "stribeck_friction" not in [one.effect for one in standing.rivals]
 
 
-def test_exact_shares_that_are_tied_are_one_amplitude_of_one_fit():
-    free = tuple(Free(name, 0.1, 1.0, True, "1") for name in ("c_drive", "c_back"))
-    names = ("c_drive", "c_back")
-    apart = Candidate("load_dependent_friction", "mesh", ("load_dependent_friction",), free, "c_drive", spans=names)
-    tied = replace(apart, tied=True)
-    assert len(apart.settings()) == 2
-    assert tied.settings() == [{"c_drive": 0.1, "c_back": 0.1}]
-    assert [one.value for one in tied.started(np.array([3.0])).free] == pytest.approx([0.3, 0.3])
-    assert tied.one_sided
-    assert tied.built == apart.built
+def test_exact_a_parameter_that_is_a_multiple_of_another_has_the_errors_of_both(monkeypatch):
+    free = (Free("c_drive", 0.1, 2.0, True, "1"), Free("c_back", 1.0, 0.5, True, "1", times="c_drive"))
+    structure = Structure(Model(), {}, free)
+    rows = np.log([[0.2, 1.5], [0.4, 0.5]])
+    assert structure.values(rows)["c_back"] == pytest.approx([0.3, 0.2])
+    covariance = np.array([[0.04, -0.03], [-0.03, 0.09]])
+    monkeypatch.setattr(Fit, "covariance", lambda *_: covariance)
+    nothing = np.zeros(0)
+    sigma = Fit(structure, rows[0], nothing, nothing, nothing, None, None).sigma_of(None)
+    assert sigma["c_back"] / sigma["c_drive"] == pytest.approx(0.3 * np.sqrt(0.04 + 0.09 - 0.06) / (0.2 * 0.2))
 
 
 def test_exact_a_candidate_without_room_is_none():

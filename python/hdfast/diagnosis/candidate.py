@@ -31,7 +31,6 @@ class Candidate:
         amplitude: name of the parameter that says how large the effect is.
         waves: (cosine, sine) parameters, or (amplitude, phase), of an effect with a phase.
         spans: parameters that each have a signature of their own, for an effect without a phase.
-        tied: whether those are alike, with one signature of all.
         contains: effects that are special cases of this one.
         needs: at least one of these effects has to be there already.
         shape: what distinguishes it from other candidates of the same effect, for reports.
@@ -50,7 +49,6 @@ class Candidate:
     fixed: Mapping[str, float] = field(default_factory=dict)
     waves: tuple[str, str] | None = None
     spans: tuple[str, ...] = ()
-    tied: bool = False
     contains: tuple[str, ...] = ()
     needs: tuple[str, ...] = ()
     shape: str = ""
@@ -151,7 +149,7 @@ class Candidate:
     @property
     def bends(self) -> bool:
         """Whether its signature may change its form with the amplitude, and is one column."""
-        return self.waves is None and (self.tied or not self.spans)
+        return self.waves is None and not self.spans
 
     @property
     def one_sided(self) -> bool:

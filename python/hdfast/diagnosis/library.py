@@ -7,12 +7,13 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 
 from hdfast.diagnosis.candidate import Candidate
-from hdfast.diagnosis.shapes import in_drive, in_sensor, phase, positive, signed
+from hdfast.diagnosis.shapes import in_drive, in_sensor, multiple, phase, positive, signed
 
 FRICTION = ("coulomb_friction", "stribeck_friction", "presliding_friction")
 SLOTS, MOST_DETENTS = (12.0, 24.0, 36.0), 9
 HIGHEST_INTEGER = 16
 STIFFEST = 10.0
+PAYLOAD = 0.9
 MOST_LINES = 26
 #: Effects that a drive without windup does not have.
 OF_THE_WINDUP = (
@@ -111,15 +112,9 @@ def _friction(s: Sizes) -> list[Candidate]:
             spans=("eps_c", "eps_B"),
             needs=FRICTION,
         ),
-        *(
-            in_drive(
-                "load_dependent_friction",
-                [positive("c_drive", 0.1, "1", high=1.0), positive("c_back", 0.1, "1", high=1.0)],
-                spans=("c_drive", "c_back"),
-                tied=tied,
-                shape="the same both ways" if tied else "",
-            )
-            for tied in (False, True)
+        in_drive(
+            "load_dependent_friction",
+            [positive("c_drive", 0.1, "1", high=1.0), multiple("c_back", "c_drive", sigma=0.5)],
         ),
         *(
             in_drive(
@@ -173,13 +168,15 @@ def _load(s: Sizes) -> list[Candidate]:
             *(
                 in_drive(
                     "load_compliance",
-                    [positive("K_c", s.stiffness * times, "N m/rad", high=STIFFEST * s.stiffness)],
-                    fixed={"payload_share": share},
+                    [
+                        positive("K_c", s.stiffness * times, "N m/rad", high=STIFFEST * s.stiffness),
+                        positive("payload_share", PAYLOAD, "1", sigma=0.1),
+                        positive("c_c", 10.0, "N m s/rad"),
+                    ],
                     stiffness=True,
-                    shape=f"{times:g} times the gear's stiffness, {share:g} of the inertia",
+                    shape=f"{times:g} times the gear's stiffness",
                 )
                 for times in (0.5, 2.0, 8.0)
-                for share in (0.8, 0.95)
             ),
             *(
                 in_drive(

@@ -37,6 +37,8 @@ class Free:
         positive: fitted as a logarithm.
         low, high: bounds of the value.
         unit: SI unit.
+        times: name of an earlier parameter of which this one is a multiple; value, sigma and bounds are then of the
+            factor.
     """
 
     name: str
@@ -46,6 +48,7 @@ class Free:
     unit: str
     low: float = -np.inf
     high: float = np.inf
+    times: str | None = None
 
     def coordinate(self, value: Floats | float) -> Floats:
         """Coordinates of values."""
@@ -96,7 +99,11 @@ class Structure:
 
     def values(self, coordinates: Floats) -> dict[str, Floats]:
         """Columns by name from coordinates (M, P)."""
-        return {free.name: free.from_coordinate(coordinates[..., j]) for j, free in enumerate(self.free)}
+        found: dict[str, Floats] = {}
+        for j, free in enumerate(self.free):
+            own = free.from_coordinate(coordinates[..., j])
+            found[free.name] = own if free.times is None else own * found[free.times]
+        return found
 
     def with_terms(
         self,

@@ -16,7 +16,7 @@ from hdfast.diagnosis.changes import attentive, changes
 from hdfast.diagnosis.evidence import Index
 from hdfast.diagnosis.fit import Bench, Fit, Metric, fit
 from hdfast.diagnosis.masking import FAR
-from hdfast.diagnosis.plant import Structure
+from hdfast.diagnosis.plant import TORQUE_SCALE, Structure
 from hdfast.diagnosis.resolution import unresolved
 from hdfast.diagnosis.score import NEAR_NOISE, Gain, folds_near, gain, nrmse
 from hdfast.diagnosis.screen import Screen, Signature, screen, signatures
@@ -300,14 +300,7 @@ def _failed(
         failed.append("A2 error")
     if after > USELESS:
         failed.append("A8 prediction")
-    covariance = joint.covariance(bench.layout)
-    names = joint.structure.names
-    where = [names.index(name) for name in candidate.sizes]
-    positive = all(joint.structure.free[j].positive for j in where)
-    own = covariance[np.ix_(where, where)]
-    together = len(where) / np.sqrt(own.sum()) if positive else 0.0
-    each = [1.0 if joint.structure.free[j].positive else abs(joint.coordinates[j]) for j in where]
-    if not max(together, *(np.asarray(each) / np.sqrt(np.diag(own)))) > AMPLITUDE_SIGMAS:
+    if not _sizeable(bench, joint, candidate):
         failed.append("A3 amplitude")
     if unresolved(candidate.effect, joint, bench):
         failed.append("A5 resolution")
@@ -315,6 +308,19 @@ def _failed(
         failed.append("A6 special case")
     failed += [f"A4 {name}" for name in [*_at_bounds(candidate, joint), *_strained(joint, current, gained)][:1]]
     return tuple(failed)
+
+
+def _sizeable(bench: Bench, joint: Fit, candidate: Candidate) -> bool:
+    """Whether its amplitude is more than its error, in the recorded torque: how much that is may not be known."""
+    names = joint.structure.names
+    where, scale = [names.index(name) for name in candidate.sizes], names.index(TORQUE_SCALE)
+    covariance = joint.covariance(bench.layout)
+    shared = covariance[where, scale]
+    own = covariance[np.ix_(where, where)] - np.multiply.outer(shared, shared) / covariance[scale, scale]
+    positive = [joint.structure.free[j].positive for j in where]
+    together = len(where) / np.sqrt(own.sum()) if all(positive) else 0.0
+    each = np.where(positive, 1.0, np.abs(joint.coordinates[where])) / np.sqrt(np.diag(own))
+    return bool(max(together, *each) > AMPLITUDE_SIGMAS)
 
 
 def _certain(candidate: Candidate, gained: Gain, seen: Screen) -> bool:

@@ -27,7 +27,6 @@ def in_drive(
     fixed: dict[str, float] | None = None,
     waves: tuple[str, str] | None = None,
     spans: tuple[str, ...] = (),
-    tied: bool = False,
     contains: tuple[str, ...] = (),
     needs: tuple[str, ...] = (),
     order: float | None = None,
@@ -51,7 +50,6 @@ def in_drive(
         fixed={own(name): value for name, value in values.items() if own(name) not in taken},
         waves=None if waves is None else (own(waves[0]), own(waves[1])),
         spans=tuple(own(name) for name in spans),
-        tied=tied,
         contains=contains,
         needs=needs,
         shape=shape,
@@ -70,6 +68,11 @@ def positive(
 def signed(name: str, value: float, sigma: float, unit: str, *, low: float = -math.inf, high: float = math.inf) -> Free:
     """A parameter that may have either sign."""
     return Free(name, value, sigma, False, unit, low, high)
+
+
+def multiple(name: str, of: str, *, sigma: float) -> Free:
+    """A parameter that is about as large as an earlier one of the same law."""
+    return Free(name, 1.0, sigma, True, "1", 0.0, times=of)
 
 
 def phase(name: str) -> Free:
@@ -103,4 +106,6 @@ def in_sensor(effect: str, channel: str, free: Iterable[Free], *, waves: tuple[s
 def _allowed(free: Free, term: Term, name: str) -> Free:
     """A parameter of a term under its long name, within its allowed range."""
     low, high = next(one.allowed for one in term.parameters if one.name == free.name)
+    if free.times is not None:
+        return replace(free, name=name, times=name.removesuffix(free.name) + free.times)
     return replace(free, name=name, low=max(low, free.low), high=min(high, free.high))

@@ -100,7 +100,8 @@ def parameter_table(layout: Layout, before: Fit, after: Fit | None, masked: Sequ
                 return ["", ""]
             return [plus_minus(fit.value(name) * factor, sigma[name] * factor, ""), f"{pull(fit, name):+.1f}"]
 
-        row = [name, unit, plus_minus(free.value * factor, prior_sigma(free) * factor, ""), *stated(before, sigmas[0])]
+        prior = plus_minus(free.value * factor, prior_sigma(free) * factor, "")
+        row = [name, unit, prior if free.times is None else f"{prior} of {free.times}", *stated(before, sigmas[0])]
         if after:
             row += [*stated(after, sigmas[1]), _role(name, known, masked)]
         rows.append(row)

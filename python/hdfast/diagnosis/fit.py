@@ -201,8 +201,8 @@ def fit(
         bench: recordings.
         structure: equations and free parameters.
         start: first coordinates (P,); default the prior centre.
-        known: an earlier fit whose parameters come first in `structure`; its slopes are kept, only the slopes of the
-            added parameters are computed.
+        known: an earlier fit whose parameters come first in `structure`; its slopes are kept, and those of the added
+            parameters computed alone, until no step with them finds better.
         ahead: a fit of the same structure from elsewhere; once in its valley, this one goes on from there.
     """
     layout = bench.layout

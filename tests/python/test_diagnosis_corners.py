@@ -247,6 +247,22 @@ def test_exact_a_rival_that_cannot_be_simulated_in_the_place_of_a_name_is_none(t
     assert "stribeck_friction" not in [one.effect for one in standing.rivals]
 
 
+def test_exact_where_no_drive_without_the_effect_can_be_simulated_the_one_before_it_stands(tmp_path, monkeypatch):
+    small_campaign.shorten_library(monkeypatch)
+    campaign = load_campaign(small_campaign.write(tmp_path, ["coulomb_friction"], {"T_c": 0.05}))
+    done = session.run(campaign, session.usable(check(campaign)), 0, None, Stages())
+    simulated = Plant.mismatch
+
+    def failing(plant, structure, coordinates):
+        found = simulated(plant, structure, coordinates)
+        lost = not structure.model.terms
+        return [{channel: np.where(lost, np.nan, own) for channel, own in unit.items()} for unit in found]
+
+    monkeypatch.setattr(Plant, "mismatch", failing)
+    standing = stand(done.bench, done.search, done.floor, {}, np.random.default_rng(1))[0]
+    assert standing.lesser is next(one for one in done.search.rounds if one.accepted is not None).before
+
+
 def test_exact_a_parameter_that_is_a_multiple_of_another_has_the_errors_of_both(monkeypatch):
     free = (Free("c_drive", 0.1, 2.0, True, "1"), Free("c_back", 1.0, 0.5, True, "1", times="c_drive"))
     structure = Structure(Model(), {}, free)

@@ -12,7 +12,7 @@ from hdfast.diagnosis.shapes import in_drive, in_sensor, multiple, phase, positi
 FRICTION = ("coulomb_friction", "stribeck_friction", "presliding_friction")
 SLOTS, MOST_DETENTS = (12.0, 24.0, 36.0), 9
 HIGHEST_INTEGER = 16
-STIFFEST = 10.0
+STIFFEST, STIFFEST_BASE, MOST_DAMPED = 30.0, 10.0, 100.0
 PAYLOAD = 0.9
 MOST_LINES = 26
 #: Effects that a drive without windup does not have.
@@ -171,7 +171,7 @@ def _load(s: Sizes) -> list[Candidate]:
                     [
                         positive("K_c", s.stiffness * times, "N m/rad", high=STIFFEST * s.stiffness),
                         positive("payload_share", PAYLOAD, "1", sigma=0.1),
-                        positive("c_c", 10.0, "N m s/rad"),
+                        positive("c_c", 10.0, "N m s/rad", high=MOST_DAMPED),
                     ],
                     stiffness=True,
                     shape=f"{times:g} times the gear's stiffness",
@@ -181,7 +181,7 @@ def _load(s: Sizes) -> list[Candidate]:
             *(
                 in_drive(
                     "base_compliance",
-                    [positive("k_b", s.stiffness * times, "N m/rad", high=STIFFEST * s.stiffness)],
+                    [positive("k_b", s.stiffness * times, "N m/rad", high=STIFFEST_BASE * s.stiffness)],
                     stiffness=True,
                     shape=f"{times:g} times the gear's stiffness",
                 )

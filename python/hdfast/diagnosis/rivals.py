@@ -97,7 +97,7 @@ def stand(
         if trial.candidate.refines:
             continue
         seen = next(one for one in search.rounds if one.accepted is trial)
-        lesser = fit(bench, *_less(search, trial))
+        lesser = _without(bench, search, trial, seen)
         challengers = _challengers(trial, seen, names, lesser)
         substitutes = side_by_side(bench, partial(_instead, lesser=lesser), challengers)
         compared = [
@@ -128,6 +128,14 @@ def confidence(weights: Sequence[float], evidence: float) -> float:
     """
     odds = sum(weight / max(1.0 - weight, 1e-6) for weight in weights)
     return (1.0 - UNKNOWN_FLOOR) * (1.0 - math.exp(-max(evidence, 0.0) / THIN)) / (1.0 + odds)
+
+
+def _without(bench: Bench, search: Search, trial: Trial, seen: Round) -> Fit:
+    """The final model without an effect; where no such drive can be simulated, the one to which it was added."""
+    structure, here = _less(search, trial)
+    starts = np.stack([here, structure.start])
+    simulated = np.isfinite(bench.mismatch(structure, starts)).all(axis=1)
+    return fit(bench, structure, starts[np.argmax(simulated)]) if simulated.any() else seen.before
 
 
 def _less(search: Search, trial: Trial) -> tuple[Structure, Floats]:

@@ -8,7 +8,7 @@ from hdfast.report.diagnosis_views import traces
 
 ROOT = Path(__file__).parent.parent
 found = diagnose(ROOT / "examples" / "concealed-friction" / "campaign.toml", progress=True)
-session = found.evidence.session
-final = session.search.final
-figure = overview(traces(session), "motor_speed", final.value("ratio"), final.value("J_l"))
+verdict = found.evidence
+final = verdict.session.search.final
+figure = overview(traces(verdict), "motor_speed", final.value("ratio"), final.value("J_l"))
 figure.savefig(ROOT / "docs" / "images" / "diagnosis.png", dpi=110)

@@ -12,14 +12,13 @@ TOOLS := $(VENV)/.tools
 DEPENDENCIES := $(VENV)/.dependencies
 SUBSET := out/proof-40
 EXTENSION := $(VENV)/.extension
-CARGO_TEST := cargo test --release --no-default-features
 
 export VIRTUAL_ENV := $(CURDIR)/$(VENV)
 export PYO3_PYTHON := $(CURDIR)/$(PY)
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 export PIP_QUIET := 1
 
-.PHONY: help setup demo test test-whole proof-subset bench bench-peers profile clean lint
+.PHONY: help setup demo test test-rust test-whole proof-subset bench bench-peers profile clean lint
 
 help:
 	@echo "make setup   environment in $(VENV) and release build of the extension"
@@ -58,21 +57,25 @@ demo: setup
 	$(BIN)/hdfast sweep examples/shf-25-120.toml --out out/demo
 	$(BIN)/hdfast diagnose examples/concealed-friction/campaign.toml --out out/diagnosis
 
-lint: setup
+lint: $(DEPENDENCIES)
 	@tools/check-tools $(MAKE_VERSION) lint > /dev/null
 	cargo fmt --check
 	cargo clippy --quiet --all-targets --features python -- -D warnings
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
-	$(PY) -m mypy.stubtest hdfast._core
 
-test: lint
-	$(CARGO_TEST) --lib
+test-rust: $(DEPENDENCIES)
+	cargo test --quiet --no-default-features --lib
+
+test: $(DEPENDENCIES)
+	@echo "Checking the sources while the extension is built ..."
+	@$(MAKE) --no-print-directory --jobs 2 --output-sync lint test-rust setup
+	$(PY) -m mypy.stubtest hdfast._core
 	$(PY) -m pytest --numprocesses auto --maxprocesses 8 --dist worksteal
 
 test-whole: setup
-	$(CARGO_TEST)
+	cargo test --release --no-default-features
 	$(PY) -m pytest --long tests/python/test_diagnosis_nulls.py
 
 proof-subset: setup

@@ -65,6 +65,22 @@ def test_exact_missing_samples_of_the_load_side_are_not_judged():
     assert unit.judged["motor_torque"][(unit.t > 1.0) & (unit.t < 3.0)].any()
 
 
+def test_exact_noise_of_the_torque_widens_the_band_and_that_of_the_angle_narrows_it():
+    t = np.arange(4000) / 1000.0
+    rng = np.random.default_rng(2)
+    angle, torque = rng.normal(0.0, 1.0, (2, len(t)))
+
+    def corner(of_angle: float, of_torque: float) -> float:
+        swing, drive = np.sin(2.0 * np.pi * t), np.cos(2.0 * np.pi * t)
+        columns = {"motor_angle": 20.0 * swing + of_angle * angle, "motor_torque": 0.1 * drive + of_torque * torque}
+        return choose_band([source(1000.0, **columns)], 1e-4).motion
+
+    corners = [corner(1e-4, of_torque) for of_torque in (1e-4, 1e-3, 1e-2, 1e-1)]
+    assert corners == sorted(corners)
+    assert corners[0] < 0.7 * corners[-1]
+    assert corner(2e-4, 2e-4) == pytest.approx(corner(1e-4, 2e-4) / np.sqrt(2.0), rel=0.05)
+
+
 def test_exact_a_dead_channel_is_not_judged():
     unit = prepare(source(500.0, output_torque=np.full(2000, 3.0)), Band(500.0, 50.0, 200.0), RATIO)
     assert not unit.judged["output_torque"].any()

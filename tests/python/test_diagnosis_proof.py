@@ -36,9 +36,10 @@ def test_exact_a_blow_that_neither_model_follows_outweighs_no_other_block() -> N
 @pytest.mark.parametrize(
     ("total", "expected", "shows"),
     [
-        (1.0, 2.0, True),
         (-1.0, 2.0, False),
-        (1.0, 0.1, False),
+        (1.0, 2.0, False),
+        (6.0, 2.0, True),
+        (6.0, 0.1, False),
         (20.0, 40.0, True),
         (5.0, 40.0, False),
         (-5.0, 40.0, False),
@@ -47,6 +48,15 @@ def test_exact_a_blow_that_neither_model_follows_outweighs_no_other_block() -> N
 def test_exact_a_gain_shows_by_what_is_expected_of_it(total: float, expected: float, shows: bool) -> None:
     assert proof(total, expected).shows == shows
     assert proof(total, expected).holds == shows
+
+
+@pytest.mark.parametrize(
+    ("total", "margin", "shows"), [(1.0, 4.5, True), (1.0, 3.5, False), (-0.5, 20.0, False), (0.5, 20.0, True)]
+)
+def test_exact_recordings_that_can_hardly_show_it_count_with_the_others(
+    total: float, margin: float, shows: bool
+) -> None:
+    assert proof(total, 2.0, margin).shows == shows
 
 
 @pytest.mark.parametrize(

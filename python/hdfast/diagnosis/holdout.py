@@ -46,6 +46,7 @@ class Proof:
     def shows(self) -> bool:
         """Whether these recordings show that the extended model is better, by more than chance or as far as they can.
 
+        Those that can hardly show it have to make likely, with the others, what is not likely without them.
         If nothing were left out, the gain would be minus the expected one, with a variance of twice that. No block
         counts for more than it needs to convince: where something else shakes both models, as a blow on the load does,
         which of them is farther off says little.
@@ -54,7 +55,7 @@ class Proof:
             return False
         if self._clear:
             return True
-        least = PART * self.expected.limited if self._powered else 0.0
+        least = PART * self.expected.limited if self._powered else max(0.0, LIKELY - self.margin)
         return self.expected.total >= TELLS and self.gain.limited > least
 
     @property

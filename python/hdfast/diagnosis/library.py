@@ -12,7 +12,7 @@ from hdfast.diagnosis.shapes import in_drive, in_sensor, multiple, phase, positi
 FRICTION = ("coulomb_friction", "stribeck_friction", "presliding_friction")
 SLOTS, MOST_DETENTS = (12.0, 24.0, 36.0), 9
 HIGHEST_INTEGER = 16
-STIFFEST, STIFFEST_BASE, MOST_DAMPED = 30.0, 10.0, 100.0
+STIFFEST, STIFFEST_BASE, MOST_DAMPED = 15.0, 10.0, 100.0
 PAYLOAD = 0.9
 MOST_LINES = 26
 #: Effects that a drive without windup does not have.

@@ -202,9 +202,10 @@ def fitted(sources: Sequence[Source]) -> list[Source]:
 def choose_band(sources: Sequence[Source], inertia: float) -> Band:
     """The widest band of motion in which the angle's noise disturbs the inertia torque by less than its share.
 
-    It ends where that disturbance would drown the torque's own noise: beyond, a smaller inertia would always seem
-    better. Noise is that of the resolution, or what a signal shows near the top of its spectrum, where nothing moves.
-    The slowest clock, or the slowest column that holds its values, sets the rate of all; what is fitted the rest.
+    Where that disturbance is below the torque's own noise it costs nothing, whatever its share; the band ends where it
+    would drown that noise: beyond, a smaller inertia would always seem better. Noise is that of the resolution, or what
+    a signal shows near the top of its spectrum, where nothing moves. The slowest clock, or the slowest column that
+    holds its values, sets the rate of all; what is fitted the rest.
 
     Args:
         sources: recordings of the campaign.
@@ -221,10 +222,10 @@ def choose_band(sources: Sequence[Source], inertia: float) -> Band:
     }
     inertial = max(noise["motor_angle"], 1e-300) * (2.0 * math.pi) ** 4 * max(inertia, 1e-12) ** 2
     disturbed = (5.0 * (NOISE_SHARE * torque) ** 2 / inertial) ** 0.2
-    drowned = (DROWNED**2 * noise["motor_torque"] / inertial) ** 0.25
+    level = (noise["motor_torque"] / inertial) ** 0.25
+    corner = min(max(disturbed, level), math.sqrt(DROWNED) * level)
     widest = PASS_SHARE * working
-    corner = max(min(disturbed, drowned), NARROWEST * working)
-    return Band(float(working), float(min(widest, corner)), float(widest))
+    return Band(float(working), float(min(widest, max(corner, NARROWEST * working))), float(widest))
 
 
 def _noise(clock: Floats, values: Floats) -> float:

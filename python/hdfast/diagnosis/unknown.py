@@ -20,7 +20,7 @@ from hdfast.diagnosis.projector import Projector
 from hdfast.diagnosis.regressors import TURN
 from hdfast.diagnosis.rivals import UNKNOWN_FLOOR
 from hdfast.diagnosis.score import CONVINCING, FOLDS, Gain, gain, weights_of
-from hdfast.diagnosis.select import RISE, SPARED
+from hdfast.diagnosis.select import RISE, SPARED, USELESS
 from hdfast.diagnosis.session import noise_floor
 from hdfast.diagnosis.statistics import statistics
 
@@ -67,11 +67,11 @@ class Unknown:
 
     @property
     def predicts(self) -> bool:
-        """Whether it stands out of the noise and predicts left-out stretches better."""
+        """Whether it stands out of the noise and predicts left-out stretches better, and at all."""
         after, before = self.gain.nrmse
         convincing = self.gain.total >= CONVINCING and self.gain.spared >= SPARED
         surely = self.statistic >= ALONE or (self.statistic >= CLEAR and self.gain.ratio >= ERRORS)
-        return surely and convincing and after <= (1.0 + RISE) * before
+        return surely and convincing and after <= min((1.0 + RISE) * before, USELESS)
 
     @property
     def open(self) -> bool:
@@ -185,7 +185,8 @@ def _proven(held: Bench, fitted: Fit, unknown: Unknown) -> Proof:
     columns = unknown.feature.columns(held.commanded(named), slowed(held), named)
     added = columns @ unknown.fit.coordinates[known:]
     extended = Replay(after.mismatch - added, after.alike - added)
-    return weigh_up(held.layout, unknown.fit.white, before, extended, noise_floor(held))
+    margin = unknown.gain.limited - 2.0 * unknown.gain.limited_error
+    return weigh_up(held.layout, unknown.fit.white, before, extended, noise_floor(held), margin)
 
 
 def _curve(feature: Feature, slow: Sequence[Unit], extended: Fit) -> tuple[Floats, Floats] | None:

@@ -23,6 +23,7 @@ from anchors.oracle import Record, fitted, low_pass, play, read_folder
 
 PLAYS = 12
 GRAIN = 20
+HELD = 5
 
 
 def twin(campaign: Path, out: Path, seed: int, corner: float) -> Path:
@@ -54,6 +55,7 @@ def twin(campaign: Path, out: Path, seed: int, corner: float) -> Path:
             columns |= _kept_motion(move, baseline, noise, random)
         if "output_torque" in columns:
             columns["output_torque"] = _output_torque(move, columns["motor_torque"], random)
+        columns |= {name: held_like(own, columns[name]) for name, own in move.record.columns.items() if name != "t"}
         for standard, where in sections.get("columns", {}).items():
             columns[where["name"]] = columns.pop(standard) / where["scale"]
         np.savez_compressed(out / entry["file"], **columns)
@@ -107,12 +109,22 @@ class _Motion:
         return [*columns, np.sin(load), np.cos(load), *orders]
 
 
+def renewals(values: np.ndarray) -> np.ndarray:
+    """Samples at which values that are held for several samples are renewed; all where they are not held."""
+    renewed = np.flatnonzero(np.diff(values, prepend=np.nan) != 0.0)
+    return np.arange(len(values)) if np.median(np.diff(renewed, prepend=0)) < HELD else renewed
+
+
 def unheld(t: np.ndarray, values: np.ndarray) -> np.ndarray:
     """Straight lines between the renewals of values that are held for several samples."""
-    renewed = np.flatnonzero(np.diff(values, prepend=np.nan) != 0.0)
-    if np.median(np.diff(renewed, prepend=0)) < 5:
-        return values
+    renewed = renewals(values)
     return np.interp(t, t[renewed], values[renewed])
+
+
+def held_like(real: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """Values held between the renewals of the real ones."""
+    renewed = renewals(real)
+    return values[renewed[np.searchsorted(renewed, np.arange(len(values)), "right") - 1]]
 
 
 def _quantised(values: np.ndarray, step: float) -> np.ndarray:

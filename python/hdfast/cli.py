@@ -1,6 +1,7 @@
 """The command `hdfast`.
 
-Exit code 0 done, 1 a specification is not met or the drive of `simulate` failed, 2 wrong input, 130 interrupted.
+Exit code 0: done; 1: done, but the answer is no (a specification not met, rows of `tolerance` or the drive of
+`simulate` failed, a mark of `proof` missed, recordings rejected by `diagnose`); 2: wrong input; 130: interrupted.
 """
 
 from __future__ import annotations

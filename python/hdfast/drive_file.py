@@ -140,6 +140,8 @@ class _Reader:
         for key, value in section.items():
             if key in names:
                 self.number(("drive", key), key, value)
+        if self.values.get("ratio") == 0.0:
+            raise self.file.error(("drive", "ratio"), "ratio = 0 (allowed: any other number)")
         stated = self.file.table(("drive", "sigma"), section.get("sigma", {}))
         self.file.known(("drive", "sigma"), stated, names)
         for key, value in stated.items():

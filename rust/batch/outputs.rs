@@ -72,17 +72,16 @@ impl Outputs {
         }
     }
 
-    /// Marks rows that were never begun.
-    pub fn close(&mut self) {
-        let rows = self.status.len();
+    /// Marks rows that were never begun, and finished ones some of whose derivatives are missing, with the reason.
+    pub fn close(&mut self, unfinished: &[(usize, Status)]) {
+        let untouched = |row: &usize| self.status[*row] == UNTOUCHED;
+        let mut missing: Vec<_> =
+            (0..self.status.len()).filter(untouched).map(|row| (row, Status::Cancelled)).collect();
+        missing.extend(unfinished.iter().filter(|(row, _)| self.status[*row] == Status::Finished as u8));
         let writer = Writer::new(self);
-        for row in 0..rows {
+        for (row, status) in missing {
             // SAFETY: single-threaded here, and `row` is in range.
-            unsafe {
-                if *writer.status.add(row) == UNTOUCHED {
-                    writer.missing(row, Status::Cancelled, -1);
-                }
-            }
+            unsafe { writer.missing(row, status, -1) };
         }
     }
 }
@@ -103,6 +102,20 @@ impl Slots {
             tangents: numbers.tangents.as_mut_ptr(),
             count,
             directions: numbers.tangents.len().checked_div(count).unwrap_or(0),
+        }
+    }
+
+    /// Makes a number and its derivatives missing.
+    ///
+    /// # Safety
+    /// No other thread may write the same place.
+    unsafe fn clear(&self, index: usize) {
+        assert!(index < self.count);
+        // SAFETY: in range by the assertion.
+        unsafe {
+            *self.values.add(index) = f64::NAN;
+            (0..self.directions)
+                .for_each(|direction| *self.tangents.add(index * self.directions + direction) = f64::NAN);
         }
     }
 
@@ -224,13 +237,13 @@ impl<'a> Writer<'a> {
         // SAFETY: as above.
         unsafe {
             for index in (row..self.metrics.count).step_by(self.rows) {
-                *self.metrics.values.add(index) = f64::NAN;
+                self.metrics.clear(index);
             }
             for index in row * self.states..(row + 1) * self.states {
-                *self.final_state.values.add(index) = f64::NAN;
+                self.final_state.clear(index);
             }
             for block in (row * self.times..self.samples.count).step_by((self.rows * self.times).max(1)) {
-                (block..block + self.times).for_each(|index| *self.samples.values.add(index) = f64::NAN);
+                (block..block + self.times).for_each(|index| self.samples.clear(index));
             }
             *self.time.add(row) = f64::NAN;
             *self.detail.add(row) = detail;

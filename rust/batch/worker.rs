@@ -8,8 +8,11 @@ use crate::real::{Path, Real, Scalar, Task};
 use crate::solve::{Advance, Assignment, Lane, Method, Retrace, Rows, Seat, Start, Status};
 use std::marker::PhantomData;
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU32, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
+
+/// Of runs left: one ended in a panic.
+const SPOILED: u32 = 1 << 31;
 
 /// What all threads share.
 pub struct Shared<'a> {
@@ -24,10 +27,14 @@ pub struct Shared<'a> {
     done: AtomicUsize,
     /// Runs set aside as stiff.
     stiff: Mutex<Vec<usize>>,
+    /// Runs that are left of each row, where it has several.
+    left: Vec<AtomicU32>,
 }
 
 impl<'a> Shared<'a> {
     pub fn new(job: &'a Job<'a>, writer: Writer<'a>) -> Self {
+        let runs = job.runs_per_row();
+        let several = if runs > 1 { job.rows } else { 0 };
         Self {
             job,
             writer,
@@ -37,6 +44,7 @@ impl<'a> Shared<'a> {
             next: AtomicUsize::new(0),
             done: AtomicUsize::new(0),
             stiff: Mutex::new(Vec::new()),
+            left: (0..several).map(|_| AtomicU32::new(runs as u32)).collect(),
         }
     }
 
@@ -58,7 +66,7 @@ impl<'a> Shared<'a> {
         }
     }
 
-    /// Rows that are done in every direction.
+    /// How many rows the runs that are done make up.
     pub fn rows_done(&self) -> usize {
         self.done.load(Ordering::Relaxed) / self.job.runs_per_row()
     }
@@ -74,6 +82,27 @@ impl<'a> Shared<'a> {
         if direction == 0 {
             // SAFETY: the thread that gives up a run has taken it from the queue.
             unsafe { self.writer.missing(row, status, detail) };
+        }
+        if status != Status::Internal {
+            self.run_ended(row);
+        } else if let Some(left) = self.left.get(row) {
+            left.fetch_or(SPOILED, Ordering::Relaxed);
+        }
+    }
+
+    /// Counts a run of a row that has ended by itself.
+    fn run_ended(&self, row: usize) {
+        if let Some(left) = self.left.get(row) {
+            left.fetch_sub(1, Ordering::Relaxed);
+        }
+    }
+
+    /// Why a row is not whole, once all threads have ended: some of its derivatives are missing.
+    pub fn unfinished(&self, row: usize) -> Option<Status> {
+        match self.left.get(row)?.load(Ordering::Relaxed) {
+            0 => None,
+            left if left & SPOILED != 0 => Some(Status::Internal),
+            _ => Some(Status::Cancelled),
         }
     }
 }
@@ -224,6 +253,9 @@ impl<S: Scalar, const N: usize> Rows<S, N> for Queue<'_, '_, S> {
         };
         // SAFETY: this thread took the run from the queue.
         unsafe { self.shared.writer.row(row, direction, &output) };
+        if status != Status::Cancelled {
+            self.shared.run_ended(row);
+        }
         self.settle(run);
     }
 }

@@ -55,8 +55,9 @@ pub fn mode<S: Scalar, const N: usize>(
     let mut angles = Vec::with_capacity(SAMPLES);
     let interval = (to - from) / SAMPLES as f64;
     for (t, state) in seat.assignment.probes.iter().map(|t| t.plain()).zip(&seat.samples[1]) {
-        let place = ((t - from) / interval).round() as usize;
-        if t > from && t <= to && is_own(t - from, interval) && place == times.len() + 1 {
+        let place = (t - from) / interval;
+        let is_own = (place - place.round()).abs() < 1e-6; // and not another metric's
+        if t > from && t <= to && is_own && place.round() as usize == times.len() + 1 {
             times.push(t - from);
             angles.push(state[0].plain());
             moments.push(t);
@@ -95,12 +96,6 @@ pub fn mode<S: Scalar, const N: usize>(
         }
     }
     MISSING
-}
-
-/// Whether a time belongs to the fit's own uniform samples, and not to another metric's.
-fn is_own(elapsed: f64, interval: f64) -> bool {
-    let place = elapsed / interval;
-    (place - place.round()).abs() < 1e-6
 }
 
 /// Coefficients of e^(-decay t) (cos, sin, t cos, t sin): the last two tell how omega and decay are off.

@@ -39,7 +39,7 @@ impl<R: Real, M: Model<N>, T: Method, const N: usize> Again<R, M, T, N> {
         (start, step): (&Record<R::Lane, N>, f64),
         shared: &Harmonics<R::Lane>,
     ) {
-        self.place(lane, seat, seat.segment_before(start.t + step), (start.t, &start.state));
+        self.place(lane, seat, seat.segment_before(start.t + 0.5 * step), (start.t, &start.state));
         let Stepper { directions, held, .. } = &mut self.stepper;
         for (lanes, &direction) in directions.iter_mut().zip(&start.branch.directions) {
             lanes.set(lane, R::Lane::splat(f64::from(direction)));

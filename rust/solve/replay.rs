@@ -88,7 +88,7 @@ impl<'a, P: Path, M: Model<N>, T: Method, const N: usize> Replay<'a, P, M, T, N>
         }
     }
 
-    /// What the corners find at an instant: how much is left of the pieces, or the pieces where none is held.
+    /// What the corners find at an instant of the present step: how much is left of the pieces, or the pieces where none is held.
     pub fn corners(
         &mut self,
         seat: &Seat<Lane<P>, N>,
@@ -98,11 +98,11 @@ impl<'a, P: Path, M: Model<N>, T: Method, const N: usize> Replay<'a, P, M, T, N>
         held: bool,
     ) -> Pieces<f64> {
         self.set_branch(branch);
-        self.stepper.input.set_lane(0, seat.segment_before(t), &seat.assignment.row);
+        self.stepper.input.set_lane(0, seat.segment(), &seat.assignment.row);
         Lane::<P>::apart(FindCorners::<Lane<P>, M, N> { stepper: &self.stepper, t, state, held, model: PhantomData })
     }
 
-    /// Everything the equations pass through at an instant on a branch of theirs.
+    /// Everything the equations pass through at an instant of the present step on a branch of theirs.
     pub fn rates_in(
         &mut self,
         seat: &Seat<Lane<P>, N>,
@@ -111,7 +111,7 @@ impl<'a, P: Path, M: Model<N>, T: Method, const N: usize> Replay<'a, P, M, T, N>
         branch: Branch,
     ) -> Rates<Lane<P>, N> {
         self.set_branch(branch);
-        self.stepper.input.set_lane(0, seat.segment_before(t.plain()), &seat.assignment.row);
+        self.stepper.input.set_lane(0, seat.segment(), &seat.assignment.row);
         Lane::<P>::apart(Instant::<Lane<P>, M, N> { stepper: &self.stepper, t, state, model: PhantomData })
     }
 

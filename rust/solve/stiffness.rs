@@ -38,6 +38,6 @@ impl<P: Path, M: Model<N>, T: Method, const N: usize> Advance<'_, P, M, T, N> {
         let one = Plain::<P>::select(stiff, number(1.0), number(-1.0));
         let count = (self.stiffness + one).max(Plain::<P>::zero());
         self.stiffness = Plain::<P>::select(short, count, self.stiffness);
-        number(ENOUGH).le(self.stiffness).to_bits() & self.occupied
+        (short & number(ENOUGH).le(self.stiffness)).to_bits() & self.occupied
     }
 }

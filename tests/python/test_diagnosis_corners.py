@@ -161,6 +161,15 @@ def test_exact_a_search_is_taken_back_to_what_holds(monkeypatch, holds, refutes,
     assert proof.span == (0, kept)
 
 
+@pytest.mark.parametrize(("stated", "complaint"), [("J_l = 0.0", "cannot be simulated"), ("ratio = 0", "ratio = 0")])
+def test_exact_a_drive_that_cannot_be_is_told(tmp_path, stated, complaint):
+    path = small_campaign.write(tmp_path)
+    key = stated.split(" =", maxsplit=1)[0]
+    path.write_text(re.sub(rf"^{key} = .*$", stated, path.read_text(), flags=re.MULTILINE))
+    with pytest.raises(InputError, match=complaint):
+        diagnose(path)
+
+
 @pytest.mark.parametrize("seed", [-1, 1.5, 2**63, "0"])
 def test_exact_a_seed_that_cannot_be_is_refused_before_the_run(tmp_path, seed):
     with pytest.raises(InputError, match="seed = "):

@@ -69,6 +69,4 @@ def test_regress_the_proposal_tells_friction_from_nothing(friction):
 
 def test_exact_models_that_agree_are_not_told_apart(friction):
     contest = Contest(("one", "the other"), (friction.baseline, friction.baseline))
-    found = propose(friction.bench, contest, np.random.default_rng(0))
-    assert found.odds == pytest.approx(0.0, abs=1e-6)
-    assert not found.to_dict()["decides"]
+    assert propose(friction.bench, contest, np.random.default_rng(0)) is None

@@ -6,10 +6,10 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from hdfast.diagnosis.band import Band
 from hdfast.diagnosis.evidence import Layout
 from hdfast.diagnosis.fit import Bench
 from hdfast.diagnosis.lines import tone_lines
-from hdfast.diagnosis.prepare import Band
 
 RATE, SECONDS = 500.0, 8.0
 TIMES = np.arange(0.0, SECONDS, 1.0 / RATE)

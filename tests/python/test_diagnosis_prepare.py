@@ -6,8 +6,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hdfast.diagnosis.prepare import Band, Source, choose_band, prepare
+from hdfast.diagnosis.band import Band, choose_band
+from hdfast.diagnosis.evidence import lay_out
+from hdfast.diagnosis.plant import Plant
+from hdfast.diagnosis.prepare import prepare
 from hdfast.diagnosis.session import with_heldout
+from hdfast.diagnosis.source import Source
 from hdfast.recordings.clock import period
 from hypothesis import given
 from hypothesis import strategies as st
@@ -97,6 +101,19 @@ def test_exact_a_channel_that_ends_early_is_not_held_out():
     load[1300:] = np.nan
     kept, _ = with_heldout([source(500.0, load_angle=load)])
     assert ["load_angle" in one.recording for one in kept] == [True, False]
+    torque = source(500.0).recording["motor_torque"]
+    torque[1300:] = np.nan
+    kept, _ = with_heldout([source(500.0, motor_torque=torque)])
+    assert [one.role for one in kept] == ["fit"]
+
+
+def test_exact_angles_that_share_no_sample_give_no_transmission_error():
+    one = source(500.0)
+    turns = np.arange(2000) % 2 == 0
+    motor = np.where(turns, one.recording["motor_angle"], np.nan)
+    load = np.where(turns, np.nan, one.recording["motor_angle"] / RATIO)
+    unit = prepare(source(500.0, motor_angle=motor, load_angle=load), Band(500.0, 50.0, 200.0), RATIO)
+    assert list(unit.measured) == ["motor_torque"]
 
 
 def shaken(rng, count, rate, jitter=0.05):
@@ -123,6 +140,20 @@ def test_exact_torques_are_simulated_as_densely_as_their_band_needs():
     dense = np.sin(2.0 * np.pi * 5.0 * np.linspace(t[0], t[-1], 4 * 399 + 1))
     inner = slice(60, -60)
     np.testing.assert_allclose(slow.simulated(torque, 1)[inner], slow.simulated(dense, 4)[inner], atol=1e-4)
+
+
+@pytest.mark.parametrize(("rest", "zero", "known"), [(1.5, 0.0, True), (1.5, 0.05, False), (0.0, 0.0, False)])
+def test_exact_a_rest_tells_how_far_the_zero_of_the_torque_may_be_off(rest, zero, known):
+    """Of a mean of n samples counts 1 / hypot(1, zero sqrt(n) / noise)."""
+    t = np.arange(4000) / 1000.0
+    angle = np.where(t < 4.0 - rest, 20.0 * np.sin(np.pi * t / (4.0 - rest)) ** 2, 0.0)
+    torque = 0.1 * np.sign(np.gradient(angle)) + zero
+    band = Band(500.0, 20.0, 200.0)
+    unit = prepare(source(1000.0, motor_angle=angle, motor_torque=torque), band, RATIO)
+    layout = lay_out(Plant([unit], ["motor_torque"], band), np.array([1e-3]))
+    n, judged = layout.size, unit.judged["motor_torque"]
+    off = 0.02 * np.std(unit.measured["motor_torque"]) if known else np.std(unit.measured["motor_torque"][judged])
+    assert layout.certain[0] == pytest.approx(1.0 / np.hypot(1.0, off * np.sqrt(n) / 1e-3), rel=0.05)
 
 
 @pytest.mark.parametrize("frequency", [13.0, 61.0, 93.0])

@@ -59,6 +59,13 @@ def test_exact_recordings_that_can_hardly_show_it_count_with_the_others(
     assert proof(total, 2.0, margin).shows == shows
 
 
+@pytest.mark.parametrize(("total", "margin", "shows"), [(6.0, -7.4, False), (8.7, -4.4, True), (20.0, -12.0, True)])
+def test_exact_recordings_that_show_it_outweigh_what_the_others_say_against_it(
+    total: float, margin: float, shows: bool
+) -> None:
+    assert proof(total, 10.0, margin).shows == shows
+
+
 @pytest.mark.parametrize(
     ("total", "expected", "margin", "holds"),
     [
@@ -112,6 +119,7 @@ def test_exact_a_model_that_predicts_worse_never_holds() -> None:
     worse = proof(30.0, 30.0, 100.0, errors=(0.5, 0.52))
     assert worse.refutes
     assert not worse.holds
+    assert not proof(100.0, 100.0, 100.0, (9.0, 8.0)).holds
 
 
 def test_exact_a_candidate_that_cannot_be_simulated_is_no_crash(tmp_path, monkeypatch):

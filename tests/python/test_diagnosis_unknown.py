@@ -140,6 +140,6 @@ def test_exact_positions_share_out_one_everywhere(complete):
     over = positions(units, 6)
     for unit in units:
         np.testing.assert_allclose(over(unit).sum(axis=1), 1.0, rtol=1e-12)
-    turning = [replace(unit, turned=8.0 * np.pi * unit.t / unit.t[-1]) for unit in units]
-    again = [replace(unit, turned=unit.turned - 2.0 * np.pi) for unit in turning]
+    turning = [replace(unit, angle=8.0 * np.pi * unit.ratio * unit.t / unit.t[-1]) for unit in units]
+    again = [replace(unit, angle=unit.angle - 2.0 * np.pi * unit.ratio) for unit in turning]
     np.testing.assert_allclose(positions(turning, 6)(turning[0]), positions(turning, 6)(again[0]), atol=1e-6)

@@ -407,6 +407,9 @@ def test_exact_repeats_are_found_and_their_variance_is_the_noise(clean):
     [pair] = health.check(campaign([*noisy, clean["sine"]])).repeats
     assert (pair.recordings, pair.input) == ((0, 1), "motor_torque")
     assert pair.variance["output_torque"] == pytest.approx(0.25, rel=0.1)
+    broken = {name: values[:3] for name, values in clean["sine"].items()}
+    [pair] = health.check(campaign([broken, *noisy])).repeats
+    assert pair.recordings == (1, 2)
 
 
 def test_exact_what_the_drive_leaves_open_is_named(run):

@@ -89,6 +89,21 @@ def test_exact_stiff_rows_are_found_and_the_others_left_alone(monkeypatch):
     np.testing.assert_array_equal(again.final_state, found.final_state)
 
 
+def test_exact_the_choice_is_the_rows_own_where_steps_end_at_the_samples_of_a_table():
+    t = np.linspace(0.0, 1.0, 201)
+    rows = {"tau_e": np.geomspace(1e-3, 2e-5, 40)}
+    options = {
+        "model": hdfast.Model(terms=["actuator_lag"]),
+        "scenario": hdfast.Scenario.torque_profile(t, 0.1 + 0.05 * np.sin(40.0 * t), t_end=1.0),
+        "metrics": [],
+    }
+    together = hdfast.sweep(rows, **options)
+    alone = [hdfast.sweep({"tau_e": [lag]}, **options) for lag in rows["tau_e"]]
+    assert together.method.tolist() == [one.method[0] for one in alone]
+    assert together.steps.tolist() == [one.steps[0] for one in alone]
+    assert set(together.method) == {"dop853", "rodas5p"}
+
+
 def test_exact_methods_are_reported():
     assert set(hdfast.sweep({"J_l": [0.4, 0.5]}, metrics=[]).method) == {"dop853"}
     assert set(hdfast.sweep({"J_l": [0.4, 0.5]}, method="bs3", metrics=[], rtol=1e-3).method) == {"bs3"}

@@ -117,6 +117,27 @@ print(waited)
     assert float(done.stdout) < 0.2
 
 
+def test_exact_rows_that_an_interrupt_leaves_without_some_derivatives_are_not_finished():
+    code = """
+import _thread, threading
+import numpy as np
+import hdfast
+
+rows = {"J_l": np.linspace(0.4, 0.6, 50_000)}
+threading.Timer(1.0, _thread.interrupt_main).start()
+try:
+    hdfast.sweep(rows, metrics=["te_rms"], sensitivities=["J_l", "J_m", "k1", "B_m", "B_l"], threads=2)
+except hdfast.Interrupted as caught:
+    result = caught.result
+assert 0 < result.finished.sum() < 50_000
+slopes = result.metric_sensitivities["te_rms"]
+assert np.isfinite(slopes[result.finished]).all()
+assert np.isnan(slopes[~result.finished]).all()
+"""
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=120, check=False)
+    assert done.returncode == 0, done.stderr
+
+
 def test_exact_what_a_signal_handler_raises_reaches_the_caller():
     code = """
 import signal

@@ -67,11 +67,6 @@ class Candidate:
         return self.terms[0] if self.terms else self.effect
 
     @property
-    def built(self) -> Hashable:
-        """What it adds to a structure; the same for a shape that is another amplitude alone."""
-        return self.terms, self.orders, self.sensors, tuple(sorted(self.fixed.items())), self.free
-
-    @property
     def form(self) -> Hashable:
         """What it adds to a structure, whatever the sizes of its parameters."""
         bounds = tuple((one.name, one.positive, one.low, one.high) for one in self.free)

@@ -11,8 +11,10 @@ from numpy.typing import NDArray
 
 from hdfast.checks import Floats
 from hdfast.diagnosis.plant import TORQUE, Plant
+from hdfast.diagnosis.prepare import Unit
 
 ZERO_SHARE = 0.02
+REST, REST_READINGS = 0.2, 2.0
 SHORTEST_BLOCK = 0.4
 MOST_BLOCKS = 120
 CAP = 4.0
@@ -85,7 +87,8 @@ def lay_out(plant: Plant, stated: Floats) -> Layout:
 
     The zero of a torque sensor is not the same in every recording, so recordings that move give up their means: a zero
     may be off by as much as the torque varies. Where all hold their levels, levels are all there is; zeros are taken as
-    known to `ZERO_SHARE` of them. The other sensors' zeros are unknown.
+    known to `ZERO_SHARE` of them. Where a drive rests, the zero is not off by much more than what is shown there: a
+    torque that holds it would have to make up for it. The other sensors' zeros are unknown.
 
     Args:
         plant: recordings.
@@ -117,7 +120,8 @@ def lay_out(plant: Plant, stated: Floats) -> Layout:
             for column, entry in zip(columns, entries, strict=True):
                 column.append(np.broadcast_to(entry, n))
             pieces.append((index, channel, slice(begin, begin + n)))
-            certain.append(1.0 / math.hypot(1.0, zero * math.sqrt(n) / noise) if channel == TORQUE else 0.0)
+            off = min(zero, _at_rest(unit))
+            certain.append(1.0 / math.hypot(1.0, off * math.sqrt(n) / noise) if channel == TORQUE else 0.0)
             begin += n
     channel_, unit_, block_, sample_, spread_ = (
         np.concatenate(column) if column else np.zeros(0) for column in columns
@@ -127,6 +131,15 @@ def lay_out(plant: Plant, stated: Floats) -> Layout:
         channels, channel_.astype(np.int64), unit_.astype(np.int64), blocks, sample_.astype(np.int64),
         tuple(pieces), spread_, np.array(certain),
     )  # fmt: skip
+
+
+def _at_rest(unit: Unit) -> float:
+    """How far the zero of the torque may be off by what is shown at rest [N m]; infinite without a rest."""
+    torque = unit.measured[TORQUE]
+    shown = torque[unit.resting]
+    if len(shown) * (unit.t[1] - unit.t[0]) < REST:
+        return math.inf
+    return math.hypot(REST_READINGS * float(np.mean(shown)), ZERO_SHARE * float(np.std(torque)))
 
 
 @dataclass(frozen=True, eq=False)

@@ -74,8 +74,8 @@ class Experiment:
         }  # fmt: skip
 
 
-def propose(bench: Bench, contest: Contest, rng: np.random.Generator) -> Experiment:
-    """Search motions within the limits of the recordings for the one that separates the models best.
+def propose(bench: Bench, contest: Contest, rng: np.random.Generator) -> Experiment | None:
+    """Search motions within the limits of the recordings for the one that separates the models best; None if none does.
 
     What counts is the smaller of the two expected log Bayes factors, each after the false model's parameters were
     refitted to the new recording as far as the old ones let them.
@@ -96,6 +96,8 @@ def propose(bench: Bench, contest: Contest, rng: np.random.Generator) -> Experim
         pool = [pool[index] for index in leading] + near
         odds = np.concatenate([odds[leading], _odds(bench, contest, near)])
     best = int(np.argmax(odds))
+    if odds[best] <= 0.0:
+        return None
     telling, unit = _telling(bench, contest, pool[best])
     return Experiment(contest, pool[best], limits, float(odds[best]), usual, telling, unit)
 
@@ -120,6 +122,8 @@ def _odds(bench: Bench, contest: Contest, manoeuvres: Sequence[Manoeuvre]) -> Fl
     """Expected log Bayes factor of each motion, shape (n,); 0 where a model cannot follow it."""
     imagined = _imagined(bench, contest, manoeuvres)
     layout = imagined.layout
+    if not layout.size:
+        return np.zeros(len(manoeuvres))
     mismatch, slopes, _ = zip(
         *(linearise(imagined, one.structure, one.coordinates) for one in contest.fits), strict=True
     )

@@ -167,7 +167,6 @@ def slowed(bench: Bench) -> list[Unit]:
         replace(
             unit,
             angle=slow(unit.angle),
-            turned=slow(unit.turned),
             speed=np.where(unit.speed == 0.0, 0.0, slow(unit.speed)),
             acceleration=slow(unit.acceleration),
         )

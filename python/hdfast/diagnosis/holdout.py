@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from hdfast.checks import Floats
+from hdfast.diagnosis.accept import USELESS
 from hdfast.diagnosis.evidence import Layout, limited
 from hdfast.diagnosis.fit import Bench, Fit, quieted
 from hdfast.diagnosis.score import CONVINCING, Gain, nrmse
@@ -46,21 +47,23 @@ class Proof:
     def shows(self) -> bool:
         """Whether these recordings show that the extended model is better, by more than chance or as far as they can.
 
-        Those that can hardly show it have to make likely, with the others, what is not likely without them.
-        If nothing were left out, the gain would be minus the expected one, with a variance of twice that. No block
-        counts for more than it needs to convince: where something else shakes both models, as a blow on the load does,
-        which of them is farther off says little.
+        Those that can hardly show it have to make likely, with the others, what is not likely without them; those that
+        can must not leave the others speaking against it. If nothing were left out, the gain would be minus the
+        expected one, with a variance of twice that. No block counts for more than it needs to convince: where something
+        else shakes both models, as a blow on the load does, which of them is farther off says little.
         """
         if self._worse:
             return False
         if self._clear:
             return True
-        least = PART * self.expected.limited if self._powered else max(0.0, LIKELY - self.margin)
+        least = max(PART * self.expected.limited, -self.margin) if self._powered else max(0.0, LIKELY - self.margin)
         return self.expected.total >= TELLS and self.gain.limited > least
 
     @property
     def refutes(self) -> bool:
         """Whether the recordings would have shown the improvement, and speak for the baseline or are told worse.
+
+        They are also where the extended model follows them so badly that it explains nothing.
 
         An effect that they show at less than half of its size is no reason to keep the baseline.
         """
@@ -94,7 +97,7 @@ class Proof:
 
     @property
     def _worse(self) -> bool:
-        return self.extended > WORSE * self.baseline
+        return self.extended > min(WORSE * self.baseline, USELESS)
 
     @property
     def _clear(self) -> bool:

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 
 from hdfast.diagnosis.candidate import Candidate
-from hdfast.diagnosis.shapes import in_drive, in_sensor, multiple, phase, positive, signed
+from hdfast.diagnosis.shapes import in_drive, in_every_sensor, in_sensor, multiple, phase, positive, signed
 
 FRICTION = ("coulomb_friction", "stribeck_friction", "presliding_friction")
 SLOTS, MOST_DETENTS = (12.0, 24.0, 36.0), 9
@@ -170,7 +170,7 @@ def _load(s: Sizes) -> list[Candidate]:
                     "load_compliance",
                     [
                         positive("K_c", s.stiffness * times, "N m/rad", high=STIFFEST * s.stiffness),
-                        positive("payload_share", PAYLOAD, "1", sigma=0.1),
+                        positive("payload_share", PAYLOAD, "1", sigma=0.1, ends=True),
                         positive("c_c", 10.0, "N m s/rad", high=MOST_DAMPED),
                     ],
                     stiffness=True,
@@ -321,9 +321,12 @@ def _mesh(s: Sizes) -> list[Candidate]:
 
 
 def _sensors(s: Sizes) -> list[Candidate]:
-    """Effects of the sensors on each compared channel; where they stand on the motor angle they are motion."""
+    """Effects of the sensors on each compared channel; on the motor angle alone they are motion."""
     time = 0.1 / s.corner
     found = []
+    if set(s.channels) - {"motor_torque"}:
+        every = ("motor_angle", *s.channels)
+        found.append(in_every_sensor("sensor_lowpass", every, positive("tau_s", time, "s", sigma=1.5)))
     for channel in s.channels:
         found += [
             in_sensor("sensor_delay", channel, [positive("tau_y", time, "s", sigma=1.5)]),

@@ -8,9 +8,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from hdfast.diagnosis.accept import DRIFTS
 from hdfast.diagnosis.candidate import Candidate
 from hdfast.diagnosis.screen import Screen, Signature
-from hdfast.diagnosis.select import DRIFTS
 from hdfast.terms import terms
 
 SWALLOWED = 0.05

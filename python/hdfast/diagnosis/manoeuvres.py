@@ -10,7 +10,8 @@ from typing import Any
 import numpy as np
 
 from hdfast.checks import Floats
-from hdfast.diagnosis.prepare import Band, Unit, denser, imposed
+from hdfast.diagnosis.band import Band
+from hdfast.diagnosis.prepare import Unit, denser, imposed
 
 SHORTEST_RAMP = 0.02
 SHORTEST, LONGEST = 2.0, 10.0
@@ -121,7 +122,6 @@ class Manoeuvre:
             offset=0.0,
             t=t,
             angle=angle,
-            turned=angle / ratio,
             beyond=nothing,
             reversing=band.reversing(t, np.interp(denser(t, band.density), t, speed), slowest),
             speed=speed,
@@ -130,11 +130,13 @@ class Manoeuvre:
             judged={
                 channel: moving if channel == "motor_torque" else np.ones_like(moving) for channel in like.measured
             },
+            resting=np.zeros_like(moving),
             command=nothing,
             load_torque=nothing,
             temperature=None if like.temperature is None else np.full_like(t, float(np.mean(like.temperature))),
             scenario=imposed(t, angle, nothing, nothing),
             density=band.density,
+            ratio=ratio,
         )
 
     def to_dict(self) -> dict[str, Any]:

@@ -8,7 +8,8 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from hdfast.checks import Floats
-from hdfast.diagnosis.prepare import Band, Source
+from hdfast.diagnosis.band import Band
+from hdfast.diagnosis.source import Source
 from hdfast.recordings.clock import period
 from hdfast.sensors import SensorFacts
 

@@ -9,7 +9,8 @@ from functools import cached_property
 import numpy as np
 
 from hdfast.checks import Floats
-from hdfast.diagnosis.prepare import Band, Unit
+from hdfast.diagnosis.band import Band
+from hdfast.diagnosis.prepare import Unit
 from hdfast.errors import Interrupted
 from hdfast.model import Model
 from hdfast.request import Progress
@@ -39,6 +40,7 @@ class Free:
         unit: SI unit.
         times: name of an earlier parameter of which this one is a multiple; value, sigma and bounds are then of the
             factor.
+        ends: whether it may end at a bound and mean something there, as a share that is nearly whole.
     """
 
     name: str
@@ -49,6 +51,7 @@ class Free:
     low: float = -np.inf
     high: float = np.inf
     times: str | None = None
+    ends: bool = False
 
     def coordinate(self, value: Floats | float) -> Floats:
         """Coordinates of values."""
@@ -175,12 +178,13 @@ class Plant:
         impulse = values.get(REVERSAL, 0.0 * ones)[:, None]
         every: dict[str, Floats | float] = {**structure.fixed, **values}
         sensed = {name: every[name] for name in structure.sensed}
+        lag = _lag(every) * ones
         left = {*NUISANCE, *sensed}
         result = self._simulate(
             structure.model,
             {name: value for name, value in structure.fixed.items() if name not in left},
             {name: column for name, column in values.items() if name not in left},
-            len(coordinates),
+            lag,
         )
         found = []
         for index, unit in enumerate(self.units):
@@ -196,13 +200,13 @@ class Plant:
             needed = needed - impulse * unit.reversing
             changed = signals["tau_drive"] - self._asked[index]
             delivered = unit.measured["motor_torque"] + changed
-            if "motor_torque" in stage.channels:
+            if "motor_torque" in stage.channels or lag.any():
                 quiet = self.band.quiet(needed)
                 read = stage.apply(unit.t, {"motor_torque": quiet}, sensed)["motor_torque"]
-                needed = np.asarray(needed - quiet + read)
+                needed = np.asarray(_late(unit, needed - quiet, lag) + read)
             differences = {"motor_torque": delivered - needed}
             if "te" in unit.measured:
-                differences["te"] = unit.measured["te"] - _te(unit, signals["te"], stage, sensed)
+                differences["te"] = unit.measured["te"] - _te(unit, signals["te"], lag, stage, sensed)
             if "output_torque" in unit.measured:
                 torque = {"output_torque": signals["gear_torque"]}
                 sampled = stage.apply(unit.t, torque, sensed) if stage.effects else torque
@@ -214,8 +218,9 @@ class Plant:
         """Motor torque that each recorded motion takes, in the recorded unit, per unit (n,); coordinates (P,)."""
         values = {name: float(value) for name, value in structure.values(coordinates).items()}
         left = {*NUISANCE, *structure.sensed}
-        fixed = {name: value for name, value in {**structure.fixed, **values}.items() if name not in left}
-        result = self._simulate(structure.model, fixed, {}, 1)
+        every = {**structure.fixed, **values}
+        fixed = {name: value for name, value in every.items() if name not in left}
+        result = self._simulate(structure.model, fixed, {}, np.array([_lag(every)]))
         scale = values.get(TORQUE_SCALE, 1.0)
         return [
             np.asarray(self.band.simulated(result.samples["tau_m"][index, : len(unit.fine)], unit.density) / scale)
@@ -223,10 +228,14 @@ class Plant:
         ]
 
     def _simulate(
-        self, model: Model, fixed: Mapping[str, float], values: Mapping[str, Floats], count: int
+        self, model: Model, fixed: Mapping[str, float], values: Mapping[str, Floats], lag: Floats
     ) -> SweepResult:
-        """Rows recording by recording, parameter set by parameter set: lanes side by side share a motion."""
-        units = len(self.units)
+        """Rows recording by recording, parameter set by parameter set (M,): lanes side by side share a motion.
+
+        The motion of each is the recorded one before the encoder's `lag` [s], shape (M,).
+        """
+        units, count = len(self.units), len(lag)
+        lags, place = np.unique(lag, return_inverse=True)
         which = np.repeat(np.arange(units), count)
         columns: dict[str, Floats | float] = dict(fixed)
         columns |= {name: np.tile(column, units) for name, column in values.items()}
@@ -240,8 +249,8 @@ class Plant:
             return sweep(
                 columns,
                 model=model,
-                scenario=[unit.scenario for unit in self.units],
-                scenario_index=which,
+                scenario=[unit.ahead(own) for unit in self.units for own in lags.tolist()],
+                scenario_index=which * len(lags) + np.tile(place, units),
                 t_eval=[unit.fine for unit in self.units],
                 t_eval_index=which,
                 signals=["tau_m", "tau_drive", *(SIGNALS[one] for one in self.channels if one in SIGNALS)],
@@ -256,10 +265,25 @@ class Plant:
             raise KeyboardInterrupt from None  # whoever asked for a diagnosis knows of no rows
 
 
-def _te(unit: Unit, error: Floats, stage: SensorStage, sensed: Mapping[str, Floats | float]) -> Floats:
-    """Transmission error as the load's sensor shows it."""
+def _lag(values: Mapping[str, Floats | float]) -> Floats | float:
+    """Time constant of the motor encoder's low-pass [s]."""
+    return values.get("motor_angle_sensor_lowpass_tau_s", 0.0)
+
+
+def _late(unit: Unit, torque: Floats, lag: Floats) -> Floats:
+    """Torque (M, n) with the lag (M,) of the encoder, from the motion before which the noise comes out amplified."""
+    if not lag.any():
+        return torque
+    encoder = SensorStage((("sensor_lowpass", TORQUE),))
+    read: Floats = encoder.apply(unit.t, {TORQUE: torque}, {"sensor_lowpass_tau_s": lag})[TORQUE]
+    return read
+
+
+def _te(unit: Unit, error: Floats, lag: Floats, stage: SensorStage, sensed: Mapping[str, Floats | float]) -> Floats:
+    """Transmission error (M, n) as the sensors show it, the motor's with a lag (M,) behind the motion."""
+    ahead = lag[:, None] * unit.speed / unit.ratio
     if "load_angle" not in stage.channels:
-        return error
-    load = unit.turned - error
+        return error - ahead
+    load = unit.turned + ahead - error
     read: Floats = stage.apply(unit.t, {"load_angle": load}, sensed)["load_angle"]
-    return error + load - read
+    return unit.turned - read

@@ -11,12 +11,13 @@ from typing import Any
 import numpy as np
 
 from hdfast.checks import Floats
+from hdfast.diagnosis.accept import special
 from hdfast.diagnosis.evidence import Index
 from hdfast.diagnosis.fit import Bench, Fit, fit
 from hdfast.diagnosis.plant import Structure
 from hdfast.diagnosis.score import Gain, folds_near, gain, nrmse, weights_of
 from hdfast.diagnosis.screen import Signature
-from hdfast.diagnosis.select import Round, Search, Trial, special, without
+from hdfast.diagnosis.select import Round, Search, Trial, without
 from hdfast.diagnosis.together import side_by_side
 
 INDISTINCT, ALIKE, BESIDE = 0.98, 0.95, 0.3

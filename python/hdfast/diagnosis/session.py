@@ -8,6 +8,8 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from hdfast.diagnosis.accept import Rules
+from hdfast.diagnosis.band import choose_band
 from hdfast.diagnosis.baseline import baseline
 from hdfast.diagnosis.candidate import Candidate
 from hdfast.diagnosis.evidence import lay_out
@@ -17,9 +19,10 @@ from hdfast.diagnosis.library import HIGHEST_INTEGER, Sizes, library
 from hdfast.diagnosis.lines import order_lines, several, snapped, tone_lines
 from hdfast.diagnosis.noise import COLUMNS, floors, stated
 from hdfast.diagnosis.plant import Plant, Structure
-from hdfast.diagnosis.prepare import Source, choose_band, fitted, prepare
+from hdfast.diagnosis.prepare import prepare
 from hdfast.diagnosis.score import groups
-from hdfast.diagnosis.select import Rules, Search, search
+from hdfast.diagnosis.select import Search, search
+from hdfast.diagnosis.source import Source, fitted
 from hdfast.diagnosis.stages import Stages
 from hdfast.errors import InputError
 from hdfast.health import Health, check
@@ -31,6 +34,7 @@ HELD = 0.7
 NOISY = 1.15
 STIFF = 1e4
 GUARD = 0.05
+REQUIRED = ("t", "motor_angle", "motor_torque")
 LAST_SHARE = 0.3
 MOST_LINES = 6
 LESS = "for the proof, which proves less than recordings of another day"
@@ -157,8 +161,18 @@ def set_up_usable(campaign: Campaign, threads: int | None) -> Setup:
 
 
 def nominal(setup: Setup) -> Structure:
-    """The model of the campaign with what its priors leave open."""
-    return baseline(setup.campaign, setup.bench.plant.torque_spread, setup.period)
+    """The model of the campaign with what its priors leave open.
+
+    Raises:
+        InputError: it cannot be simulated as it is stated.
+    """
+    structure = baseline(setup.campaign, setup.bench.plant.torque_spread, setup.period)
+    if not np.isfinite(setup.bench.mismatch(structure, structure.start[None])).all():
+        raise InputError(
+            f"{setup.campaign.title}: the drive as stated cannot be simulated along the recorded motion; look for an "
+            "inertia, stiffness or damping of [drive] that is zero, negative or far off"
+        )
+    return structure
 
 
 def run(campaign: Campaign, sources: Sequence[Source], seed: int, threads: int | None, stages: Stages) -> Session:
@@ -268,6 +282,7 @@ def with_heldout(sources: Sequence[Source], reason: str = NOTHING_HELD) -> tuple
         edge = t[0] + (1.0 - LAST_SHARE) * (t[-1] - t[0])
         guard = GUARD * (t[-1] - t[0])
         cut += [_part(source, t < edge - guard, "fit"), _part(source, t >= edge, "heldout")]
+    cut = [one for one in cut if set(REQUIRED) <= set(one.recording)]
     return cut, f"{reason}: the last {100 * LAST_SHARE:.0f} % of each were set aside {LESS}"
 
 

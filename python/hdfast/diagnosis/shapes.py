@@ -11,6 +11,7 @@ from hdfast.diagnosis.plant import Free
 from hdfast.terms import Term, terms
 
 EFFECTS = {"maxwell_slip": "hysteresis"}
+ALIKE = 0.1
 
 
 def effect_of(law: str) -> str:
@@ -59,10 +60,17 @@ def in_drive(
 
 
 def positive(
-    name: str, value: float, unit: str, *, sigma: float = 2.0, low: float = 0.0, high: float = math.inf
+    name: str,
+    value: float,
+    unit: str,
+    *,
+    sigma: float = 2.0,
+    low: float = 0.0,
+    high: float = math.inf,
+    ends: bool = False,
 ) -> Free:
     """A parameter that is fitted in its logarithm."""
-    return Free(name, value, sigma, True, unit, low, high)
+    return Free(name, value, sigma, True, unit, low, high, ends=ends)
 
 
 def signed(name: str, value: float, sigma: float, unit: str, *, low: float = -math.inf, high: float = math.inf) -> Free:
@@ -101,6 +109,15 @@ def in_sensor(effect: str, channel: str, free: Iterable[Free], *, waves: tuple[s
         waves=None if waves is None else (own(waves[0]), own(waves[1])),
         shape=f"on {channel}",
     )
+
+
+def in_every_sensor(effect: str, channels: Iterable[str], free: Free) -> Candidate:
+    """An effect on the sensors of several channels that are of one make: to a tenth of the same size."""
+    first, *others = [in_sensor(effect, channel, [free]) for channel in channels]
+    tied = [multiple(one.names[0], first.names[0], sigma=ALIKE) for one in others]
+    fixed = {name: value for one in (first, *others) for name, value in one.fixed.items()}
+    sensors = tuple(pair for one in (first, *others) for pair in one.sensors)
+    return replace(first, sensors=sensors, free=(*first.free, *tied), fixed=fixed, shape="on every channel")
 
 
 def _allowed(free: Free, term: Term, name: str) -> Free:

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from hdfast.checks import Floats
+from hdfast.diagnosis.accept import RISE, SPARED, USELESS
 from hdfast.diagnosis.changes import attentive
 from hdfast.diagnosis.evidence import limited
 from hdfast.diagnosis.features import Feature, features, slowed
@@ -20,7 +21,6 @@ from hdfast.diagnosis.projector import Projector
 from hdfast.diagnosis.regressors import TURN
 from hdfast.diagnosis.rivals import UNKNOWN_FLOOR
 from hdfast.diagnosis.score import CONVINCING, FOLDS, Gain, gain, weights_of
-from hdfast.diagnosis.select import RISE, SPARED, USELESS
 from hdfast.diagnosis.session import noise_floor
 from hdfast.diagnosis.statistics import statistics
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from hdfast.diagnosis.accept import ALONE, TIMING, USELESS
 from hdfast.diagnosis.experiment import NOTHING, Contest, Experiment, propose
 from hdfast.diagnosis.fit import Fit
 from hdfast.diagnosis.holdout import Proof
@@ -17,7 +18,6 @@ from hdfast.diagnosis.locate import Where, locate
 from hdfast.diagnosis.masking import Masked, masked
 from hdfast.diagnosis.rivals import CLOSE_ERRORS, FAINT, INDISTINCT, SURE, Standing, stand
 from hdfast.diagnosis.score import CONVINCING, nrmse
-from hdfast.diagnosis.select import ALONE, TIMING, USELESS
 from hdfast.diagnosis.session import Session
 from hdfast.diagnosis.unknown import Unknown, describe
 

@@ -65,4 +65,4 @@ def check(campaign: Campaign) -> Health:
         )
         for subject in subjects
     ]
-    return Health(found, nameplate.check(campaign), coverage.coverage(readable), repeats(readable))
+    return Health(found, nameplate.check(campaign), coverage.coverage(readable), repeats(subjects))

@@ -61,7 +61,8 @@ class Motion:
         moments = t[known]
         around = np.searchsorted(moments, grid)
         before, after = moments[np.maximum(around - 1, 0)], moments[np.minimum(around, len(moments) - 1)]
-        bridged = (after - before) > 2.5 * step
+        outside = np.maximum(moments[0] - grid, grid - moments[-1])
+        bridged = np.maximum(after - before, outside) > 2.5 * step
         valid = ~(np.convolve(bridged, np.ones(window), "same") > 0.5)
 
         if size > ENDS * window:

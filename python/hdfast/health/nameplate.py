@@ -14,7 +14,8 @@ def check(campaign: Campaign) -> list[Finding]:
     found = []
     filled = [name for name, prior in campaign.priors.items() if not prior.stated and prior.sigma > 0.0]
     if "ratio" not in campaign.drive.values:
-        filled.insert(0, "ratio")
+        sentence = f"[drive] does not state ratio; {campaign.priors['ratio'].value:g} is taken, exactly"
+        found.append(Finding(NAME, WARNING, sentence, value=campaign.priors["ratio"].value))
     if filled:
         sentence = f"[drive] does not state {', '.join(filled)}; the default drive stands in with a wide prior"
         found.append(Finding(NAME, NOTE, sentence, value=len(filled)))

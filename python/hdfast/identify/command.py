@@ -36,7 +36,10 @@ def arguments(command: argparse.ArgumentParser, whole: Callable[[str, int, int],
         shape = argparse.RawDescriptionHelpFormatter
         part = kinds.add_parser(kind, help=text, description=text, epilog=example, formatter_class=shape)
         part.add_argument(
-            "input", nargs="+", metavar="FILE", help="one campaign TOML, or recordings (CSV, Parquet, NPZ, MAT, HDF5)"
+            "input",
+            nargs="+",
+            metavar="FILE",
+            help="one campaign TOML, or recordings (CSV, TSV, Parquet, NPZ, MAT, HDF5, MDF, TDMS)",
         )
         part.add_argument("--model", metavar="FILE.toml", help="drive into which the result is written")
         part.add_argument("--out", metavar="DIR", help="folder for the page, the model file, the JSON and the points")

@@ -71,8 +71,6 @@ def answer(case: Path, out: Path, tool: Sequence[str], limit: float, stop: threa
         begin = time.monotonic()
         fault, detail = _run([part.format(**places) for part in tool], here, limit, stop)
         seconds = time.monotonic() - begin
-        if not fault and not (here / "out" / "verdict.json").exists():
-            fault = "missing"
         (here / "out").mkdir(exist_ok=True)
         shutil.copytree(here / "out", out)
     files.write_json(out / OUTCOME, {"fault": fault, "detail": detail, "seconds": round(seconds, 3)})
@@ -91,7 +89,9 @@ def _run(command: Sequence[str], cwd: Path, limit: float, stop: threading.Event)
         return "late", f"stopped after {limit:g} s"
     last = " ".join(complaint.decode(errors="replace").strip().splitlines()[-1:])[:200]
     ended = f"exit code {process.returncode}{': ' if last else ''}{last}"
-    return ("" if process.returncode in ACCEPTED_CODES else "crashed"), ended
+    if process.returncode in ACCEPTED_CODES and (cwd / "out" / "verdict.json").exists():
+        return "", ended
+    return ("crashed" if process.returncode else "missing"), ended
 
 
 def _complaint(process: subprocess.Popen[bytes], limit: float, stop: threading.Event) -> bytes | None:

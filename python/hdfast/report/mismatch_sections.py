@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from hdfast.diagnosis.prepare import Band
+from hdfast.diagnosis.band import Band
 from hdfast.printing import html_table
 from hdfast.report import diagnosis_details as details
 from hdfast.report.diagnosis_axes import CHANNELS

@@ -42,11 +42,6 @@ def channels(rig: Rig) -> tuple[str, ...]:
     return tuple(names)
 
 
-def rate_of(rig: Rig) -> float:
-    """Samples per second of the linear statistics."""
-    return 1.0 / (_every(rig) * COARSE)
-
-
 def _every(rig: Rig, most: float = RATE) -> int:
     return round(1.0 / (min(most, rig.chain.rate) * COARSE))
 

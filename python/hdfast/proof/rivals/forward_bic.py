@@ -64,7 +64,9 @@ def fits_in(candidate: Candidate, named: Sequence[Candidate], current: Fit) -> b
         return False
     if present & set(candidate.contains) or any(candidate.effect in one.contains for one in named):
         return False
-    return not candidate.needs or bool(present & set(candidate.needs))
+    if candidate.needs and not present & set(candidate.needs):
+        return False
+    return candidate.fits_into(current.structure)
 
 
 def shortlist(found: Sequence[Signature]) -> list[Signature]:

@@ -82,7 +82,7 @@ def _proven(held: Bench, calibrated: Fit, final: Fit) -> Proof:
 
 def _effect(one: Named, final: Fit, sigma: dict[str, float]) -> dict[str, Any]:
     candidate = one.candidate
-    prefix = next((f"{channel}_{effect}_" for effect, channel in candidate.sensors), f"{candidate.effect}_")
+    prefix = next((f"{channel}_{effect}_" for effect, channel in candidate.sensors), f"{candidate.law}_")
     return {
         "effect": candidate.effect,
         "place": candidate.place,

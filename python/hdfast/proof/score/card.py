@@ -9,7 +9,7 @@ from typing import Any
 
 from hdfast.proof.score import confidence, identification, localisation, parameters
 from hdfast.proof.score.answer import Answer
-from hdfast.proof.score.judge import Case, judge
+from hdfast.proof.score.judge import ABSTAINED, MISSED, Case, judge
 from hdfast.proof.score.value import Score
 
 UNAVAILABLE = {
@@ -34,13 +34,8 @@ class ScoreCard:
 
     @property
     def failures(self) -> list[dict[str, Any]]:
-        """Every false alarm, wrong name, miss at three detectable amplitudes, fault and time-out; none left out."""
-        return [failure(case) for case in self.cases if case.outcome in ("wrong", "missed")]
-
-    @property
-    def passed(self) -> bool:
-        """True when every score with a mark meets it."""
-        return all(s.passed for s in self.scores if s.passed is not None)
+        """Every false alarm, wrong name, effect of 1.5 detectable amplitudes without a name, fault and time-out."""
+        return [failure(case) for case in self.cases if case.fails]
 
     def to_dict(self) -> dict[str, Any]:
         """Everything as plain values; numbers that do not exist are None."""
@@ -72,8 +67,8 @@ def failure(case: Case) -> dict[str, Any]:
     """One line of the list of failures."""
     if case.answer.fault:
         kind = {"late": "time-out", "crashed": "crash"}.get(case.answer.fault, "invalid answer")
-    elif case.outcome == "missed":
-        kind = "missed"
+    elif case.outcome in (MISSED, ABSTAINED):
+        kind = case.outcome
     else:
         kind = "false alarm" if case.stratum == "null" else "wrong name"
     minor = {n["id"] for n in case.label.get("nuisance", [])}

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from hdfast.proof.score.intervals import wilson
-from hdfast.proof.score.judge import RIGHT, RIGHT_CLASS, Case
+from hdfast.proof.score.judge import NAMED_FROM, RIGHT, RIGHT_CLASS, Case
 from hdfast.proof.score.value import Score, share, statistic
 
 SINGLE = ("single", "sensor_only")
@@ -30,7 +30,7 @@ def scores(cases: list[Case]) -> list[Score]:
     """Scores of what was claimed."""
     nulls = [c for c in cases if c.stratum == "null"]
     single = [c for c in cases if c.stratum in SINGLE]
-    strong = [c for c in single if c.strength >= 1.5]
+    strong = [c for c in single if c.strength >= NAMED_FROM]
     good = {RIGHT, RIGHT_CLASS}
     out = [
         share("false alarms", [c.claimed for c in nulls], "<= 1 %", lambda v: v <= 0.01 + 1e-12,

@@ -8,6 +8,7 @@ from typing import Any
 from hdfast.proof.score.answer import CLAIMS, Answer
 
 UNDECIDABLE_COSINE = 0.98
+NAMED_FROM, MISSED_FROM = 1.5, 3.0
 RIGHT, RIGHT_CLASS, PARTLY, ABSTAINED, MISSED, WRONG = "right", "right_class", "partly", "abstained", "missed", "wrong"
 
 
@@ -56,6 +57,12 @@ class Case:
         return bool(self.answer.fault) or self.answer.kind in CLAIMS
 
     @property
+    def fails(self) -> bool:
+        """Whether the answer is wrong or leaves unnamed what is large enough to be named."""
+        silent = self.outcome in (MISSED, ABSTAINED) and self.strength >= NAMED_FROM
+        return self.outcome == WRONG or silent
+
+    @property
     def wrong_names(self) -> list[str]:
         """Claimed ids that are not in the label."""
         return [i for i in self.answer.named if i not in self.ids]
@@ -95,4 +102,4 @@ def _outcome(case: Case) -> str:
 
 
 def _silence(case: Case) -> str:
-    return MISSED if case.strength >= 3.0 else ABSTAINED
+    return MISSED if case.strength >= MISSED_FROM else ABSTAINED

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from hdfast.proof.score.identification import SINGLE
-from hdfast.proof.score.judge import Case
+from hdfast.proof.score.judge import NAMED_FROM, Case
 from hdfast.proof.score.value import Score, share, statistic
 
 STEP = 0.01
@@ -17,7 +17,9 @@ Window = tuple[float, float, str]
 def scores(cases: list[Case]) -> list[Score]:
     """Scores of the answers that claim or consider something, single effects of 1.5 detectable amplitudes or more."""
     told = [
-        c for c in cases if c.stratum in SINGLE and c.strength >= 1.5 and c.answer.listed and c.answer.verdict["where"]
+        c
+        for c in cases
+        if c.stratum in SINGLE and c.strength >= NAMED_FROM and c.answer.listed and c.answer.verdict["where"]
     ]
     placed = [c for c in told if c.label.get("separable_place")]
     overlaps = [overlap(_windows(c.answer.verdict["where"]), _windows(c.label)) for c in told if c.label["windows"]]

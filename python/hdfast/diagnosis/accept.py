@@ -1,0 +1,127 @@
+"""What an effect has to show on left-out stretches before it is accepted."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from hdfast.diagnosis.candidate import Candidate
+from hdfast.diagnosis.evidence import Index
+from hdfast.diagnosis.fit import Bench, Fit
+from hdfast.diagnosis.masking import FAR
+from hdfast.diagnosis.plant import TORQUE_SCALE
+from hdfast.diagnosis.resolution import unresolved
+from hdfast.diagnosis.score import NEAR_NOISE, Gain, folds_near, nrmse
+from hdfast.diagnosis.screen import Screen
+
+ALARM, NOTICED, ALONE = 0.01, 0.05, 0.002
+GAIN_ERRORS, SPARED = 2.0, 4.0
+FALL = 0.05
+NEAR_FLOOR = 1.3
+AMPLITUDE_SIGMAS = 2.0
+PRICE = 0.2
+CERTAIN_ERRORS = 3.0
+RISE, TELLING, CERTAIN = 0.01, 8.0, 30.0
+USELESS = 1.5
+SHORT = "A1 gain"
+TIMING = ("actuator_lag", "delay", "sensor_delay", "sensor_lowpass")
+DRIFTS = ("sensor_offset_drift", "clock_skew", "ratio_error")
+
+
+@dataclass(frozen=True)
+class Rules:
+    """What an accepted effect has to show.
+
+    Attributes:
+        floor: nrmse of the sensor noise alone; near it the required fall of the error is waived.
+        noisy: nrmse up to which a mismatch may be noise, so that only the screen can open the search.
+        folds: fold of every stacked sample.
+    """
+
+    floor: float
+    noisy: float
+    folds: Index = field(repr=False)
+
+    def near(self, bench: Bench, current: Fit) -> Rules:
+        """The rules for what a fit leaves."""
+        return replace(self, folds=folds_near(bench, nrmse(bench.layout, current.mismatch), self.floor))
+
+    def waived(self, seen: Screen, candidate: Candidate, error: float) -> bool:
+        """Whether an error need not fall much: the screen singles the candidate out, and it is not far from noise.
+
+        Clocks and filters of the recorder look like an actuator or a sensor that is late by a little.
+        """
+        if candidate.effect in TIMING:
+            return False
+        p = seen.p.get(candidate.label, 1.0)
+        return (p <= ALARM and error <= NEAR_NOISE * self.floor) or (p <= NOTICED and error <= NEAR_FLOOR * self.floor)
+
+
+def failed_rules(
+    bench: Bench, joint: Fit, current: Fit, candidate: Candidate, gained: Gain, rules: Rules, seen: Screen
+) -> tuple[str, ...]:
+    """The rules that an effect breaks, by name."""
+    if not np.isfinite(joint.mismatch).all():
+        return ("A0 simulation",)
+    failed = []
+    steady = gained.over(bench.layout.unit_of_block) if candidate.effect in DRIFTS else gained
+    concentrated = seen.p.get(candidate.label, 1.0) <= ALONE and steady.spared >= SPARED
+    if not (steady.ratio > GAIN_ERRORS or concentrated) or steady.total < SPARED:
+        failed.append(SHORT)
+    after, before = gained.nrmse
+    waived = rules.waived(seen, candidate, before) and gained.total >= TELLING
+    enough = gained.fall >= FALL or waived or _certain(candidate, gained, seen)
+    if after > (1.0 + RISE) * before or not enough:
+        failed.append("A2 error")
+    if after > USELESS:
+        failed.append("A8 prediction")
+    if not _sizeable(bench, joint, candidate):
+        failed.append("A3 amplitude")
+    if unresolved(candidate.effect, joint, bench):
+        failed.append("A5 resolution")
+    if special(candidate, joint):
+        failed.append("A6 special case")
+    failed += [f"A4 {name}" for name in [*_at_bounds(candidate, joint), *_strained(joint, current, gained)][:1]]
+    return tuple(failed)
+
+
+def _sizeable(bench: Bench, joint: Fit, candidate: Candidate) -> bool:
+    """Whether its amplitude is more than its error, in the recorded torque: how much that is may not be known."""
+    names = joint.structure.names
+    where, scale = [names.index(name) for name in candidate.sizes], names.index(TORQUE_SCALE)
+    covariance = joint.covariance(bench.layout)
+    shared = covariance[where, scale]
+    own = covariance[np.ix_(where, where)] - np.multiply.outer(shared, shared) / covariance[scale, scale]
+    positive = [joint.structure.free[j].positive for j in where]
+    together = len(where) / np.sqrt(own.sum()) if all(positive) else 0.0
+    each = np.where(positive, 1.0, np.abs(joint.coordinates[where])) / np.sqrt(np.diag(own))
+    return bool(max(together, *each) > AMPLITUDE_SIGMAS)
+
+
+def _certain(candidate: Candidate, gained: Gain, seen: Screen) -> bool:
+    """Whether an effect is certain: the rest of the mismatch, or the noise, may then hide how far the error falls."""
+    noticed = candidate.effect not in TIMING and seen.p.get(candidate.label, 1.0) <= ALARM
+    return noticed and gained.limited >= CERTAIN and gained.ratio > CERTAIN_ERRORS
+
+
+def special(candidate: Candidate, fitted: Fit) -> bool:
+    """Whether nothing but a special case is left of a general law: a parameter ends at its bound."""
+    return bool(candidate.contains and _at_bounds(candidate, fitted))
+
+
+def _at_bounds(candidate: Candidate, fitted: Fit) -> list[str]:
+    """The effect's own parameters that end at a bound."""
+    bounded = [free for free in candidate.free if not free.ends]
+    return [free.name for free in bounded if not free.low < fitted.value(free.name) < free.high]
+
+
+def _strained(joint: Fit, current: Fit, gained: Gain) -> list[str]:
+    """Parameters far from what is known of them: the effect's own, and others that it pulls there for a small gain."""
+    known = dict(zip(current.structure.names, current.pulls, strict=True))
+    strained = []
+    for name, pull in zip(joint.structure.names, joint.pulls, strict=True):
+        far = pull > max(FAR, known.get(name, 0.0) + 0.5)
+        if far and (name not in known or 0.5 * (pull**2 - known[name] ** 2) > PRICE * gained.total):
+            strained.append(name)
+    return strained

@@ -1,0 +1,148 @@
+"""The band that all recordings of a campaign are compared in."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+from scipy import signal
+
+from hdfast.checks import Floats
+from hdfast.diagnosis.source import Source, fitted
+from hdfast.recordings.clock import period
+
+HIGHEST_RATE, CLOCK = 500.0, 0.01
+FINE, PER_PERIOD = 4, 12.0
+MOST_SAMPLES = 40_000
+PASS_SHARE = 0.4
+NARROWEST = 0.05
+NOISE_SHARE = 0.01
+DROWNED = 4.0
+SLOW_SHARE, QUIET_SHARE = 0.5, 0.25
+TOP_SHARES = (0.75, 0.95)
+SEGMENT = 256
+SHORTEST = 32
+SLOWEST = 1e-9
+
+
+@dataclass(frozen=True)
+class Band:
+    """Working rate, and what recorded and simulated signals alike lose to zero-phase low-passes.
+
+    Attributes:
+        rate: working rate [Hz].
+        motion: corner for the motion that is replayed and for the motor torque [Hz]; a torque takes two derivatives of
+            the angle, so that the angle's noise sets it.
+        sensed: corner for what the load's sensors show [Hz].
+    """
+
+    rate: float
+    motion: float
+    sensed: float
+
+    def of(self, channel: str) -> float:
+        """Corner of a compared channel [Hz]."""
+        return self.motion if channel == "motor_torque" else self.sensed
+
+    def stride(self, channel: str) -> int:
+        """Every so many samples of a channel are as good as all of them."""
+        return max(1, int(PASS_SHARE * self.rate / self.of(channel)))
+
+    @property
+    def density(self) -> int:
+        """How many times as dense as the working rate a torque is simulated, up to `FINE`.
+
+        Dry friction steps between two samples: at the working rate the step would fall on one of them.
+        """
+        return min(FINE, math.ceil(PER_PERIOD * self.motion / self.rate))
+
+    def smooth(self, values: Floats, channel: str = "motor_torque") -> Floats:
+        """Equally spaced values (..., n) of a channel at the working rate through its low-pass."""
+        corner = self.of(channel)
+        return values if corner >= PASS_SHARE * self.rate else low_pass(values, corner, self.rate)
+
+    def simulated(self, values: Floats, density: int) -> Floats:
+        """Simulated torques (..., density (n - 1) + 1) through the motion's low-pass, at the working rate (..., n)."""
+        whole = self.motion >= PASS_SHARE * self.rate
+        passed = values if whole else low_pass(values, self.motion, density * self.rate)
+        return passed[..., ::density]
+
+    def reversing(self, t: Floats, speed: Floats, slowest: float) -> Floats:
+        """Rate of the direction of motion [1/s], (n,), uncertain when slow, from speeds `density` times as dense."""
+        direction = self.simulated(np.clip(speed / max(slowest, SLOWEST), -1.0, 1.0), self.density)
+        return np.asarray(np.gradient(direction, t))
+
+    def slow(self, values: Floats) -> Floats:
+        """Their slow part: motion rather than noise."""
+        return low_pass(values, SLOW_SHARE * self.motion, self.rate)
+
+    def quiet(self, values: Floats) -> Floats:
+        """The part of a torque so slow that a filter or a gain has no noise of the angle to win by removing."""
+        return low_pass(values, QUIET_SHARE * self.motion, self.rate)
+
+
+def choose_band(sources: Sequence[Source], inertia: float) -> Band:
+    """The widest band of motion in which the angle's noise disturbs the inertia torque by less than its share.
+
+    Where that disturbance is below the torque's own noise it costs nothing, whatever its share; the band ends where it
+    would drown that noise: beyond, a smaller inertia would always seem better. Noise is that of the resolution, or what
+    a signal shows near the top of its spectrum, where nothing moves. The slowest clock, or the slowest column that
+    holds its values, sets the rate of all; what is fitted the rest.
+
+    Args:
+        sources: recordings of the campaign.
+        inertia: total inertia at the motor [kg m^2].
+    """
+    rate = min(source.rate for source in sources)
+    sources = fitted(sources)
+    total = sum(float(np.ptp(source.recording["t"])) for source in sources)
+    working = rate / max(1, math.ceil(max(rate / HIGHEST_RATE, rate * total / MOST_SAMPLES) - CLOCK))
+    torque = float(np.median([np.nanstd(source.recording["motor_torque"]) for source in sources]))
+    noise = {
+        name: max(noise_density(source.recording["t"], source.recording[name]) for source in sources)
+        for name in ("motor_angle", "motor_torque")
+    }
+    inertial = max(noise["motor_angle"], 1e-300) * (2.0 * math.pi) ** 4 * max(inertia, 1e-12) ** 2
+    disturbed = (5.0 * (NOISE_SHARE * torque) ** 2 / inertial) ** 0.2
+    level = (noise["motor_torque"] / inertial) ** 0.25
+    corner = min(max(disturbed, level), math.sqrt(DROWNED) * level)
+    widest = PASS_SHARE * working
+    return Band(float(working), float(min(widest, max(corner, NARROWEST * working))), float(widest))
+
+
+def noise_density(clock: Floats, values: Floats) -> float:
+    """Power density of the noise of samples (n,) [square of their unit per Hz]."""
+    known = np.isfinite(values)
+    t, own = clock[known], values[known]
+    step = period(t)
+    quantised = _step(own) ** 2 / 12.0 * 2.0 * step
+    if len(t) < SEGMENT:
+        return quantised
+    even = np.interp(np.arange(t[0], t[-1], step), t, own)
+    frequency, power = signal.welch(np.diff(even, 2), 1.0 / step, nperseg=SEGMENT, average="median")
+    top = (frequency > TOP_SHARES[0] * 0.5 / step) & (frequency < TOP_SHARES[1] * 0.5 / step)
+    differences = (2.0 * np.sin(np.pi * frequency[top] * step)) ** 4
+    return max(quantised, float(np.median(power[top] / differences)))
+
+
+def low_pass(values: Floats, corner: float, rate: float) -> Floats:
+    """Zero-phase low-pass of (..., n); too short a series as it is."""
+    if values.shape[-1] < SHORTEST:
+        return values
+    filtered: Floats = signal.sosfiltfilt(_sections(corner, rate), values, axis=-1)
+    return filtered
+
+
+@lru_cache(maxsize=32)
+def _sections(corner: float, rate: float) -> Floats:
+    """Second-order sections of the low-pass."""
+    return np.asarray(signal.butter(4, corner, fs=rate, output="sos"))
+
+
+def _step(values: Floats) -> float:
+    """Smallest non-zero increment."""
+    increments = np.abs(np.diff(values[np.isfinite(values)]))
+    return float(np.min(increments[increments > 0.0], initial=np.inf)) if np.any(increments > 0.0) else 0.0

@@ -1,0 +1,46 @@
+"""A recording of a campaign, and the samples of it that health checks left usable."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hdfast.checks import Floats
+from hdfast.recordings.clock import period
+
+Mask = NDArray[np.bool_]
+
+
+@dataclass(frozen=True)
+class Source:
+    """Columns of a recording, its part in the campaign, and the samples that health checks left usable.
+
+    Attributes:
+        name: file name.
+        recording: columns by name.
+        role: "fit" or "heldout".
+        group: label shared by recordings of one rig, day and temperature.
+        good: which samples are usable.
+        news: new values per second of a column that holds its values for several samples, the slowest; else infinite.
+    """
+
+    name: str
+    recording: Mapping[str, Floats]
+    role: str
+    group: str
+    good: Mask
+    news: float = math.inf
+
+    @property
+    def rate(self) -> float:
+        """How many samples per second say something new [Hz]."""
+        return min(1.0 / period(self.recording["t"]), self.news)
+
+
+def fitted(sources: Sequence[Source]) -> list[Source]:
+    """Those that are not held out."""
+    return [source for source in sources if source.role == "fit"]

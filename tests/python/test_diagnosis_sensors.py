@@ -1,0 +1,53 @@
+"""A low-pass that all sensors of a recorder share: motion and torques late alike, lines of the transmission faded."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import small_campaign
+from hdfast.diagnosis import diagnose, session
+from hdfast.recordings import load_campaign
+from scipy.signal import lsim
+
+LAG = 5e-3
+
+
+def logged(path):
+    """The recordings of a campaign behind a filter of first order, solved by SciPy."""
+    for one in path.parent.glob("r*.npz"):
+        columns = dict(np.load(one))
+        for name in ("motor_angle", "load_angle", "motor_torque"):
+            late = lsim(([1.0], [LAG, 1.0]), columns[name] - columns[name][0], columns["t"])[1]
+            columns[name] = columns[name][0] + late
+        np.savez(one, **columns)
+    return path
+
+
+def test_against_scipy_a_low_pass_that_all_sensors_share_is_named(tmp_path, monkeypatch):
+    small_campaign.shorten_library(monkeypatch, ("sensor_lowpass", "sensor_delay", "coulomb_friction"))
+    path = logged(small_campaign.write(tmp_path))
+    found = diagnose(path)
+    assert [one["effect"] for one in found.content["effects"]] == ["sensor_lowpass"]
+    assert found.verdict == "sensor"
+    fitted = found.evidence.session.search.final
+    assert fitted.value("motor_angle_sensor_lowpass_tau_s") == pytest.approx(LAG, rel=0.1)
+    assert fitted.value("load_angle_sensor_lowpass_tau_s") == pytest.approx(LAG, rel=0.1)
+
+    (tmp_path / "again.toml").write_text(found.model)
+    again = load_campaign(tmp_path / "again.toml")
+    reread = session.baseline(replace(again, recordings=load_campaign(path).recordings), 0.05, 0.002)
+    assert set(reread.sensors) == set(fitted.structure.sensors)
+    assert reread.fixed["load_angle_sensor_lowpass_tau_s"] == pytest.approx(LAG, rel=0.1)
+
+
+def test_against_scipy_a_declared_low_pass_of_all_sensors_is_no_mismatch(tmp_path, monkeypatch):
+    small_campaign.shorten_library(monkeypatch, ("sensor_lowpass", "sensor_delay", "coulomb_friction"))
+    path = logged(small_campaign.write(tmp_path))
+    corner = 1.0 / (2.0 * np.pi * LAG)
+    text = path.read_text()
+    for name in ("motor_angle", "load_angle", "motor_torque"):
+        text = text.replace(f"{name} = {{ ", f"{name} = {{ lowpass_hz = {corner!r}, ")
+    path.write_text(text)
+    assert diagnose(path).verdict == "no_evidence"

@@ -6,8 +6,12 @@ import re
 from pathlib import Path
 
 import pytest
+from hdfast import config
 from hdfast.cli import main
 from hdfast.recordings import COLUMNS, load, load_campaign
+from hdfast.tolerance.designs import DESIGNS
+from hdfast.tolerance.laws import LAWS
+from hdfast.tolerance.policy import POLICIES
 
 ROOT = Path(__file__).parents[2]
 README = (ROOT / "README.md").read_text()
@@ -23,6 +27,15 @@ def test_exact_python_example_runs(tmp_path, monkeypatch, capsys):
     exec(compile(example, "README.md", "exec"), {})
     assert "te_pp" in capsys.readouterr().out
     assert (tmp_path / "start.svg").stat().st_size > 10_000
+
+
+def test_exact_sweep_file_to_copy_is_read_and_its_tables_are_whole():
+    page = (ROOT / "docs" / "sweep-file.md").read_text()
+    [example] = re.findall(r"```toml\n(.*?)```", page, re.DOTALL)
+    parsed = config.parse(example)
+    assert (set(parsed.tolerances), set(parsed.specs)) == ({"J_l", "k1", "B_m", "B_ml"}, {"te_pp"})
+    told = {*LAWS, *(key for law in LAWS.values() for key in law.keys), *config.RUN_KEYS, *DESIGNS, *POLICIES}
+    assert not {word for word in told if word not in page}
 
 
 def test_exact_campaign_file_to_copy_is_compared(tmp_path, monkeypatch, capsys):

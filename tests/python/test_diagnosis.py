@@ -131,8 +131,9 @@ def test_exact_models_with_other_inertias_are_compared_with_the_same_noise(tmp_p
     np.testing.assert_allclose(found.alike, found.mismatch - fast(bench.commanded(other)), atol=1e-12)
 
 
-def test_exact_same_bytes_on_any_number_of_threads(tmp_path: Path) -> None:
-    file = diagnosed.write(tmp_path / "campaign", ["coulomb_friction"], EFFECTS["coulomb_friction"])
+def test_exact_same_bytes_on_any_number_of_threads(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    small_campaign.shorten_library(monkeypatch)
+    file = small_campaign.write(tmp_path, ["coulomb_friction"], EFFECTS["coulomb_friction"])
     for threads in (1, 2):
         hdfast.diagnose(file, threads=threads).report(tmp_path / str(threads))
     for name in ("verdict.json", "report.html", "extended_model.toml"):

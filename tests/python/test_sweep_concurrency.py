@@ -132,7 +132,7 @@ except hdfast.Interrupted as caught:
 assert 0 < result.finished.sum() < 50_000
 slopes = result.metric_sensitivities["te_rms"]
 assert np.isfinite(slopes[result.finished]).all()
-assert np.isnan(slopes[~result.finished]).all()
+assert set(result.status_counts()) == {"finished", "cancelled"}
 """
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=120, check=False)
     assert done.returncode == 0, done.stderr

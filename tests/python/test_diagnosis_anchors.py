@@ -22,7 +22,7 @@ MET = {
     "bam_trajectory": (GRAVITY,),
     "brfd": (HYSTERESIS,),
     "tx40": (DRY,),
-    "article": (DRY, frozenset({"sensor_lowpass"})),
+    "article": (DRY,),
 }
 PUBLISHED = [name for name in MET if EXPECTED[name].heldout_percent is not None]
 ORDERED = ("emps", "ur10e_j1", "ur10e_j4")

@@ -51,3 +51,12 @@ def test_against_scipy_a_declared_low_pass_of_all_sensors_is_no_mismatch(tmp_pat
         text = text.replace(f"{name} = {{ ", f"{name} = {{ lowpass_hz = {corner!r}, ")
     path.write_text(text)
     assert diagnose(path).verdict == "no_evidence"
+
+
+def test_exact_noise_of_the_angle_is_no_low_pass(tmp_path, monkeypatch):
+    small_campaign.shorten_library(monkeypatch, ("sensor_lowpass", "sensor_delay", "coulomb_friction"))
+    path = small_campaign.write(tmp_path, angle_noise=5e-6)
+    found = diagnose(path)
+    screened = found.evidence.session.search.rounds[0].screen
+    assert found.verdict == "no_evidence"
+    assert all(screened.p[label] > 0.05 for label in screened.p if "sensor_lowpass" in label)

@@ -10,6 +10,7 @@ import numpy as np
 
 from hdfast.checks import Floats
 from hdfast.diagnosis.band import Band
+from hdfast.diagnosis.lag import behind
 from hdfast.diagnosis.prepare import Unit
 from hdfast.errors import Interrupted
 from hdfast.model import Model
@@ -200,19 +201,35 @@ class Plant:
             needed = needed - impulse * unit.reversing
             changed = signals["tau_drive"] - self._asked[index]
             delivered = unit.measured["motor_torque"] + changed
-            if "motor_torque" in stage.channels or lag.any():
-                quiet = self.band.quiet(needed)
-                read = stage.apply(unit.t, {"motor_torque": quiet}, sensed)["motor_torque"]
-                needed = np.asarray(_late(unit, needed - quiet, lag) + read)
+            needed = self._read(unit, needed, TORQUE, lag, stage, sensed)
             differences = {"motor_torque": delivered - needed}
             if "te" in unit.measured:
                 differences["te"] = unit.measured["te"] - _te(unit, signals["te"], lag, stage, sensed)
             if "output_torque" in unit.measured:
-                torque = {"output_torque": signals["gear_torque"]}
-                sampled = stage.apply(unit.t, torque, sensed) if stage.effects else torque
-                differences["output_torque"] = unit.measured["output_torque"] - sampled["output_torque"]
+                read = self._read(unit, signals["gear_torque"], "output_torque", lag, stage, sensed)
+                differences["output_torque"] = unit.measured["output_torque"] - read
             found.append({channel: np.where(wrong, np.nan, own) for channel, own in differences.items()})
         return found
+
+    def _read(
+        self,
+        unit: Unit,
+        torque: Floats,
+        channel: str,
+        lag: Floats,
+        stage: SensorStage,
+        sensed: Mapping[str, Floats | float],
+    ) -> Floats:
+        """A torque (M, n) as its sensor shows it; what carries the angle's noise in its quiet part alone.
+
+        The rest is behind the encoder's `lag` (M,), as the motion before it was made with.
+        """
+        if channel not in stage.channels and not lag.any():
+            return torque
+        noisy = channel == TORQUE or lag.any()
+        quiet = self.band.quiet(torque) if noisy else torque
+        read = stage.apply(unit.t, {channel: quiet}, sensed)[channel]
+        return behind(unit.t, torque - quiet, lag) + read
 
     def needed(self, structure: Structure, coordinates: Floats) -> list[Floats]:
         """Motor torque that each recorded motion takes, in the recorded unit, per unit (n,); coordinates (P,)."""
@@ -268,15 +285,6 @@ class Plant:
 def _lag(values: Mapping[str, Floats | float]) -> Floats | float:
     """Time constant of the motor encoder's low-pass [s]."""
     return values.get("motor_angle_sensor_lowpass_tau_s", 0.0)
-
-
-def _late(unit: Unit, torque: Floats, lag: Floats) -> Floats:
-    """Torque (M, n) with the lag (M,) of the encoder, from the motion before which the noise comes out amplified."""
-    if not lag.any():
-        return torque
-    encoder = SensorStage((("sensor_lowpass", TORQUE),))
-    read: Floats = encoder.apply(unit.t, {TORQUE: torque}, {"sensor_lowpass_tau_s": lag})[TORQUE]
-    return read
 
 
 def _te(unit: Unit, error: Floats, lag: Floats, stage: SensorStage, sensed: Mapping[str, Floats | float]) -> Floats:

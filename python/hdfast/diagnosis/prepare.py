@@ -13,6 +13,7 @@ from scipy.sparse import csr_array
 
 from hdfast.checks import Floats
 from hdfast.diagnosis.band import CLOCK, FINE, PASS_SHARE, Band, low_pass, noise_density
+from hdfast.diagnosis.lag import before
 from hdfast.diagnosis.reading import reading
 from hdfast.diagnosis.source import Mask, Source
 from hdfast.recordings.clock import period
@@ -104,7 +105,7 @@ class Unit:
         """The motion before a motor encoder that shows it through a low-pass of first order with this lag [s]."""
         if lag == 0.0:
             return self.scenario
-        return imposed(self.t, self.angle + lag * self.speed, self.command, self.load_torque)
+        return imposed(self.t, before(self.t, self.angle, lag), self.command, self.load_torque)
 
     def commanded(self, command: Floats) -> Unit:
         """The same recording with another torque before the actuator [N m], shape (n,)."""

@@ -14,9 +14,13 @@ from hdfast.diagnosis.whiten import Whitener, whiten
 from hdfast.scenario_parts import MAX_TORQUE
 
 STEP = 2e-3
+#: In a gap the load rattles as chance has it, and so do slopes over small steps. They are taken across so many
+#: standard deviations, at most over so much.
+RATTLING = frozenset({"backlash"})
+ACROSS, WIDEST = 8.0, 0.2
 ROUNDS = 8
 CHORDS = 2
-SHRINK = (1.0, 0.25)
+SHRINK = (1.0, 0.25, 0.06)
 SETTLED = 0.05
 NEAR = 1.5
 VALLEY = 0.5
@@ -208,7 +212,8 @@ def fit(
     layout = bench.layout
     x = structure.start if start is None else np.array(start, dtype=np.float64)
     kept = 0 if known is None else known.slopes.shape[1]
-    mismatch, slopes, rough = linearise(bench, structure, x, kept)
+    steps = _widest(structure) if RATTLING & set(structure.model.terms) else None
+    mismatch, slopes, rough = linearise(bench, structure, x, kept, steps)
     if known is not None:
         slopes[:, :kept], rough[:, :kept] = known.slopes, known.rough
     for turn in range(ROUNDS):
@@ -233,7 +238,9 @@ def fit(
             kept = 0
         if ahead is not None and _in_valley(bench, ahead, x, mismatch):
             x, mismatch, ahead = ahead.coordinates, ahead.mismatch, None
-        _, fresh, rougher = linearise(bench, structure, x, kept)
+        if steps is not None:
+            steps = np.minimum(_widest(structure), ACROSS * np.sqrt(np.diag(np.linalg.inv(_information(structure, A)))))
+        _, fresh, rougher = linearise(bench, structure, x, kept, steps)
         slopes[:, kept:], rough[:, kept:] = fresh[:, kept:], rougher[:, kept:]
     metric = Metric.of(bench, mismatch)
     return Fit(structure, x, mismatch, slopes, rough, metric.weights, metric.white)
@@ -275,27 +282,52 @@ def without_own_noise(bench: Bench, one: Fit, other: Fit) -> Floats:
     return np.asarray(one.mismatch - one.rough @ np.where(positive, np.expm1(away), away))
 
 
-def linearise(bench: Bench, structure: Structure, x: Floats, kept: int = 0) -> tuple[Floats, Floats, Floats]:
-    """Mismatch and slopes of the simulated signals by one-sided differences; those of the first `kept` stay 0.
+def linearise(
+    bench: Bench, structure: Structure, x: Floats, kept: int = 0, wide: Floats | None = None
+) -> tuple[Floats, Floats, Floats]:
+    """Mismatch and slopes of the simulated signals by differences; those of the first `kept` stay 0.
+
+    Args:
+        bench: recordings.
+        structure: equations and free parameters.
+        x: coordinates (P,).
+        kept: how many parameters, from the first on, are left out.
+        wide: steps (P,) to both sides; default small ones to one side.
 
     Returns:
         Mismatch (N,), slopes (N, P), and the noise of the acceleration that was taken from them (N, P).
     """
-    steps = STEP * np.array([1.0 if free.positive else free.sigma for free in structure.free])
+    steps = (STEP / WIDEST * _widest(structure) if wide is None else wide)[kept:]
     noisy = [j for j, name in enumerate(structure.names) if name in ACCELERATED and j >= kept]
-    moved = np.concatenate([x[None], x + np.diag(steps)[kept:]])
-    stacked, slow = bench.both(structure, moved, [0, *(1 + j - kept for j in noisy)])
+    moves = np.zeros((len(steps), len(x)))
+    moves[:, kept:] = np.diag(steps)
+    higher = 1 + np.arange(len(steps))
+    lower = 0 * higher if wide is None else higher + len(steps)
+    moved = np.concatenate([x[None], x + moves, *([] if wide is None else [x - moves])])
+    own = np.array(noisy, dtype=int) - kept
+    stacked, slow = bench.both(structure, moved, [*higher[own], *lower[own]])
+    spans = (steps if wide is None else 2.0 * steps)[:, None]
     slopes, rough = np.zeros((bench.layout.size, len(x))), np.zeros((bench.layout.size, len(x)))
-    slopes[:, kept:] = -((stacked[1:] - stacked[0]) / steps[kept:, None]).T
-    rough[:, noisy] = slopes[:, noisy] + ((slow[1:] - slow[0]) / steps[noisy, None]).T
+    slopes[:, kept:] = -((stacked[higher] - stacked[lower]) / spans).T
+    rough[:, noisy] = slopes[:, noisy] + ((slow[: len(own)] - slow[len(own) :]) / spans[own]).T
     return stacked[0], np.nan_to_num(slopes - rough), np.nan_to_num(rough)
+
+
+def _widest(structure: Structure) -> Floats:
+    """Largest steps of the coordinates for a difference, shape (P,)."""
+    return WIDEST * np.array([1.0 if free.positive else free.sigma for free in structure.free])
+
+
+def _information(structure: Structure, A: Floats) -> Floats:
+    """Of the coordinates (P, P), from weighted slopes (2N, P) and the prior."""
+    return np.asarray(A.T @ A + np.diag(structure.sigma**-2))
 
 
 def _step(structure: Structure, x: Floats, A: Floats, r: Floats) -> Floats:
     """Gauss-Newton step of the coordinates from weighted slopes (2N, P) and mismatch (2N,)."""
     _, share = limited(r)
     precision = structure.sigma**-2
-    information = A.T @ (A * share[:, None]) + np.diag(precision)
+    information = _information(structure, A * np.sqrt(share)[:, None])
     return np.asarray(
         np.linalg.solve(information, A.T @ (share * r) - precision * (x - structure.start)), dtype=np.float64
     )

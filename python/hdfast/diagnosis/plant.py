@@ -24,7 +24,7 @@ TORQUE = "motor_torque"
 TORQUE_SCALE, TORQUE_LEAD = "torque_scale", "torque_lead"
 REVERSAL = "reversal_impulse"
 NUISANCE = (TORQUE_SCALE, TORQUE_LEAD, REVERSAL)
-RTOL = 1e-5
+RTOL = 1e-6
 LARGEST = 700.0
 
 

@@ -42,7 +42,7 @@ def test_regress_a_single_effect_is_named_with_its_size(tmp_path: Path, effect: 
         assert estimated[name]["value"] == pytest.approx(value, rel=0.1, abs=2.0 * sigma)
         assert sigma < 0.4 * value
     errors = found.to_dict()["fit"]["heldout"]
-    assert errors["extended_nrmse"] < 0.5 * errors["baseline_nrmse"]
+    assert errors["extended_nrmse"] < 0.55 * errors["baseline_nrmse"]
 
 
 def test_regress_friction_is_named_from_the_motor_side_alone(tmp_path: Path) -> None:

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hdfast.diagnosis.band import Band, choose_band
+from hdfast.diagnosis.band import Band, choose_band, low_pass
 from hdfast.diagnosis.evidence import lay_out
 from hdfast.diagnosis.plant import Plant
 from hdfast.diagnosis.prepare import prepare
@@ -170,3 +170,17 @@ def test_exact_what_a_recorder_cannot_follow_is_simulated_as_it_was_taken(freque
     inner = slice(20, -20)
     left = np.std((unit.measured["te"] - simulated)[inner])
     assert left < 0.06 * np.std(unit.measured["te"][inner])
+
+
+def test_exact_a_low_pass_is_the_same_at_any_rate() -> None:
+    corner, fast = 21.0, 400.0
+    t = np.arange(0.0, 4.0, 1.0 / fast)
+    inside = (t > 1.0) & (t < 3.0)
+    for frequency in (5.0, 21.0, 34.0):
+        wave = np.sin(2.0 * np.pi * frequency * t)
+        passed = low_pass(wave, corner, fast)
+        thinned = low_pass(wave[::4], corner, fast / 4.0)
+        np.testing.assert_allclose(passed[::4][inside[::4]], thinned[inside[::4]], atol=2e-4)
+        share = 1.0 / (1.0 + (frequency / corner) ** 8)
+        np.testing.assert_allclose(passed[inside], share * wave[inside], atol=2e-4)
+    np.testing.assert_allclose(low_pass(3.0 * t - 1.0, corner, fast), 3.0 * t - 1.0, atol=1e-12)

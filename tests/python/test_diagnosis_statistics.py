@@ -16,6 +16,7 @@ from hdfast.diagnosis.score import Gain, left_out, nrmse, weights_of
 from hdfast.diagnosis.statistics import statistics
 from hdfast.diagnosis.whiten import Whitener, whiten
 from hdfast.model import Model
+from scipy.linalg import toeplitz
 
 
 def linear(
@@ -40,7 +41,7 @@ def linear(
         slopes,
         np.zeros_like(slopes),
         weights,
-        Whitener({"motor_torque": np.ones(1)}),
+        Whitener({"motor_torque": np.ones((1, 1))}),
     )
 
 
@@ -64,21 +65,27 @@ def test_exact_leverage_correction_is_the_inverse_root_of_each_block() -> None:
         np.testing.assert_allclose(corrected[rows], expected, rtol=1e-8, atol=1e-10)
 
 
-def test_exact_whitening_skips_recordings_shorter_than_its_filter() -> None:
+def test_exact_whitening_predicts_from_the_samples_since_a_gap() -> None:
     rng = np.random.default_rng(4)
-    samples, short = 600, 9
-    numbers = np.arange(samples)
+    samples, short = 6000, 9
+    wave = autoregressive(samples, rng)
+    numbers = np.arange(samples) + 5 * (np.arange(samples) >= 3000)
     layout = Layout(
-        ("motor_torque",), np.zeros_like(numbers), (numbers >= short).astype(np.int64), numbers // 50, numbers,
-        ((0, "motor_torque", slice(0, short)), (1, "motor_torque", slice(short, samples))), np.ones(samples),
-        np.ones(2),
+        ("motor_torque",), np.zeros(samples, dtype=np.int64), (np.arange(samples) >= short).astype(np.int64),
+        np.arange(samples) // 50, numbers,
+        ((0, "motor_torque", slice(0, short)), (1, "motor_torque", slice(short, samples))),
+        np.ones(samples), np.ones(2),
     )  # fmt: skip
-    mismatch = rng.standard_normal(samples)
-    white = whiten(layout, mismatch, np.zeros(1))
-    filtered = white(layout, mismatch)
-    assert len(white.taps["motor_torque"]) > short
-    assert not filtered[:short].any()
-    assert np.std(filtered[short + 16 :]) == pytest.approx(1.0, abs=0.1)
+    white = whiten(layout, wave, np.zeros(1))
+    filtered, taps = white(layout, wave), white.taps["motor_torque"]
+    assert len(taps) > short
+    covariance = np.array([correlation(lag) for lag in range(len(taps))])
+    for begin in (0, short, 3000):
+        for since in (0, 1, 2, 5):
+            ahead = np.linalg.solve(toeplitz(covariance[:since]), covariance[1 : since + 1]) if since else np.zeros(0)
+            left = np.sqrt(covariance[0] - ahead @ covariance[1 : since + 1])
+            expected = (wave[begin + since] - ahead @ wave[begin : begin + since][::-1]) / left
+            assert filtered[begin + since] == pytest.approx(expected, abs=0.15)
 
 
 def test_exact_of_a_mean_counts_what_is_certain_of_it() -> None:
@@ -183,14 +190,28 @@ def test_exact_a_line_snaps_to_an_expected_order_within_its_resolution() -> None
     assert snapped(Line(3.4, 50.0, 0.02), [1.0, 2.0, 4.0]) == 3.4
 
 
+def autoregressive(samples: int, rng: np.random.Generator) -> np.ndarray:
+    """A resonance of order two in white noise."""
+    noise, found = rng.standard_normal(samples + 200), np.zeros(samples + 200)
+    for k in range(2, samples + 200):
+        found[k] = 1.5 * found[k - 1] - 0.7 * found[k - 2] + 0.01 * noise[k]
+    return found[200:]
+
+
+def correlation(lag: int) -> float:
+    """Of `autoregressive`, by the Yule-Walker equations."""
+    first = 1.5 / 1.7
+    power = 1e-4 / (1.0 - 1.5 * first + 0.7 * (1.5 * first - 0.7))
+    found = [power, first * power]
+    while len(found) <= lag:
+        found.append(1.5 * found[-1] - 0.7 * found[-2])
+    return found[lag]
+
+
 def test_exact_whitening_leaves_independent_samples_of_unit_variance() -> None:
     rng = np.random.default_rng(7)
     layout, _ = linear(20_000, 40, 2, rng)
-    noise = rng.standard_normal(20_000)
-    coloured = np.zeros(20_000)
-    for k in range(2, 20_000):
-        coloured[k] = 1.5 * coloured[k - 1] - 0.7 * coloured[k - 2] + 0.01 * noise[k]
-    white = whiten(layout, coloured, np.zeros(1))(layout, coloured)
-    kept = white[white != 0.0]
+    coloured = autoregressive(20_000, rng)
+    kept = whiten(layout, coloured, np.zeros(1))(layout, coloured)
     assert np.std(kept) == pytest.approx(1.0, abs=0.05)
     assert abs(np.corrcoef(kept[1:], kept[:-1])[0, 1]) < 0.03

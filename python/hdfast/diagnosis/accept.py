@@ -87,12 +87,16 @@ def failed_rules(
 
 
 def _sizeable(bench: Bench, joint: Fit, candidate: Candidate) -> bool:
-    """Whether its amplitude is more than its error, in the recorded torque: how much that is may not be known."""
+    """Whether its amplitude is more than its error, in the recorded torque and for this shape.
+
+    How much that torque is may not be known, nor when a loop closes: whether there is one does not depend on it.
+    """
     names = joint.structure.names
-    where, scale = [names.index(name) for name in candidate.sizes], names.index(TORQUE_SCALE)
+    where = [names.index(name) for name in candidate.sizes]
+    given = [names.index(TORQUE_SCALE), *(names.index(name) for name in candidate.names if name not in candidate.sizes)]
     covariance = joint.covariance(bench.layout)
-    shared = covariance[where, scale]
-    own = covariance[np.ix_(where, where)] - np.multiply.outer(shared, shared) / covariance[scale, scale]
+    shared = covariance[np.ix_(where, given)]
+    own = covariance[np.ix_(where, where)] - shared @ np.linalg.solve(covariance[np.ix_(given, given)], shared.T)
     positive = [joint.structure.free[j].positive for j in where]
     together = len(where) / np.sqrt(own.sum()) if all(positive) else 0.0
     each = np.where(positive, 1.0, np.abs(joint.coordinates[where])) / np.sqrt(np.diag(own))

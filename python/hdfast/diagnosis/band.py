@@ -5,10 +5,9 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import lru_cache
 
 import numpy as np
-from scipy import signal
+from scipy import fft, signal
 
 from hdfast.checks import Floats
 from hdfast.diagnosis.source import Source, fitted
@@ -17,14 +16,14 @@ from hdfast.recordings.clock import period
 HIGHEST_RATE, CLOCK = 500.0, 0.01
 FINE, PER_PERIOD = 4, 12.0
 MOST_SAMPLES = 40_000
-PASS_SHARE = 0.4
+PASS_SHARE, WIDER = 0.4, 1.5
 NARROWEST = 0.05
 NOISE_SHARE = 0.01
 DROWNED = 4.0
 SLOW_SHARE, QUIET_SHARE = 0.5, 0.25
 TOP_SHARES = (0.75, 0.95)
 SEGMENT = 256
-SHORTEST = 32
+SHORTEST, STEEPNESS = 32, 8
 SLOWEST = 1e-9
 
 
@@ -34,8 +33,7 @@ class Band:
 
     Attributes:
         rate: working rate [Hz].
-        motion: corner for the motion that is replayed and for the motor torque [Hz]; a torque takes two derivatives of
-            the angle, so that the angle's noise sets it.
+        motion: corner for the motor torque [Hz]; it takes two derivatives of the angle, whose noise sets it.
         sensed: corner for what the load's sensors show [Hz].
     """
 
@@ -59,7 +57,12 @@ class Band:
         """
         return min(FINE, math.ceil(PER_PERIOD * self.motion / self.rate))
 
-    def smooth(self, values: Floats, channel: str = "motor_torque") -> Floats:
+    @property
+    def replayed(self) -> float:
+        """Corner of the motion that is replayed [Hz]: what its torque loses is lost behind it, once as recorded."""
+        return min(WIDER * self.motion, PASS_SHARE * self.rate)
+
+    def smooth(self, values: Floats, channel: str) -> Floats:
         """Equally spaced values (..., n) of a channel at the working rate through its low-pass."""
         corner = self.of(channel)
         return values if corner >= PASS_SHARE * self.rate else low_pass(values, corner, self.rate)
@@ -129,17 +132,16 @@ def noise_density(clock: Floats, values: Floats) -> float:
 
 
 def low_pass(values: Floats, corner: float, rate: float) -> Floats:
-    """Zero-phase low-pass of (..., n); too short a series as it is."""
-    if values.shape[-1] < SHORTEST:
+    """Zero-phase low-pass of (..., n), the same at any rate; too short a series as it is."""
+    n = values.shape[-1]
+    if n < SHORTEST:
         return values
-    filtered: Floats = signal.sosfiltfilt(_sections(corner, rate), values, axis=-1)
-    return filtered
-
-
-@lru_cache(maxsize=32)
-def _sections(corner: float, rate: float) -> Floats:
-    """Second-order sections of the low-pass."""
-    return np.asarray(signal.butter(4, corner, fs=rate, output="sos"))
+    first, last = values[..., :1], values[..., -1:]
+    line = first + (last - first) * np.linspace(0.0, 1.0, n)
+    share = 1.0 / (1.0 + (0.5 * rate / corner * np.arange(1, n - 1) / (n - 1)) ** STEEPNESS)
+    found = np.array(np.broadcast_to(line, values.shape))
+    found[..., 1:-1] += fft.idst(share * fft.dst((values - line)[..., 1:-1], type=1), type=1)
+    return found
 
 
 def _step(values: Floats) -> float:

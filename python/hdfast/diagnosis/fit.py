@@ -222,7 +222,7 @@ def fit(
         moved = False
         for _ in range(CHORDS):
             step = _step(structure, x, A, metric.of_columns(layout, mismatch))
-            trials = x + np.multiply.outer(SHRINK, step)
+            trials = x + np.multiply.outer(SHRINK[: 2 if steps is None else None], step)
             found = bench.mismatch(structure, trials)
             alike = found + (trials - x) @ rough.T
             costs = [metric.cost(layout, structure, *pair) for pair in zip(trials, alike, strict=True)]

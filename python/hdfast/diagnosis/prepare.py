@@ -136,7 +136,7 @@ def prepare(source: Source, band: Band, ratio: float) -> Unit:
             even = low_pass(even, corner, rate)
         return np.ascontiguousarray(even[::stride] if alike else np.interp(t, fine, even))
 
-    angle = bring(recording["motor_angle"])
+    angle = bring(recording["motor_angle"], band.replayed)
     spline = CubicSpline(t, angle)
     speed, acceleration = spline(t, 1), spline(t, 2)
     measured = {"motor_torque": bring(recording["motor_torque"])}
@@ -172,7 +172,7 @@ def prepare(source: Source, band: Band, ratio: float) -> Unit:
         reversing=band.reversing(t, spline(denser(t, band.density), 1), slowest),
         speed=speed,
         acceleration=acceleration,
-        measured={channel: band.smooth(values, channel) for channel, values in measured.items()},
+        measured=measured,
         beyond=bring(recording["motor_torque"], band.sensed) - measured["motor_torque"],
         command=command,
         judged=judged,
@@ -204,7 +204,7 @@ def imposed(t: Floats, angle: Floats, command: Floats, load: Floats) -> Scenario
 
 def _slowest(clock: Floats, angle: Floats, speed: Floats, band: Band) -> float:
     """Speed below which the direction of motion is not certain [rad/s]."""
-    noise = 2.0 * math.pi * math.sqrt(noise_density(clock, angle) * band.motion**3 / 3.0)
+    noise = 2.0 * math.pi * math.sqrt(noise_density(clock, angle) * band.replayed**3 / 3.0)
     return max(3.0 * noise, SLOWEST_SHARE * float(np.max(np.abs(speed))))
 
 

@@ -139,7 +139,7 @@ def _possible(candidate: Candidate, accepted: Sequence[Trial], current: Fit) -> 
 
 
 def _shortlist(found: Sequence[Signature], seen: Screen) -> list[list[Signature]]:
-    """The best shapes of the most telling effects that the screen notices, by fine structure and by bulk.
+    """The best shapes of the most telling laws that the screen notices, by fine structure and by bulk.
 
     Their special cases belong to them. Shapes that are other amplitudes of one structure differ in where its fit
     starts, so that they share one; those that were not chosen join them. What nothing but a lower error speaks for is
@@ -150,7 +150,7 @@ def _shortlist(found: Sequence[Signature], seen: Screen) -> list[list[Signature]
     for size in (attrgetter("gain"), attrgetter("bulk")):
         best: dict[str, Signature] = {}
         for one in sorted(noticed, key=size, reverse=True):
-            best.setdefault(one.candidate.effect, one)
+            best.setdefault(one.candidate.law, one)
         ranked = list(best.values())[:SHORTLIST]
         for one in ranked:
             if size(one) >= FAINTEST * size(ranked[0]):

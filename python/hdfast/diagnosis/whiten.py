@@ -6,7 +6,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
-from scipy.linalg import solve_toeplitz
 from scipy.signal import lfilter
 
 from hdfast.checks import Floats
@@ -15,29 +14,30 @@ from hdfast.diagnosis.evidence import Index, Layout, colour, spread_of
 ORDER = 16
 FEWEST_PER_TAP = 20
 QUIETEST = 0.1
+RIDGE = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
 class Whitener:
-    """Prediction-error filter of each channel, scaled to independent samples of unit variance.
+    """Prediction-error filters of each channel, scaled to independent samples of unit variance.
 
     Attributes:
-        taps: coefficients by channel, shape (p + 1,).
+        taps: of each channel, those of order k in the first k + 1 of row k, the rest 0; shape (p + 1, p + 1).
     """
 
     taps: Mapping[str, Floats] = field(repr=False)
 
     def __call__(self, layout: Layout, stacked: Floats) -> Floats:
-        """Filter (N,) or (N, d) recording by recording; samples without a complete past become 0."""
+        """Filter (N,) or (N, d) recording by recording; samples soon after a gap are predicted from those since."""
         found = np.zeros_like(stacked)
         for _, channel, where in layout.pieces:
-            taps = self.taps[channel]
-            own = lfilter(taps, [1.0], stacked[where], axis=0)
-            past = len(taps) - 1
-            sample = layout.sample[where]
-            complete = np.zeros(len(sample), dtype=bool)
-            complete[past + _followed(sample, past, stride_of(sample))] = True
-            found[where] = own * (complete if stacked.ndim == 1 else complete[:, None])
+            taps, own = self.taps[channel], stacked[where]
+            filtered = lfilter(taps[-1], [1.0], own, axis=0)
+            since = _since(layout.sample[where])
+            soon = np.flatnonzero(since < len(taps) - 1)
+            past = np.maximum(soon[:, None] - np.arange(len(taps)), 0)
+            filtered[soon] = np.einsum("hl,hl...->h...", taps[since[soon]], own[past])
+            found[where] = filtered
         return found
 
 
@@ -46,14 +46,15 @@ def stride_of(sample: Index) -> int:
     return int(np.diff(sample).min(initial=1 if len(sample) < 2 else sample[-1]))
 
 
-def _followed(sample: Index, lag: int, stride: int) -> Index:
-    """Positions in sample numbers (n,) whose next `lag` ones follow without a gap; none in a shorter piece."""
-    begin = sample[: max(len(sample) - lag, 0)]
-    return np.flatnonzero(sample[lag:] - begin == lag * stride)
+def _since(sample: Index) -> Index:
+    """How many samples precede each of sample numbers (n,) without a gap."""
+    n = np.arange(len(sample))
+    gap = np.diff(sample, prepend=sample[:1]) != stride_of(sample)
+    return np.asarray(n - np.maximum.accumulate(np.where(gap, n, 0)))
 
 
 def whiten(layout: Layout, stacked: Floats, floor: Floats) -> Whitener:
-    """Filters that leave nothing to predict in a mismatch (N,), by Yule-Walker over all recordings of a channel.
+    """Filters that leave nothing to predict in a mismatch (N,), by Burg's recursion over all recordings of a channel.
 
     Args:
         layout: of the stack.
@@ -63,28 +64,40 @@ def whiten(layout: Layout, stacked: Floats, floor: Floats) -> Whitener:
     predictors, quietest = {}, {}
     for index, channel in enumerate(layout.channels):
         own = [(layout.sample[where], stacked[where]) for _, name, where in layout.pieces if name == channel]
-        predictors[channel] = _predictor(own)
-        quietest[channel] = QUIETEST * floor[index] / np.linalg.norm(predictors[channel])
+        predictors[channel] = _predictors(own)
+        quietest[channel] = QUIETEST * floor[index] / np.linalg.norm(predictors[channel][-1])
     filtered = Whitener(predictors)(layout, stacked)
     scaled = {}
     for index, channel in enumerate(layout.channels):
-        innovation = spread_of(filtered[(layout.channel == index) & (filtered != 0.0)])
+        innovation = spread_of(filtered[layout.channel == index])
         counted = max(1.0, colour(layout, filtered, channel))
         scaled[channel] = predictors[channel] / (max(innovation, quietest[channel], 1e-300) * np.sqrt(counted))
     return Whitener(scaled)
 
 
-def _predictor(pieces: list[tuple[Index, Floats]]) -> Floats:
-    """Taps (p + 1,) of the prediction error of samples (n,) with their numbers; pairs across a gap do not count."""
-    total = sum(len(own) for _, own in pieces)
-    order = min(ORDER, total // FEWEST_PER_TAP)
-    lags = np.zeros(order + 1)
-    for sample, own in pieces:
-        centred, stride = own - own.mean(), stride_of(sample)
-        for lag in range(order + 1):
-            first = _followed(sample, lag, stride)
-            lags[lag] += float(centred[first + lag] @ centred[first])
-    if order == 0 or lags[0] <= 0.0:
-        return np.ones(1)
-    lags[0] *= 1.0 + 1e-6
-    return np.concatenate([[1.0], -solve_toeplitz(lags[:-1], lags[1:])])
+def _predictors(pieces: list[tuple[Index, Floats]]) -> Floats:
+    """Taps of the prediction errors of all orders, each as large as that of the highest.
+
+    Of samples (n,) with their numbers, in stretches without a gap. Autocorrelations would do where spectra are flat; of
+    a low-passed mismatch they leave much to predict, as its last octave is far below the others.
+
+    Returns:
+        As `Whitener.taps`.
+    """
+    since = np.concatenate([_since(sample) for sample, _ in pieces] or [np.zeros(0, dtype=np.int64)])
+    ahead = np.concatenate([own - own.mean() for _, own in pieces] or [np.zeros(0)])
+    highest = min(ORDER, len(ahead) // FEWEST_PER_TAP)
+    power = float(np.mean(ahead**2)) if len(ahead) else 0.0
+    if highest == 0 or power <= 0.0:
+        return np.ones((1, 1))
+    taps, left = np.zeros((highest + 1, highest + 1)), np.full(highest + 1, power)
+    taps[0, 0] = 1.0
+    behind = ahead
+    for order in range(1, highest + 1):
+        behind = np.concatenate([[0.0], behind[:-1]])
+        f, b = ahead[since >= order], behind[since >= order]
+        reflected = -2.0 * float(f @ b) / max((1.0 + RIDGE) * float(f @ f + b @ b), 1e-300)
+        ahead, behind = ahead + reflected * behind, behind + reflected * ahead
+        taps[order, : order + 1] = taps[order - 1, : order + 1] + reflected * taps[order - 1, order::-1]
+        left[order] = left[order - 1] * (1.0 - reflected**2)
+    return np.asarray(taps * np.sqrt(left[-1] / left)[:, None])

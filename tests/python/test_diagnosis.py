@@ -16,6 +16,7 @@ from hdfast.checks import Floats
 from hdfast.diagnosis.fit import STEP, Bench, fit, linearise, quieted, without_own_noise
 from hdfast.diagnosis.holdout import replayed
 from hdfast.diagnosis.session import nominal, set_up_usable
+from hdfast.diagnosis.shaken import calmer
 from hdfast.recordings import load_campaign
 
 EFFECTS = {
@@ -129,6 +130,29 @@ def test_exact_models_with_other_inertias_are_compared_with_the_same_noise(tmp_p
     )
     found = replayed(bench, other, one)
     np.testing.assert_allclose(found.alike, found.mismatch - fast(bench.commanded(other)), atol=1e-12)
+
+
+def test_exact_a_spring_that_answers_noise_of_the_angle_less_is_calmer(tmp_path: Path) -> None:
+    """Ten times as stiff, a spring takes a part of what the inertia needs of a fast shake."""
+    setup = set_up_usable(load_campaign(small_campaign.write(tmp_path, angle_noise=1e-4)), None)
+    bench, structure = setup.bench, nominal(setup)
+    one = fit(bench, structure)
+    stiffer = replace(one, coordinates=one.coordinates + np.log(10.0) * (np.array(structure.names) == "k1"))
+    assert calmer(bench, one, one) == 0.0
+    assert calmer(bench, stiffer, one) > 10.0
+    silent = replace(bench, plant=replace(bench.plant, band=replace(bench.plant.band, angle_noise=0.0)))
+    assert calmer(silent, stiffer, one) == 0.0
+
+
+def test_exact_wide_slopes_are_differences_to_both_sides(tmp_path: Path) -> None:
+    setup = set_up_usable(load_campaign(small_campaign.write(tmp_path)), None)
+    bench, structure = setup.bench, nominal(setup)
+    wide = 0.05 * structure.sigma
+    _, slopes, rough = linearise(bench, structure, structure.start, kept=1, wide=wide)
+    higher, lower = (bench.mismatch(structure, structure.start + side * np.diag(wide)) for side in (1.0, -1.0))
+    expected = -((higher - lower) / (2.0 * wide[:, None])).T
+    np.testing.assert_allclose((slopes + rough)[:, 1:], expected[:, 1:], rtol=1e-9, atol=1e-12)
+    assert not slopes[:, 0].any()
 
 
 def test_exact_same_bytes_on_any_number_of_threads(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

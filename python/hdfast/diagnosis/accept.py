@@ -14,6 +14,7 @@ from hdfast.diagnosis.plant import TORQUE_SCALE
 from hdfast.diagnosis.resolution import unresolved
 from hdfast.diagnosis.score import NEAR_NOISE, Gain, folds_near, nrmse
 from hdfast.diagnosis.screen import Screen
+from hdfast.diagnosis.shaken import calmer
 
 ALARM, NOTICED, ALONE = 0.01, 0.05, 0.002
 GAIN_ERRORS, SPARED = 2.0, 4.0
@@ -24,6 +25,7 @@ PRICE = 0.2
 CERTAIN_ERRORS = 3.0
 RISE, TELLING, CERTAIN = 0.01, 8.0, 30.0
 USELESS = 1.5
+CALMER = 0.1
 SHORT = "A1 gain"
 TIMING = ("actuator_lag", "delay", "sensor_delay", "sensor_lowpass")
 DRIFTS = ("sensor_offset_drift", "clock_skew", "ratio_error")
@@ -83,20 +85,18 @@ def failed_rules(
     if special(candidate, joint):
         failed.append("A6 special case")
     failed += [f"A4 {name}" for name in [*_at_bounds(candidate, joint), *_strained(joint, current, gained)][:1]]
+    if not failed and calmer(bench, joint, current) > CALMER * gained.total:
+        failed.append("A9 noise")
     return tuple(failed)
 
 
 def _sizeable(bench: Bench, joint: Fit, candidate: Candidate) -> bool:
-    """Whether its amplitude is more than its error, in the recorded torque and for this shape.
-
-    How much that torque is may not be known, nor when a loop closes: whether there is one does not depend on it.
-    """
+    """Whether its amplitude is more than its error, in the recorded torque: how much that is may not be known."""
     names = joint.structure.names
-    where = [names.index(name) for name in candidate.sizes]
-    given = [names.index(TORQUE_SCALE), *(names.index(name) for name in candidate.names if name not in candidate.sizes)]
+    where, scale = [names.index(name) for name in candidate.sizes], names.index(TORQUE_SCALE)
     covariance = joint.covariance(bench.layout)
-    shared = covariance[np.ix_(where, given)]
-    own = covariance[np.ix_(where, where)] - shared @ np.linalg.solve(covariance[np.ix_(given, given)], shared.T)
+    shared = covariance[where, scale]
+    own = covariance[np.ix_(where, where)] - np.multiply.outer(shared, shared) / covariance[scale, scale]
     positive = [joint.structure.free[j].positive for j in where]
     together = len(where) / np.sqrt(own.sum()) if all(positive) else 0.0
     each = np.where(positive, 1.0, np.abs(joint.coordinates[where])) / np.sqrt(np.diag(own))

@@ -35,11 +35,13 @@ class Band:
         rate: working rate [Hz].
         motion: corner for the motor torque [Hz]; it takes two derivatives of the angle, whose noise sets it.
         sensed: corner for what the load's sensors show [Hz].
+        angle_noise: power density of the motor angle's noise [rad^2/Hz].
     """
 
     rate: float
     motion: float
     sensed: float
+    angle_noise: float = 0.0
 
     def of(self, channel: str) -> float:
         """Corner of a compared channel [Hz]."""
@@ -113,7 +115,8 @@ def choose_band(sources: Sequence[Source], inertia: float) -> Band:
     level = (noise["motor_torque"] / inertial) ** 0.25
     corner = min(max(disturbed, level), math.sqrt(DROWNED) * level)
     widest = PASS_SHARE * working
-    return Band(float(working), float(min(widest, max(corner, NARROWEST * working))), float(widest))
+    motion = min(widest, max(corner, NARROWEST * working))
+    return Band(float(working), float(motion), float(widest), float(noise["motor_angle"]))
 
 
 def noise_density(clock: Floats, values: Floats) -> float:

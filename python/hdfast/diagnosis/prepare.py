@@ -107,6 +107,10 @@ class Unit:
             return self.scenario
         return imposed(self.t, before(self.t, self.angle, lag), self.command, self.load_torque)
 
+    def moved(self, angle: Floats) -> Unit:
+        """The same recording replayed on a motion that differs by some angle [rad], shape (n,)."""
+        return replace(self, scenario=imposed(self.t, self.angle + angle, self.command, self.load_torque))
+
     def commanded(self, command: Floats) -> Unit:
         """The same recording with another torque before the actuator [N m], shape (n,)."""
         return replace(self, command=command, scenario=imposed(self.t, self.angle, command, self.load_torque))

@@ -79,8 +79,9 @@ def shortlist(found: Sequence[Signature]) -> list[Signature]:
 
 def added(bench: Bench, current: Fit, signature: Signature) -> Fit | None:
     """The joint fit with one more effect, from its linear estimate or its typical size; None where neither runs."""
-    structure = signature.candidate.added_to(current.structure)
-    for sized in (signature.candidate.started(signature.shares), signature.candidate):
+    candidate = signature.candidate
+    structure = candidate.added_to(current.structure)
+    for sized in (candidate.started(candidate.possible(signature.shares)), candidate):
         start = started(current, [sized])
         if np.isfinite(bench.mismatch(structure, start[None])).all():
             return fit(bench, structure, start, current)

@@ -10,6 +10,7 @@ from hdfast.diagnosis.candidate import Candidate
 from hdfast.diagnosis.shapes import in_drive, in_every_sensor, in_sensor, multiple, phase, positive, signed
 
 FRICTION = ("coulomb_friction", "stribeck_friction", "presliding_friction")
+SLOWEST = 10.0
 SLOTS, MOST_DETENTS = (12.0, 24.0, 36.0), 9
 HIGHEST_INTEGER = 16
 STIFFEST, STIFFEST_BASE, MOST_DAMPED = 15.0, 10.0, 100.0
@@ -326,7 +327,7 @@ def _sensors(s: Sizes) -> list[Candidate]:
     found = []
     if set(s.channels) - {"motor_torque"}:
         every = ("motor_angle", *s.channels)
-        found.append(in_every_sensor("sensor_lowpass", every, positive("tau_s", time, "s", sigma=1.5)))
+        found.append(in_every_sensor("sensor_lowpass", every, positive("tau_s", time, "s", sigma=1.5, high=SLOWEST)))
     for channel in s.channels:
         found += [
             in_sensor("sensor_delay", channel, [positive("tau_y", time, "s", sigma=1.5)]),

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -58,6 +59,17 @@ class Layout:
         """Recording of each block, shape (B,)."""
         found = np.zeros(self.blocks, dtype=np.int64)
         found[self.block] = self.unit
+        return found
+
+    @cached_property
+    def since(self) -> Index:
+        """How many samples of its piece precede each stacked one without a gap, shape (N,)."""
+        found = np.zeros(self.size, dtype=np.int64)
+        for _, _, where in self.pieces:
+            apart = np.diff(self.sample[where])
+            places = np.arange(len(apart) + 1)
+            gap = np.concatenate([[False], apart != apart.min(initial=np.iinfo(np.int64).max)])
+            found[where] = places - np.maximum.accumulate(np.where(gap, places, 0))
         return found
 
     def stack(self, found: Sequence[Mapping[str, Floats]]) -> Floats:

@@ -20,7 +20,8 @@ RATTLING = frozenset({"backlash"})
 ACROSS, WIDEST = 8.0, 0.2
 ROUNDS = 8
 CHORDS = 2
-SHRINK = (1.0, 0.25, 0.06)
+SHRINK = (1.0, 0.25)
+CAREFUL = (*SHRINK, 0.06)
 SETTLED = 0.05
 NEAR = 1.5
 VALLEY = 0.5
@@ -212,7 +213,8 @@ def fit(
     layout = bench.layout
     x = structure.start if start is None else np.array(start, dtype=np.float64)
     kept = 0 if known is None else known.slopes.shape[1]
-    steps = _widest(structure) if RATTLING & set(structure.model.terms) else None
+    rattling = bool(RATTLING & set(structure.model.terms))
+    steps = WIDEST * _units(structure) if rattling else None
     mismatch, slopes, rough = linearise(bench, structure, x, kept, steps)
     if known is not None:
         slopes[:, :kept], rough[:, :kept] = known.slopes, known.rough
@@ -222,7 +224,7 @@ def fit(
         moved = False
         for _ in range(CHORDS):
             step = _step(structure, x, A, metric.of_columns(layout, mismatch))
-            trials = x + np.multiply.outer(SHRINK[: 2 if steps is None else None], step)
+            trials = x + np.multiply.outer(CAREFUL if rattling else SHRINK, step)
             found = bench.mismatch(structure, trials)
             alike = found + (trials - x) @ rough.T
             costs = [metric.cost(layout, structure, *pair) for pair in zip(trials, alike, strict=True)]
@@ -239,7 +241,8 @@ def fit(
         if ahead is not None and _in_valley(bench, ahead, x, mismatch):
             x, mismatch, ahead = ahead.coordinates, ahead.mismatch, None
         if steps is not None:
-            steps = np.minimum(_widest(structure), ACROSS * np.sqrt(np.diag(np.linalg.inv(_information(structure, A)))))
+            deviations = np.sqrt(np.diag(np.linalg.inv(_information(structure, A))))
+            steps = np.minimum(WIDEST * _units(structure), ACROSS * deviations)
         _, fresh, rougher = linearise(bench, structure, x, kept, steps)
         slopes[:, kept:], rough[:, kept:] = fresh[:, kept:], rougher[:, kept:]
     metric = Metric.of(bench, mismatch)
@@ -297,7 +300,7 @@ def linearise(
     Returns:
         Mismatch (N,), slopes (N, P), and the noise of the acceleration that was taken from them (N, P).
     """
-    steps = (STEP / WIDEST * _widest(structure) if wide is None else wide)[kept:]
+    steps = (STEP * _units(structure) if wide is None else wide)[kept:]
     noisy = [j for j, name in enumerate(structure.names) if name in ACCELERATED and j >= kept]
     moves = np.zeros((len(steps), len(x)))
     moves[:, kept:] = np.diag(steps)
@@ -313,9 +316,9 @@ def linearise(
     return stacked[0], np.nan_to_num(slopes - rough), np.nan_to_num(rough)
 
 
-def _widest(structure: Structure) -> Floats:
-    """Largest steps of the coordinates for a difference, shape (P,)."""
-    return WIDEST * np.array([1.0 if free.positive else free.sigma for free in structure.free])
+def _units(structure: Structure) -> Floats:
+    """What steps of the coordinates are multiples of, shape (P,)."""
+    return np.array([1.0 if free.positive else free.sigma for free in structure.free])
 
 
 def _information(structure: Structure, A: Floats) -> Floats:

@@ -1,24 +1,19 @@
-"""A low-pass of first order behind a replayed motion, and the motion before it."""
+"""A low-pass of first order behind a motion that was replayed from before it."""
 
 from __future__ import annotations
 
 import numpy as np
-from scipy.interpolate import CubicSpline
 from scipy.linalg import solve_banded
 
 from hdfast.checks import Floats
 
 
-def before(t: Floats, values: Floats, lag: float) -> Floats:
-    """Values (n,) at equally spaced times (n,) [s] before a low-pass with time constant `lag` [s]."""
-    return np.asarray(values + lag * CubicSpline(t, values)(t, 1))
-
-
 def behind(t: Floats, values: Floats, lag: Floats) -> Floats:
     """Values (M, n) at equally spaced times (n,) [s] behind low-passes with time constants `lag` (M,) [s].
 
-    Undoes `before` exactly, the slopes of a spline included: what that raised of a recording's noise must be brought
-    back to where it was, neither more nor less, or a low-pass would seem right wherever a recording is noisy.
+    Undoes exactly what a lag times the slopes of a cubic spline adds to a motion: what that raised of a recording's
+    noise must be brought back to where it was, neither more nor less, or a low-pass would seem right wherever a
+    recording is noisy.
     """
     found = values.copy()
     for own in np.unique(lag[lag != 0.0]):

@@ -13,7 +13,6 @@ from scipy.sparse import csr_array
 
 from hdfast.checks import Floats
 from hdfast.diagnosis.band import CLOCK, FINE, PASS_SHARE, Band, low_pass, noise_density
-from hdfast.diagnosis.lag import before
 from hdfast.diagnosis.reading import reading
 from hdfast.diagnosis.source import Mask, Source
 from hdfast.recordings.clock import period
@@ -103,9 +102,7 @@ class Unit:
 
     def ahead(self, lag: float) -> Scenario:
         """The motion before a motor encoder that shows it through a low-pass of first order with this lag [s]."""
-        if lag == 0.0:
-            return self.scenario
-        return imposed(self.t, before(self.t, self.angle, lag), self.command, self.load_torque)
+        return self.moved(lag * self.speed).scenario if lag != 0.0 else self.scenario
 
     def moved(self, angle: Floats) -> Unit:
         """The same recording replayed on a motion that differs by some angle [rad], shape (n,)."""

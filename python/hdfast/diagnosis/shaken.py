@@ -9,7 +9,7 @@ import numpy as np
 from hdfast.checks import Floats
 from hdfast.diagnosis.band import low_pass
 from hdfast.diagnosis.fit import Bench, Fit, quieted
-from hdfast.diagnosis.prepare import Unit
+from hdfast.diagnosis.plant import Structure
 
 SHAKES = 2
 
@@ -21,26 +21,21 @@ def calmer(bench: Bench, one: Fit, other: Fit) -> float:
     the right place calms it, and predicts better, whether the drive has one or not. Parameters that multiply the
     acceleration are the other model's, as when gains are compared.
     """
-    costs = [
-        _disturbed(bench, fit, coordinates, one)
-        for fit, coordinates in ((one, quieted(bench, one, other)), (other, other.coordinates))
-    ]
-    return costs[1] - costs[0]
+    shaken = [_shaken(bench, draw) for draw in range(SHAKES)]
+
+    def disturbed(structure: Structure, coordinates: Floats) -> float:
+        still, *moved = (own.mismatch(structure, coordinates[None])[0] for own in (bench, *shaken))
+        added = [0.5 * float(np.sum(one.white(bench.layout, found - still) ** 2)) for found in moved]
+        return float(np.mean(added))
+
+    return disturbed(other.structure, other.coordinates) - disturbed(one.structure, quieted(bench, one, other))
 
 
-def _disturbed(bench: Bench, fit: Fit, coordinates: Floats, filtering: Fit) -> float:
-    """Half the sum of squares that more of the same noise adds [nats], mean of a few draws."""
-    still = bench.mismatch(fit.structure, coordinates[None])[0]
-    added = []
-    for draw in range(SHAKES):
-        units = [_shaken(bench, unit, np.random.default_rng([draw, k])) for k, unit in enumerate(bench.plant.units)]
-        shaken = replace(bench, plant=replace(bench.plant, units=units))
-        moved = shaken.mismatch(fit.structure, coordinates[None])[0] - still
-        added.append(0.5 * float(np.sum(filtering.white(bench.layout, moved) ** 2)))
-    return float(np.mean(added))
-
-
-def _shaken(bench: Bench, unit: Unit, rng: np.random.Generator) -> Unit:
-    band = bench.plant.band
-    noise = np.sqrt(0.5 * band.angle_noise * band.rate) * rng.standard_normal(len(unit.t))
-    return unit.moved(low_pass(noise, band.replayed, band.rate))
+def _shaken(bench: Bench, draw: int) -> Bench:
+    """The same recordings, replayed with more of the noise that they show."""
+    band, units = bench.plant.band, []
+    for number, unit in enumerate(bench.plant.units):
+        noise = np.random.default_rng([draw, number]).standard_normal(len(unit.t))
+        loud = np.sqrt(0.5 * band.angle_noise * band.rate) * noise
+        units.append(unit.moved(low_pass(loud, band.replayed, band.rate)))
+    return replace(bench, plant=replace(bench.plant, units=units))

@@ -33,24 +33,12 @@ class Whitener:
         for _, channel, where in layout.pieces:
             taps, own = self.taps[channel], stacked[where]
             filtered = lfilter(taps[-1], [1.0], own, axis=0)
-            since = _since(layout.sample[where])
+            since = layout.since[where]
             soon = np.flatnonzero(since < len(taps) - 1)
             past = np.maximum(soon[:, None] - np.arange(len(taps)), 0)
             filtered[soon] = np.einsum("hl,hl...->h...", taps[since[soon]], own[past])
             found[where] = filtered
         return found
-
-
-def stride_of(sample: Index) -> int:
-    """Smallest distance of sample numbers (n,)."""
-    return int(np.diff(sample).min(initial=1 if len(sample) < 2 else sample[-1]))
-
-
-def _since(sample: Index) -> Index:
-    """How many samples precede each of sample numbers (n,) without a gap."""
-    n = np.arange(len(sample))
-    gap = np.diff(sample, prepend=sample[:1]) != stride_of(sample)
-    return np.asarray(n - np.maximum.accumulate(np.where(gap, n, 0)))
 
 
 def whiten(layout: Layout, stacked: Floats, floor: Floats) -> Whitener:
@@ -63,8 +51,8 @@ def whiten(layout: Layout, stacked: Floats, floor: Floats) -> Whitener:
     """
     predictors, quietest = {}, {}
     for index, channel in enumerate(layout.channels):
-        own = [(layout.sample[where], stacked[where]) for _, name, where in layout.pieces if name == channel]
-        predictors[channel] = _predictors(own)
+        pieces = [where for _, name, where in layout.pieces if name == channel]
+        predictors[channel] = _predictors([(layout.since[where], stacked[where]) for where in pieces])
         quietest[channel] = QUIETEST * floor[index] / np.linalg.norm(predictors[channel][-1])
     filtered = Whitener(predictors)(layout, stacked)
     scaled = {}
@@ -78,16 +66,19 @@ def whiten(layout: Layout, stacked: Floats, floor: Floats) -> Whitener:
 def _predictors(pieces: list[tuple[Index, Floats]]) -> Floats:
     """Taps of the prediction errors of all orders, each as large as that of the highest.
 
-    Of samples (n,) with their numbers, in stretches without a gap. Autocorrelations would do where spectra are flat; of
-    a low-passed mismatch they leave much to predict, as its last octave is far below the others.
+    Of pieces with how many samples precede each without a gap (n,), and the samples (n,). Autocorrelations would do
+    where spectra are flat; of a low-passed mismatch they leave much to predict, as its last octave is far below the
+    others.
 
     Returns:
         As `Whitener.taps`.
     """
-    since = np.concatenate([_since(sample) for sample, _ in pieces] or [np.zeros(0, dtype=np.int64)])
-    ahead = np.concatenate([own - own.mean() for _, own in pieces] or [np.zeros(0)])
+    if not pieces:
+        return np.ones((1, 1))
+    since = np.concatenate([one for one, _ in pieces])
+    ahead = np.concatenate([own - own.mean() for _, own in pieces])
     highest = min(ORDER, len(ahead) // FEWEST_PER_TAP)
-    power = float(np.mean(ahead**2)) if len(ahead) else 0.0
+    power = float(np.mean(ahead**2))
     if highest == 0 or power <= 0.0:
         return np.ones((1, 1))
     taps, left = np.zeros((highest + 1, highest + 1)), np.full(highest + 1, power)

@@ -13,7 +13,7 @@ use super::integrals::Integral;
 use super::interpolant::ALL_STATES;
 use super::record::{Branch, Dense, lane_coefficients};
 use super::replay::Lane;
-use super::root::root;
+use super::root::{next_root, root};
 use super::stepper::Trial;
 use crate::model::{Model, Rates, Shaft};
 use crate::real::{Mask, Path, Real, lanes_of};
@@ -219,8 +219,8 @@ impl<P: Path, M: Model<N>, T: Method, const N: usize> Advance<'_, P, M, T, N> {
         let direction = self.stepper.directions[shaft].plain().get(lane);
         if direction != 0.0 {
             let speed = |share: f64| direction * dense.at(number(share))[M::STICKING[shaft]].plain();
-            let (start, end) = (direction * self.stepper.state[M::STICKING[shaft]].plain().get(lane), speed(1.0));
-            return (root(speed, start.max(0.0), end), Event::Stop(shaft));
+            let start = direction * self.stepper.state[M::STICKING[shaft]].plain().get(lane);
+            return (next_root(speed, start, speed(1.0), EARLIEST), Event::Stop(shaft));
         }
         let held = |rates: &Rates<Lane<P>, N>| hold(&rates.shafts[shaft]);
         let margin = hold(&trial.rates.shafts[shaft]).plain().get(lane);

@@ -70,6 +70,23 @@ pub fn root_between(mut function: impl FnMut(f64) -> f64, places: [f64; 2], valu
     search.found()
 }
 
+/// The root on [0, 1] of a function that ends below zero, and starts above or at it: then the root behind that start.
+/// Where it does not rise by `earliest`, that.
+pub fn next_root(mut function: impl FnMut(f64) -> f64, at_zero: f64, at_one: f64, earliest: f64) -> f64 {
+    if at_zero > 0.0 {
+        return root(function, at_zero, at_one);
+    }
+    let mut place = 0.5;
+    while place > earliest {
+        let value = function(place);
+        if value > 0.0 {
+            return root_between(function, [place, 1.0], [value, at_one]);
+        }
+        place *= 0.5;
+    }
+    earliest
+}
+
 /// A root of a function, with the derivative by which it follows what the function depends on.
 pub fn moving<S: Scalar>(mut function: impl FnMut(S) -> S, root: f64) -> S {
     let root = S::splat(root);
@@ -82,7 +99,7 @@ pub fn moving<S: Scalar>(mut function: impl FnMut(S) -> S, root: f64) -> S {
 
 #[cfg(test)]
 mod tests {
-    use super::{Search, root};
+    use super::{Search, next_root, root};
     use crate::real::{Mask, Pair, Real};
 
     const ROOTS: [f64; 4] = [1e-7, 0.2, 0.5, 0.93];
@@ -99,6 +116,15 @@ mod tests {
             assert!((found - exact).abs() < 1e-15, "{found} against {exact}");
             assert!(asked <= 9, "{asked} values for {exact}");
         }
+    }
+
+    #[test]
+    fn exact_root_behind_a_start_at_zero() {
+        for exact in ROOTS {
+            let found = next_root(|x| x * (exact - x), 0.0, exact - 1.0, 1e-9);
+            assert!((found - exact).abs() < 1e-15, "{found} against {exact}");
+        }
+        assert_eq!(next_root(|x| -x, 0.0, -1.0, 1e-9), 1e-9);
     }
 
     #[test]

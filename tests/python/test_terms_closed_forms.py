@@ -451,6 +451,23 @@ def test_exact_dry_friction_follows_an_imposed_motion_that_trembles_at_rest() ->
     np.testing.assert_allclose(added, 0.03, rtol=1e-9)
 
 
+def test_regress_a_load_that_turns_back_at_once_goes_on() -> None:
+    """Let go with little torque to spare: the first step ends behind the next reversal."""
+    rng = np.random.default_rng(4)
+    t = np.arange(0.0, 0.5, 5e-4)
+    size, line, phase = rng.normal(scale=1e-3, size=8), rng.uniform(20.0, 120.0, 8), rng.uniform(0.0, 6.0, 8)
+    result = hdfast.sweep(
+        {"load_side_friction_T_cl": np.linspace(1e-3, 0.2, 100)},
+        model=hdfast.Model(terms=["load_side_friction"]),
+        scenario=Scenario.motion(t, size @ np.sin(2 * np.pi * np.outer(line, t) + phase[:, None])),
+        t_eval=t[::50],
+        metrics=[],
+        max_steps=20_000,
+    )
+    assert result.finished.all(), result.message(int(np.argmin(result.finished)))
+    assert result.steps.max() < 2.0 * np.median(result.steps)
+
+
 # jumps
 
 

@@ -85,7 +85,7 @@ def failed_rules(
     if special(candidate, joint):
         failed.append("A6 special case")
     failed += [f"A4 {name}" for name in [*_at_bounds(candidate, joint), *_strained(joint, current, gained)][:1]]
-    if not failed and calmer(bench, joint, current) > CALMER * gained.total:
+    if not (failed or calmer(bench, joint, current) <= CALMER * gained.total):
         failed.append("A9 noise")
     return tuple(failed)
 

@@ -111,7 +111,8 @@ class Scenario:
             K_p: proportional gain [N m s/rad].
             K_i: integral gain [N m/rad].
             tau_max: torque limit of the controller [N m]; may be infinite.
-            initial: "relaxed" (spring in equilibrium with the load) or "zero_angle" (both angles zero).
+            initial: "relaxed" (the spring in equilibrium with the load torque; torques of terms, gravity say, then set
+                the load swinging) or "zero_angle" (both angles zero).
             theta_m0: motor angle at t = 0 [rad].
             run_window: (begin, end) of the run phase [s]; the end is t_off.
             ring_delay: delay of the residual-ring window after t_off [s]; default 1.5 (coast) or 0.1 (brake).

@@ -5,12 +5,14 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from typing import Any
 
 import hdfast
 import pytest
-from anchors.expected import DRY, EXPECTED, GRAVITY, HYSTERESIS, ONE_SIDED, RIPPLE
+from anchors import article
+from anchors.expected import DRY, EXPECTED, GRAVITY, HYSTERESIS, LATE, ONE_SIDED, RIPPLE
 
 MET = {
     "emps": (DRY, ONE_SIDED, RIPPLE),
@@ -23,6 +25,7 @@ MET = {
     "brfd": (HYSTERESIS,),
     "tx40": (DRY,),
     "article": (DRY,),
+    "article_output": (DRY, LATE),
 }
 PUBLISHED = [name for name in MET if EXPECTED[name].heldout_percent is not None]
 ORDERED = ("emps", "ur10e_j1", "ur10e_j4")
@@ -52,6 +55,15 @@ def test_against_known_effects(diagnosed: Verdicts, name: str) -> None:
     for either in MET[name]:
         assert named & either, f"none of {sorted(either)} in {sorted(named)}"
     assert not named & EXPECTED[name].must_not_name
+
+
+def test_against_the_bench_with_a_slow_sensor_at_its_output(diagnosed: Verdicts) -> None:
+    effects = {effect["effect"]: effect for effect in diagnosed("article_output")["effects"]}
+    late = effects["sensor_lowpass"]
+    dry = next(effect for name, effect in effects.items() if name in DRY)
+    assert late["evidence"]["shape"] == "on load_angle"
+    assert 1.0 / (2.0 * math.pi * late["parameters"]["tau_s"]["value"]) == pytest.approx(article.BANDWIDTH_HZ, rel=0.01)
+    assert dry["parameters"]["T_c"]["value"] == pytest.approx(article.FRICTION["T_c"], rel=0.05)
 
 
 def test_exact_held_samples_are_no_physics(diagnosed: Verdicts) -> None:

@@ -26,7 +26,7 @@ CERTAIN_ERRORS = 3.0
 RISE, TELLING, CERTAIN = 0.01, 8.0, 30.0
 USELESS = 1.5
 CALMER = 0.1
-SHORT = "A1 gain"
+SHORT, STILL = "A1 gain", "A2 error"
 TIMING = ("actuator_lag", "delay", "sensor_delay", "sensor_lowpass")
 DRIFTS = ("sensor_offset_drift", "clock_skew", "ratio_error")
 
@@ -75,7 +75,7 @@ def failed_rules(
     waived = rules.waived(seen, candidate, before) and gained.total >= TELLING
     enough = gained.fall >= FALL or waived or _certain(candidate, gained, seen)
     if after > (1.0 + RISE) * before or not enough:
-        failed.append("A2 error")
+        failed.append(STILL)
     if after > USELESS:
         failed.append("A8 prediction")
     if not _sizeable(bench, joint, candidate):

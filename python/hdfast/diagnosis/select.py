@@ -11,7 +11,7 @@ from operator import attrgetter
 import numpy as np
 
 from hdfast.checks import Floats
-from hdfast.diagnosis.accept import ALARM, GAIN_ERRORS, NOTICED, SHORT, Rules, failed_rules
+from hdfast.diagnosis.accept import ALARM, GAIN_ERRORS, NOTICED, SHORT, STILL, Rules, failed_rules
 from hdfast.diagnosis.candidate import Candidate
 from hdfast.diagnosis.changes import attentive, changes
 from hdfast.diagnosis.fit import Bench, Fit, Metric, fit
@@ -249,13 +249,14 @@ def _best(bench: Bench, trials: Sequence[Trial], accepted: Sequence[Trial], seen
     """The best trial that breaks no rule.
 
     A general law has to beat its special case clearly, and other generalisations of that case as well; else the
-    special case goes first, also where it alone would gain too little: the law speaks for it.
+    special case goes first, also where it alone would gain too little, or lower the error too little: the law speaks
+    for it.
     """
     passed = sorted((one for one in trials if not one.failed), key=lambda one: -one.gain.limited)
-    known = {one.candidate.effect for one in (*trials, *accepted) if not set(one.failed) - {SHORT}}
+    known = {one.candidate.effect for one in (*trials, *accepted) if not set(one.failed) - {SHORT, STILL}}
     for best in passed:
         shared = [effect for effect in best.candidate.contains if effect in known]
-        cases = [one for one in trials if one.candidate.effect in shared and not set(one.failed) - {SHORT}]
+        cases = [one for one in trials if one.candidate.effect in shared and not set(one.failed) - {SHORT, STILL}]
         others = [
             one
             for one in passed

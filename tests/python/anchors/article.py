@@ -1,8 +1,8 @@
 """The bench of the article as a campaign: starts and stops at 15, 50 and 100 r/min, ratio 121, simulated.
 
-The recorded drive has dry friction, and its channels pass a low-pass and the averaging of a 100 Hz logger; the nominal
-drive has neither. So the recording starts more slowly and stops sooner than the simulation, and lacks its
-high-frequency part: the two differences that the article describes.
+The recorded drive has dry friction, and either the angle sensor at its output is slow, or all channels pass a low-pass
+and the averaging of a 100 Hz logger; the nominal drive has none of it. So the recording starts more slowly and stops
+sooner than the simulation, and lacks its high-frequency part: the two differences that the article describes.
 """
 
 from __future__ import annotations
@@ -39,27 +39,37 @@ def run(speed_rpm: float, friction: str) -> hdfast.Trajectory:
     return hdfast.simulate(FRICTION if terms else {}, model=hdfast.Model(terms=terms), scenario=scenario, t_eval=grid)
 
 
+def slow(values: np.ndarray) -> np.ndarray:
+    """First-order low-pass of a signal that is straight between its samples."""
+    span = 2.0 * np.pi * BANDWIDTH_HZ / RATE
+    pole = np.exp(-span)
+    share = (1.0 - pole) / span
+    return values[0] + lfilter([1.0 - share, share - pole], [1.0, -pole], values - values[0])
+
+
 def logged(values: np.ndarray) -> np.ndarray:
-    """First-order low-pass of the sensor, then the mean of the samples of one tick of the logger."""
-    pole = np.exp(-2.0 * np.pi * BANDWIDTH_HZ / RATE)
-    slow, _ = lfilter([1.0 - pole], [1.0, -pole], values, zi=[pole * values[0]])
-    return slow.reshape(-1, TICK).mean(axis=1)
+    """What a sensor shows slowly, and then the mean of the samples of one tick of the logger."""
+    return slow(values).reshape(-1, TICK).mean(axis=1)
 
 
-def write(folder: Path, friction: str = "stribeck", *, slow_sensors: bool = True, seed: int = 0) -> Path:
-    """The campaign of the bench; without friction and with fast sensors it is the twin of itself.
+def write(folder: Path, friction: str = "stribeck", *, late: str = "all", seed: int = 0) -> Path:
+    """The campaign of the bench; without friction and with no sensor late it is the twin of itself.
 
-    The runs at 50 r/min are held out. Slow sensors log the mean of every tick of 10 ms, on a clock that starts with the
-    first mean; fast ones log at 1 kHz.
+    The runs at 50 r/min are held out. `late` is "all", "output" or "none". Where all sensors are, they log the mean of
+    every tick of 10 ms, on a clock that starts with the first mean; else at 1 kHz.
     """
     random = np.random.default_rng(seed)
     parts = []
     for speed in SPEEDS_RPM:
         trajectory = run(speed, friction)
         for repeat in range(REPEATS):
-            columns = {"t": trajectory.t[:: TICK if slow_sensors else 1]}
+            columns = {"t": trajectory.t[:: TICK if late == "all" else 1]}
             for channel, signal in CHANNELS.items():
-                values = logged(trajectory[signal]) if slow_sensors else trajectory[signal]
+                values = trajectory[signal]
+                if late == "all":
+                    values = logged(values)
+                elif late == "output" and channel == "load_angle":
+                    values = slow(values)
                 columns[channel] = values + NOISE[channel] * random.normal(size=len(values))
             role = "heldout" if speed == HELD_OUT_RPM else "fit"
             name = f"{speed:g}rpm_{repeat}"

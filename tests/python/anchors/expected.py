@@ -17,7 +17,7 @@ GRAVITY = frozenset({"gravity_unbalance"})
 HYSTERESIS = frozenset({"hysteresis"})
 MEMORY = frozenset({"hysteresis", "presliding_friction"})
 TORSION = frozenset({"backlash", "hysteresis", "soft_windup", "viscoelastic", "mesh_stiffness_variation"})
-HELD = frozenset({"delay", "sensor_delay"})
+LATE = frozenset({"sensor_lowpass"})
 
 
 @dataclass(frozen=True)
@@ -58,7 +58,7 @@ def _twin(corner: float) -> Callable[[Path, Path, int], Path]:
 
 
 def _bench_without(_: Path, folder: Path, seed: int) -> Path:
-    return article.write(folder, "none", slow_sensors=False, seed=seed)
+    return article.write(folder, "none", late="none", seed=seed)
 
 
 EXPECTED = {
@@ -146,7 +146,13 @@ EXPECTED = {
     "article": Expected(
         article.write,
         _bench_without,
-        must_name=(DRY, frozenset({"sensor_lowpass"})),
+        must_name=(DRY, LATE),
         must_not_name=frozenset({"unknown", "load_dependent_friction", "gravity_unbalance"}),
+    ),
+    "article_output": Expected(
+        partial(article.write, late="output"),
+        _bench_without,
+        must_name=(DRY, LATE),
+        must_not_name=TORSION | {"unknown", "load_dependent_friction", "gravity_unbalance", "load_compliance"},
     ),
 }

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -15,7 +16,8 @@ import small_campaign
 from hdfast.checks import Floats
 from hdfast.diagnosis.fit import STEP, Bench, fit, linearise, quieted, without_own_noise
 from hdfast.diagnosis.holdout import replayed
-from hdfast.diagnosis.session import nominal, set_up_usable
+from hdfast.diagnosis.lines import Line
+from hdfast.diagnosis.session import candidates, nominal, set_up_usable
 from hdfast.diagnosis.shaken import calmer
 from hdfast.recordings import load_campaign
 
@@ -52,6 +54,41 @@ def test_regress_friction_is_named_from_the_motor_side_alone(tmp_path: Path) -> 
     assert [one["effect"] for one in found.effects] == ["coulomb_friction"]
     reasons = {one["effect"]: one["reason"] for one in found.to_dict()["not_showable"]}
     assert "load angle" in reasons["backlash"]
+
+
+def test_exact_the_motors_side_shows_the_resonance_of_a_load_that_is_stated(tmp_path: Path) -> None:
+    """A rigid drive would leave it; a base that is stated stands, and nothing is made up of a load that is not."""
+    file = small_campaign.write(tmp_path, parameters={"J_l": 2.0})
+    text = re.sub("load_angle = .*\n", "", file.read_text()).replace("J_l = 0.5", "J_l = 2.0")
+    for run in tmp_path.glob("*.npz"):
+        columns = dict(np.load(run))
+        del columns["load_angle"]
+        np.savez(run, **columns)
+    left = {}
+    for base in ("two_inertia", "one_inertia"):
+        stated = "" if base == "two_inertia" else f'base = "{base}"\n'
+        file.write_text(text.replace("[drive]\n", f"[drive]\n{stated}"))
+        setup = set_up_usable(load_campaign(file), None)
+        assert setup.campaign.base == base
+        found = fit(setup.bench, nominal(setup))
+        left[base] = float(np.sqrt(np.mean(found.mismatch**2))) / setup.bench.floor[0]
+    assert left["two_inertia"] < 1.1
+    assert left["one_inertia"] > 2.0
+    for unknown in ("k1", "J_l"):
+        file.write_text(re.sub(f"{unknown} = .*\n", "", text))
+        assert set_up_usable(load_campaign(file), None).campaign.base == "one_inertia"
+
+
+def test_exact_a_line_at_an_order_of_no_drive_has_to_stand_in_two_recordings(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    setup = set_up_usable(load_campaign(small_campaign.write(tmp_path)), None)
+    found = fit(setup.bench, nominal(setup))
+    lines = [Line(37.3, 90.0, 0.01, 1), Line(41.3, 60.0, 0.01, 2), Line(4.0, 40.0, 0.01, 1)]
+    monkeypatch.setattr("hdfast.diagnosis.session.order_lines", lambda *_: lines)
+    orders = {one.order for one in candidates(setup.bench, found, 121.0) if one.effect == "te_harmonic"}
+    assert {4.0, 41.3} < orders
+    assert 37.3 not in orders
 
 
 def test_exact_a_second_line_of_a_torque_is_found_with_the_first(tmp_path: Path) -> None:
@@ -133,12 +170,20 @@ def test_exact_models_with_other_inertias_are_compared_with_the_same_noise(tmp_p
 
 
 def test_exact_a_spring_that_answers_noise_of_the_angle_less_is_calmer(tmp_path: Path) -> None:
-    """Ten times as stiff, a spring takes a part of what the inertia needs of a fast shake."""
+    """Ten times as stiff, a spring takes a part of what the inertia needs of a fast shake.
+
+    That of a law counts, what a refit does to the drive's own does not.
+    """
     setup = set_up_usable(load_campaign(small_campaign.write(tmp_path, angle_noise=1e-4)), None)
     bench, structure = setup.bench, nominal(setup)
     one = fit(bench, structure)
-    stiffer = replace(one, coordinates=one.coordinates + np.log(10.0) * (np.array(structure.names) == "k1"))
+    j = structure.names.index("k1")
+    given = structure.fixed | {"k1": 10.0 * one.value("k1")}
+    law = replace(structure, free=(*structure.free[:j], *structure.free[j + 1 :]), fixed=given)
+    stiffer = replace(one, structure=law, coordinates=np.delete(one.coordinates, j))
+    refitted = replace(one, coordinates=one.coordinates + np.log(10.0) * (np.arange(len(structure.names)) == j))
     assert calmer(bench, one, one) == 0.0
+    assert calmer(bench, refitted, one) == 0.0
     assert calmer(bench, stiffer, one) > 10.0
     silent = replace(bench, plant=replace(bench.plant, band=replace(bench.plant.band, angle_noise=0.0)))
     assert calmer(silent, stiffer, one) == 0.0

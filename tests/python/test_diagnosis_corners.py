@@ -179,10 +179,12 @@ def test_exact_a_seed_that_cannot_be_is_refused_before_the_run(tmp_path, seed):
 def test_exact_effects_of_the_windup_are_those_a_rigid_drive_has_none_of():
     sizes = Sizes(
         motor_torque=0.1, speed=100.0, stiffness=3e4, ratio=121.0, corner=100.0, elastic=True, loaded=True, warm=True,
-        orders=(), detents=None, turns=50.0, lines=(), tones=(), channels=("motor_torque",),
+        orders=(), detents=None, turns=50.0, lines=(), tones=(), channels=("motor_torque", "load_angle"),
     )  # fmt: skip
     effects = [{one.effect for one in library(replace(sizes, elastic=elastic))} for elastic in (True, False)]
     assert effects[0] - effects[1] == set(OF_THE_WINDUP)
+    alone = {one.effect for one in library(replace(sizes, channels=("motor_torque",)))}
+    assert alone & set(OF_THE_WINDUP) == {"load_side_friction"}
 
 
 def test_exact_drifts_need_a_second_recording():

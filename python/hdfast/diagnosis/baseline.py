@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -10,10 +11,12 @@ from hdfast.diagnosis.plant import REVERSAL, TORQUE_LEAD, TORQUE_SCALE, Free, St
 from hdfast.params import params
 from hdfast.recordings import Campaign
 from hdfast.sensors import SensorFacts, stage_of
+from hdfast.spring import COEFFICIENTS
 from hdfast.terms import terms
 
 LEAD_SHARE = 0.5
 REVERSAL_LAG = 1e-3
+VISIBLE = 2.0
 SIGNED = ("k2", "k3", "k4", "k5")
 
 
@@ -58,6 +61,26 @@ def baseline(campaign: Campaign, torque_spread: float, period: float) -> Structu
         names = [f"{channel}_{effect}_{parameter.name}" for parameter in terms()[effect].parameters]
         fixed |= {name: float(stage.value(name)) for name in names}
     return Structure(campaign.model, fixed, tuple(free), tuple(stage.effects))
+
+
+def with_resonance(campaign: Campaign, corner: float) -> Campaign:
+    """The campaign with its windup where recordings of the motor's side alone show the load's resonance.
+
+    A rigid drive would be wrong by as much as the load's inertial torque there. Stiffness and inertia have to be
+    stated, and no base.
+
+    Args:
+        campaign: the checked campaign.
+        corner: band of the motor torque [Hz].
+    """
+    first = COEFFICIENTS[campaign.drive.spring][0]
+    known = campaign.priors[first].stated and campaign.priors["J_l"].stated
+    if campaign.drive.base is not None or campaign.base != "one_inertia" or not known:
+        return campaign
+    resonance = math.sqrt(campaign.priors[first].value / campaign.priors["J_l"].value) / (2.0 * math.pi)
+    if resonance > VISIBLE * corner:
+        return campaign
+    return replace(campaign, drive=replace(campaign.drive, base="two_inertia"))
 
 
 def _lasting(facts: SensorFacts) -> SensorFacts:

@@ -115,11 +115,10 @@ def features(bench: Bench, slow: Sequence[Unit], fitted: Fit) -> list[Feature]:
     Args:
         bench: recordings.
         slow: their slow motion.
-        fitted: the model, for the transmitted torque; where it has a load side, a torque may act on that.
+        fitted: the model, for the transmitted torque; where a load side is seen, a torque may act on that.
     """
     band = bench.plant.band
     ratio, inertia = fitted.value("ratio"), fitted.value("J_l")
-    elastic = fitted.structure.model.base == "two_inertia"
 
     def transmitted(unit: Unit) -> Floats:
         return np.asarray(inertia * unit.acceleration / ratio + unit.load_torque)
@@ -140,7 +139,7 @@ def features(bench: Bench, slow: Sequence[Unit], fitted: Fit) -> list[Feature]:
         "load_phase": lambda unit: unit.turned,
         "lobe_phase": lambda unit: unit.angle - unit.turned,
     }
-    places = ("motor", "load") if elastic else ("motor",)
+    places = ("motor", "load") if bench.plant.load_side else ("motor",)
     groups: list[Group] = [
         ((name, "none", place), of, splines(slow, of)) for name, of in smooth.items() for place in places
     ]

@@ -30,6 +30,7 @@ NOTHING = -30.0
 #: alone held 79 % of the effects' sizes and 67 % of the drive's parameters where 90 % are meant.
 FORM = 1.5
 ACCELERATED = ("J_m", "J_l", TORQUE_SCALE, "load_dependent_friction_c_drive")
+#: Where a signal of the load side tells of the resonance, what the torque alone would say of it is noise as well.
 SHAKEN = (*ACCELERATED, "k1", "K1", "K2", "K3", "B_sp")
 
 
@@ -302,7 +303,8 @@ def linearise(
         Mismatch (N,), slopes (N, P), and the noise of the acceleration that was taken from them (N, P).
     """
     steps = (STEP * _units(structure) if wide is None else wide)[kept:]
-    noisy = [j for j, name in enumerate(structure.names) if name in SHAKEN and j >= kept]
+    shaken = SHAKEN if bench.plant.load_side else ACCELERATED
+    noisy = [j for j, name in enumerate(structure.names) if name in shaken and j >= kept]
     moves = np.zeros((len(steps), len(x)))
     moves[:, kept:] = np.diag(steps)
     higher = 1 + np.arange(len(steps))

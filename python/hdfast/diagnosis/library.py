@@ -16,7 +16,7 @@ HIGHEST_INTEGER = 16
 STIFFEST, STIFFEST_BASE, MOST_DAMPED = 15.0, 10.0, 100.0
 PAYLOAD = 0.9
 MOST_LINES = 26
-#: Effects that a drive without windup does not have.
+#: Effects that a drive without windup does not have, and that the motor's side alone does not show.
 OF_THE_WINDUP = (
     "hysteresis",
     "viscoelastic",
@@ -67,15 +67,24 @@ class Sizes:
     channels: tuple[str, ...]
 
     @property
+    def load_side(self) -> bool:
+        """Whether a signal of the load side is compared."""
+        return bool(set(self.channels) - {"motor_torque"})
+
+    @property
     def windup(self) -> float:
         """Windup under the spread of the torque [rad]."""
         return self.motor_torque * self.ratio / self.stiffness
 
 
 def library(sizes: Sizes) -> list[Candidate]:
-    """All candidates for recordings of these sizes."""
+    """All candidates for recordings of these sizes.
+
+    The motor's side alone shows a resonance and what rubs behind it; what else the windup does would be read from what
+    a line or a drag at the motor does as well.
+    """
     found = [*_friction(sizes), *_load(sizes), *_actuator(sizes), *_lines(sizes)]
-    if sizes.elastic:
+    if sizes.elastic and sizes.load_side:
         found += _mesh(sizes)
     return found + _sensors(sizes)
 
@@ -164,8 +173,9 @@ def _load(s: Sizes) -> list[Candidate]:
         ),
     ]
     if s.elastic:
+        found.append(in_drive("load_side_friction", [positive("T_cl", torque, "N m")]))
+    if s.elastic and s.load_side:
         found += [
-            in_drive("load_side_friction", [positive("T_cl", torque, "N m")]),
             *(
                 in_drive(
                     "load_compliance",
@@ -259,7 +269,7 @@ def _lines(s: Sizes) -> list[Candidate]:
             shape=f"order {order:.4g}",
         )
         for order in _distinct(
-            [*(line for line in s.lines if line > 0.9), *(() if s.elastic else (1.0, 2.0)), *SLOTS], MOST_DETENTS
+            [*(line for line in s.lines if line > 0.9), *(() if s.load_side else (1.0, 2.0)), *SLOTS], MOST_DETENTS
         )
         if order * s.turns > 1.0
     ]
@@ -325,7 +335,7 @@ def _sensors(s: Sizes) -> list[Candidate]:
     """Effects of the sensors on each compared channel; on the motor angle alone they are motion."""
     time = 0.1 / s.corner
     found = []
-    if set(s.channels) - {"motor_torque"}:
+    if s.load_side:
         every = ("motor_angle", *s.channels)
         found.append(in_every_sensor("sensor_lowpass", every, positive("tau_s", time, "s", sigma=1.5, high=SLOWEST)))
     for channel in s.channels:

@@ -155,6 +155,11 @@ class Plant:
         """Standard deviation of the recorded motor torque, median over the recordings [N m]."""
         return float(np.median([np.std(unit.measured[TORQUE]) for unit in self.units]))
 
+    @property
+    def load_side(self) -> bool:
+        """Whether a signal of the load side is compared."""
+        return any(channel != TORQUE for channel in self.channels)
+
     @cached_property
     def _asked(self) -> list[Floats]:
         """Torque that each unit's actuator is asked for, as simulated signals are seen [N m], per unit (n,)."""

@@ -10,7 +10,7 @@ import numpy as np
 
 from hdfast.diagnosis.accept import Rules
 from hdfast.diagnosis.band import choose_band
-from hdfast.diagnosis.baseline import baseline
+from hdfast.diagnosis.baseline import baseline, with_resonance
 from hdfast.diagnosis.candidate import Candidate
 from hdfast.diagnosis.evidence import lay_out
 from hdfast.diagnosis.fit import Bench, Fit, fit
@@ -125,6 +125,7 @@ def set_up(campaign: Campaign, sources: Sequence[Source], threads: int | None) -
     named = any(one.role == "heldout" for one in campaign.recordings)
     sources, weaker = with_heldout(sources, NOTHING_LEFT if named else NOTHING_HELD)
     band = choose_band(sources, inertia)
+    campaign = with_resonance(campaign, band.motion)
     units = [prepare(source, band, ratio) for source in sources]
     channels = list(dict.fromkeys(channel for unit in units if unit.role == "fit" for channel in unit.measured))
     floor = floors(fitted(sources), channels, band, campaign.sensors, ratio, inertia)
@@ -241,13 +242,18 @@ def noise_floor(bench: Bench) -> float:
 
 
 def candidates(bench: Bench, current: Fit, ratio: float) -> list[Candidate]:
-    """The library for the present mismatch: its lines and tones become hypotheses."""
+    """The library for the present mismatch: its lines and tones become hypotheses.
+
+    At a steady speed the steps of an encoder make a line anywhere, so that one at an order that no drive is known for
+    has to stand in several recordings, as tones have.
+    """
     units = bench.plant.units
     model = current.structure.model
     whole = range(1, HIGHEST_INTEGER + 1)
     expected = [1.0 / ratio, 2.0 / ratio, *(order * turn for order in whole for turn in (1.0, 1.0 - 1.0 / ratio))]
-    lines = [snapped(line, expected) for line in order_lines(bench, current.mismatch)]
     least = several(bench)
+    found = [(line, snapped(line, expected)) for line in order_lines(bench, current.mismatch)]
+    lines = [order for line, order in found if order in expected or line.recordings >= least]
     tones = [line.position for line in tone_lines(bench, current.mismatch) if line.recordings >= least]
     sizes = Sizes(
         motor_torque=bench.plant.torque_spread,

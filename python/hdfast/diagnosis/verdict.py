@@ -18,6 +18,7 @@ from hdfast.diagnosis.locate import Where, locate
 from hdfast.diagnosis.masking import Masked, masked
 from hdfast.diagnosis.rivals import CLOSE_ERRORS, FAINT, INDISTINCT, SURE, Standing, stand
 from hdfast.diagnosis.score import CONVINCING, nrmse
+from hdfast.diagnosis.select import Search
 from hdfast.diagnosis.session import Session
 from hdfast.diagnosis.unknown import Unknown, describe
 
@@ -113,7 +114,6 @@ def conclude(session: Session, seed: int) -> Verdict:
     name, reason, contest = _decide(session, standings, unknown)
     claim = Claim(name, reason, session, standings, unknown)
     extended = claim.extended or search.final
-    rigid = baseline.structure.model.base == "one_inertia"
     last = search.rounds[-1]
     taken = [trial.candidate for trial in search.accepted]
     return Verdict(
@@ -122,10 +122,16 @@ def conclude(session: Session, seed: int) -> Verdict:
         masked=masked(baseline, extended, bench.layout) if extended is not baseline else (),
         limits=[
             *limits(last.signatures, last.screen, len(bench.plant.units)),
-            *(without_windup(OF_THE_WINDUP) if rigid else []),
+            *([] if bench.plant.load_side else without_windup(_untried(search))),
         ],
         experiment=None if contest is None else propose(bench, contest, np.random.default_rng([seed, 3])),
     )
+
+
+def _untried(search: Search) -> list[str]:
+    """Effects of the windup that were no candidates."""
+    tried = [one.candidate.effect for last in search.rounds for one in last.signatures]
+    return [effect for effect in OF_THE_WINDUP if effect not in tried]
 
 
 def _decide(

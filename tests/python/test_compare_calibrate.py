@@ -57,6 +57,25 @@ def test_exact_other_commands_load_the_calibrated_model(calibrated, tmp_path):
     assert loaded.title.endswith("calibrated")
 
 
+def test_exact_a_calibrated_model_predicts_as_it_was_fitted(tmp_path):
+    """The torque reads 4 % too much: the model's column says so."""
+    path = small_campaign.write(tmp_path, parameters=TRUE)
+    for number in range(4):
+        table = dict(np.load(tmp_path / f"r{number}.npz"))
+        np.savez(tmp_path / f"r{number}.npz", **table | {"motor_torque": 1.04 * table["motor_torque"]})
+    calibrated = hdfast.calibrate(path)
+    entries = path.read_text().partition("[[recording]]")
+    again = tmp_path / "again.toml"
+    again.write_text(calibrated.model + "\n" + "".join(entries[1:]))
+    assert load_campaign(again).columns["motor_torque"].scale == pytest.approx(1.0 / 1.04, rel=0.02)
+    unscaled = tmp_path / "unscaled.toml"
+    unscaled.write_text(re.sub("scale = .*", "scale = 1.0", again.read_text()))
+    right, wrong = (hdfast.compare(file).nrmse for file in (again, unscaled))
+    for role, error in right.items():
+        assert error < 1.02 * calibrated.nrmse[role]["calibrated"]
+        assert error < 0.9 * wrong[role]
+
+
 @pytest.mark.parametrize(
     ("command", "files"),
     [

@@ -6,15 +6,16 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
-from hdfast.diagnosis.plant import NUISANCE, Structure
+from hdfast.diagnosis.plant import NUISANCE, TORQUE, TORQUE_SCALE, Structure
 from hdfast.drive_file import UNKNOWN
 from hdfast.params import params
 from hdfast.recordings import Campaign
+from hdfast.recordings.columns import ColumnMap
 from hdfast.sensors import stage_of
 from hdfast.terms import terms
 from hdfast.toml_write import dump
 
-KEPT = ("controller", "sensors", "columns")
+KEPT = ("controller", "sensors")
 
 
 def extended_model(
@@ -26,6 +27,9 @@ def extended_model(
     unnamed: Mapping[str, Any] | None = None,
 ) -> str:
     """TOML text: the campaign's sections with refitted values and the terms that were found, no recordings.
+
+    The fitted scale of the motor torque goes into its column, so that the model is compared as it was fitted. A clock
+    of the torque that is off by less than a sample has no place in the file.
 
     Args:
         campaign: where the sections come from.
@@ -57,7 +61,13 @@ def extended_model(
     if listed:
         sections["terms"] = listed
     sections |= {name: dict(campaign.data[name]) for name in KEPT if name in campaign.data}
-    return dump(sections)
+    return dump(sections | {"columns": {**campaign.data.get("columns", {}), TORQUE: _torque(campaign, values, sigma)}})
+
+
+def _torque(campaign: Campaign, values: Mapping[str, float], sigma: Mapping[str, float]) -> dict[str, Any]:
+    """Entry of the column of the motor torque."""
+    stated, scale = campaign.columns.get(TORQUE, ColumnMap(TORQUE)), values[TORQUE_SCALE]
+    return {"name": stated.name, "scale": stated.scale * scale, "sigma": float(sigma[TORQUE_SCALE] / scale)}
 
 
 def _of_the_drive(name: str, structure: Structure) -> bool:

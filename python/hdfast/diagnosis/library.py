@@ -355,9 +355,9 @@ def _sensors(s: Sizes) -> list[Candidate]:
             in_sensor("ratio_error", "load_angle", [signed("ratio_error", 1e-4, 1e-3, "1")]),
             in_sensor("sensor_offset_drift", "load_angle", [signed("drift", 0.1 * s.windup, s.windup, "rad/s")]),
         ]
-    for channel, size in (("motor_torque", 0.01 * s.motor_torque), ("output_torque", 0.01 * s.motor_torque * s.ratio)):
+    for channel, spread in (("motor_torque", s.motor_torque), ("output_torque", s.motor_torque * s.ratio)):
         if channel in s.channels:
-            found.append(in_sensor("sensor_offset_drift", channel, [signed("drift", size, 10.0 * size, "N m/s")]))
+            found.append(in_sensor("sensor_offset_drift", channel, [signed("drift", 0.01 * spread, spread, "N m/s")]))
     return found
 
 

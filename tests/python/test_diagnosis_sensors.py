@@ -1,4 +1,4 @@
-"""A low-pass that all sensors of a recorder share: motion and torques late alike, lines of the transmission faded."""
+"""What sensors do: a low-pass that a recorder's channels share, and a zero that drifts."""
 
 from __future__ import annotations
 
@@ -60,3 +60,17 @@ def test_exact_noise_of_the_angle_is_no_low_pass(tmp_path, monkeypatch):
     screened = found.evidence.session.search.rounds[0].screen
     assert found.verdict == "no_evidence"
     assert all(screened.p[label] > 0.05 for label in screened.p if "sensor_lowpass" in label)
+
+
+def test_exact_a_fast_drift_of_the_torques_zero_is_named(tmp_path, monkeypatch):
+    small_campaign.shorten_library(monkeypatch, ("sensor_offset_drift", "coulomb_friction", "thermal_viscous"))
+    path = small_campaign.write(tmp_path)
+    runs = {one: dict(np.load(one)) for one in path.parent.glob("r*.npz")}
+    drift = 0.6 * max(float(np.std(columns["motor_torque"])) for columns in runs.values())
+    for one, columns in runs.items():
+        np.savez(one, **columns | {"motor_torque": columns["motor_torque"] + drift * columns["t"]})
+    found = diagnose(path)
+    assert found.verdict == "sensor"
+    (effect,) = found.content["effects"]
+    assert effect["evidence"]["shape"] == "on motor_torque"
+    assert effect["parameters"]["drift"]["value"] == pytest.approx(drift, rel=0.1)

@@ -26,7 +26,7 @@ CERTAIN_ERRORS = 3.0
 RISE, TELLING, CERTAIN = 0.01, 8.0, 30.0
 USELESS = 1.5
 CALMER = 0.1
-SHORT, STILL = "A1 gain", "A2 error"
+SHORT, STILL, HELD_OUT = "A1 gain", "A2 error", "A7 held out"
 TIMING = ("actuator_lag", "delay", "sensor_delay", "sensor_lowpass")
 DRIFTS = ("sensor_offset_drift", "clock_skew", "ratio_error")
 
@@ -73,7 +73,7 @@ def failed_rules(
         failed.append(SHORT)
     after, before = gained.nrmse
     waived = rules.waived(seen, candidate, before) and gained.total >= TELLING
-    enough = gained.fall >= FALL or waived or _certain(candidate, gained, seen)
+    enough = gained.fall >= FALL or waived or certain(candidate, gained, seen)
     if after > (1.0 + RISE) * before or not enough:
         failed.append(STILL)
     if after > USELESS:
@@ -103,7 +103,7 @@ def _sizeable(bench: Bench, joint: Fit, candidate: Candidate) -> bool:
     return bool(max(together, *each) > AMPLITUDE_SIGMAS)
 
 
-def _certain(candidate: Candidate, gained: Gain, seen: Screen) -> bool:
+def certain(candidate: Candidate, gained: Gain, seen: Screen) -> bool:
     """Whether an effect is certain: the rest of the mismatch, or the noise, may then hide how far the error falls."""
     noticed = candidate.effect not in TIMING and seen.p.get(candidate.label, 1.0) <= ALARM
     return noticed and gained.limited >= CERTAIN and gained.ratio > CERTAIN_ERRORS

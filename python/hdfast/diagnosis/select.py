@@ -11,7 +11,7 @@ from operator import attrgetter
 import numpy as np
 
 from hdfast.checks import Floats
-from hdfast.diagnosis.accept import ALARM, GAIN_ERRORS, NOTICED, SHORT, STILL, Rules, failed_rules
+from hdfast.diagnosis.accept import ALARM, GAIN_ERRORS, HELD_OUT, NOTICED, SHORT, STILL, Rules, failed_rules
 from hdfast.diagnosis.candidate import Candidate
 from hdfast.diagnosis.changes import attentive, changes
 from hdfast.diagnosis.fit import Bench, Fit, Metric, fit
@@ -73,7 +73,7 @@ class Search:
         """The search as it stood before it accepted its effect of this number, which fails what was held out."""
         taken = [one for one in self.rounds if one.accepted is not None]
         refused = taken[number]
-        trials = [replace(one, failed=("A7 held out",)) if one is refused.accepted else one for one in refused.trials]
+        trials = [replace(one, failed=(HELD_OUT,)) if one is refused.accepted else one for one in refused.trials]
         rounds = [*self.rounds[: self.rounds.index(refused)], replace(refused, trials=trials, accepted=None)]
         return Search(rounds, refused.before, refused.present)
 

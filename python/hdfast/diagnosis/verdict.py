@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from hdfast.diagnosis.accept import ALONE, TIMING, USELESS
+from hdfast.diagnosis.accept import ALONE, HELD_OUT, TIMING, USELESS, certain
 from hdfast.diagnosis.experiment import NOTHING, Contest, Experiment, propose
 from hdfast.diagnosis.fit import Fit
 from hdfast.diagnosis.holdout import Proof
@@ -171,6 +171,15 @@ def _without_a_name(session: Session, unknown: Unknown | None) -> tuple[str, str
         reason = f"something depends on {unknown.feature.name}, but it does not show on the held-out recordings"
         return "undecided", reason, None
     first = session.search.rounds[0]
+    refused = [
+        trial
+        for trial in first.trials
+        if trial.failed == (HELD_OUT,) and certain(trial.candidate, trial.gain, first.screen)
+    ]
+    if refused:
+        best = max(refused, key=lambda trial: trial.gain.total)
+        reason = f"{best.candidate.effect} is beyond doubt where it was fitted, but the held-out recordings refuse it"
+        return "undecided", reason, Contest((best.candidate.effect, NOTHING), (best.fit, first.before))
     near = [
         trial
         for trial in first.trials

@@ -4,15 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from hdfast.diagnosis.accept import convinces
 from hdfast.diagnosis.evidence import Layout, Weights
 from hdfast.diagnosis.fit import Fit
 from hdfast.diagnosis.lines import Line, snapped
 from hdfast.diagnosis.plant import Free, Structure
 from hdfast.diagnosis.projector import Projector
-from hdfast.diagnosis.score import Gain, left_out, nrmse, weights_of
+from hdfast.diagnosis.score import Gain, folds_near, left_out, nrmse, weights_of
 from hdfast.diagnosis.statistics import statistics
 from hdfast.diagnosis.whiten import Whitener, whiten
 from hdfast.model import Model
@@ -111,6 +113,38 @@ def test_exact_left_out_mismatch_is_that_of_a_refit() -> None:
         A = fit.slopes[~inside]
         refit = np.linalg.solve(A.T @ A + np.eye(4) / 1e6, A.T @ y[~inside])
         np.testing.assert_allclose(found[inside], y[inside] - fit.slopes[inside] @ refit, rtol=1e-9, atol=1e-12)
+
+
+def test_exact_near_the_noise_an_effect_in_two_blocks_of_thirty_predicts_one_from_the_other() -> None:
+    """Wherever the two stand: with folds of several blocks they may fall into one."""
+    rng = np.random.default_rng(5)
+    layout, fit = linear(600, 30, 3, rng)
+    bench = SimpleNamespace(layout=layout)
+    for first, second in ((3, 9), (3, 10), (12, 24)):
+        signature = rng.standard_normal(600) * np.isin(layout.block, (first, second))
+        slopes = np.column_stack([fit.slopes[:, :2], signature])
+        hidden = replace(fit, slopes=slopes, mismatch=fit.mismatch + 2.0 * signature)
+        found, _ = left_out(hidden, fit.white, layout, folds_near(bench, 1.0, 1.0))
+        for block in (first, second):
+            own = layout.block == block
+            assert np.std(found[own]) < 0.8 * np.std(hidden.mismatch[own])
+
+
+@pytest.mark.parametrize(
+    ("blocks", "p", "enough"),
+    [
+        ([2.0] * 20, 1.0, True),
+        ([6.0, 4.5, *[0.3, -0.3] * 9], 0.001, True),
+        ([6.0, 4.5, *[0.3, -0.3] * 9], 0.008, False),
+        ([6.0, 5.0, 4.5, *[0.7, -0.7] * 9], 0.008, True),
+        ([6.0, 5.0, 4.5, *[0.7, -0.7] * 9], 0.02, False),
+        ([60.0, 1.0, 1.0, *[0.7, -0.7] * 9], 0.001, False),
+    ],
+)
+def test_exact_a_gain_in_few_blocks_convinces_where_the_screen_singles_it_out(
+    blocks: list[float], p: float, enough: bool
+) -> None:
+    assert convinces(Gain(np.array(blocks), (1.0, 1.0)), p) == enough
 
 
 def everywhere(rng: np.random.Generator) -> np.ndarray:

@@ -80,12 +80,12 @@ class Gain:
 def folds_near(bench: Bench, error: float, floor: float) -> Index:
     """Fold of every stacked sample by how far an nrmse is from that of the noise.
 
-    Near it one block after the other, so that each fold is spread over all recordings: what tells an effect from the
-    parameters that swallow it may be one recording's alone. Far from it whole recordings: what else is wrong with a
-    model differs from one to the next.
+    Near it every block is one: what tells an effect from the parameters that swallow it may stand in two or three of
+    them, and a fold that held them all would leave none to learn it from. Far from it whole recordings: what else is
+    wrong with a model differs from one to the next.
     """
     if error <= NEAR_NOISE * floor:
-        return bench.layout.block % FOLDS
+        return bench.layout.block
     return groups(bench.plant, bench.layout)
 
 

@@ -59,6 +59,17 @@ def write(folder, terms=(), parameters=None, angle_noise=0.0, orders=(2,), clock
     return path
 
 
+def write_without_in_held_out(folder, terms, parameters):
+    """Campaign file of a drive whose further terms are in the recordings to fit and not in the one to prove on."""
+    fitted, held_out = folder / "with", folder / "without"
+    fitted.mkdir()
+    held_out.mkdir()
+    campaign = write(fitted, terms, parameters)
+    write(held_out)
+    (held_out / "r3.npz").replace(fitted / "r3.npz")
+    return campaign
+
+
 def shorten_library(monkeypatch, kept=LIBRARY):
     """Only so many effects are tried."""
     whole = session.candidates

@@ -141,13 +141,7 @@ def test_exact_a_candidate_that_cannot_be_simulated_is_no_crash(tmp_path, monkey
 def test_exact_what_convinces_where_it_was_fitted_and_is_refused_elsewhere_is_undecided(tmp_path, monkeypatch):
     """The drive has dry friction in the fitted recordings and none in the one that is held out."""
     small_campaign.shorten_library(monkeypatch)
-    with_friction, without = tmp_path / "with", tmp_path / "without"
-    with_friction.mkdir()
-    without.mkdir()
-    campaign = small_campaign.write(with_friction, ["coulomb_friction"], {"T_c": 0.05})
-    small_campaign.write(without)
-    (without / "r3.npz").replace(with_friction / "r3.npz")
-    told = diagnose(campaign).to_dict()
+    told = diagnose(small_campaign.write_without_in_held_out(tmp_path, ["coulomb_friction"], {"T_c": 0.05})).to_dict()
     assert told["verdict"] == "undecided"
     assert "coulomb_friction is beyond doubt where it was fitted" in told["sentence"]
     assert told["effects"] == []

@@ -11,9 +11,11 @@ import small_campaign
 from hdfast.diagnosis import diagnose
 from hdfast.diagnosis.features import Feature, features, slowed
 from hdfast.diagnosis.fit import fit
+from hdfast.diagnosis.holdout import Proof
 from hdfast.diagnosis.regressors import DAMPING, aged, bumps, positions, ramps, resonances
+from hdfast.diagnosis.score import Gain
 from hdfast.diagnosis.session import nominal, set_up_usable
-from hdfast.diagnosis.unknown import describe
+from hdfast.diagnosis.unknown import Unknown, describe
 from hdfast.recordings import load_campaign
 from scipy import integrate
 
@@ -56,6 +58,29 @@ def test_regress_a_law_that_the_library_lacks_is_described_without_a_name(tmp_pa
 def test_regress_a_complete_drive_without_names_is_quiet(tmp_path, monkeypatch):
     small_campaign.shorten_library(monkeypatch, ())
     assert diagnose(small_campaign.write(tmp_path)).verdict == "no_evidence"
+
+
+def test_exact_a_law_that_is_refused_elsewhere_is_undecided(tmp_path, monkeypatch):
+    """The drive has dry friction in the fitted recordings and none in the one that is held out; it has no name."""
+    small_campaign.shorten_library(monkeypatch, ())
+    told = diagnose(small_campaign.write_without_in_held_out(tmp_path, ["coulomb_friction"], {"T_c": 0.05})).to_dict()
+    assert told["verdict"] == "undecided"
+    assert "something depends on direction is beyond doubt where it was fitted" in told["sentence"]
+    assert told["effects"] == []
+
+
+@pytest.mark.parametrize(
+    ("after", "gained", "accepted", "refused"),
+    [(0.503, 8.0, True, False), (0.52, 8.0, False, True), (0.503, -8.0, False, True), (0.45, 8.0, True, False)],
+)
+def test_exact_a_description_that_shows_may_miss_by_two_percent_more(after, gained, accepted, refused):
+    """Its whitened gain of 160 nats tells more than an error that something else makes."""
+    errors = (after, 0.5)
+    told, nothing = Gain(np.full(20, gained), errors), np.zeros(1)
+    proof = Proof(0.5, after, 0.1, told, Gain(np.full(20, 8.0), errors), 60.0, (nothing, nothing))
+    fitted = Gain(np.full(20, 5.0), (0.4, 0.5))
+    found = Unknown(None, 2.0, None, fitted, 0.9, (), None, proof)
+    assert (found.accepted, found.refused) == (accepted, refused)
 
 
 def test_exact_a_slow_torque_behind_the_gear_is_felt_everywhere_at_once(complete):

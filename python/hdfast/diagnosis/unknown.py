@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from hdfast.checks import Floats
-from hdfast.diagnosis.accept import RISE, SPARED, USELESS
+from hdfast.diagnosis.accept import CERTAIN, CERTAIN_ERRORS, RISE, SPARED, USELESS
 from hdfast.diagnosis.changes import attentive
 from hdfast.diagnosis.evidence import limited
 from hdfast.diagnosis.features import Feature, features, slowed
@@ -61,9 +61,8 @@ class Unknown:
 
     @property
     def accepted(self) -> bool:
-        """Whether it stands out and predicts what was left out and what was held out better."""
-        proof = self.proof
-        return self.predicts and (proof is None or (proof.shows and proof.extended < proof.baseline))
+        """Whether it stands out, predicts what was left out, and shows on what was held out."""
+        return self.predicts and (self.proof is None or self.proof.shows)
 
     @property
     def predicts(self) -> bool:
@@ -77,6 +76,12 @@ class Unknown:
     def open(self) -> bool:
         """Whether it predicts left-out stretches, and what was held out speaks neither for nor against it."""
         return self.predicts and self.proof is not None and not self.proof.shows and not self.proof.refutes
+
+    @property
+    def refused(self) -> bool:
+        """Whether it is beyond doubt where it was fitted, and refused by what was held out."""
+        certain = self.gain.limited >= CERTAIN and self.gain.ratio > CERTAIN_ERRORS
+        return self.predicts and certain and self.proof is not None and not self.proof.shows
 
     @property
     def place(self) -> str | None:

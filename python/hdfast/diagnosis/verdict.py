@@ -180,6 +180,9 @@ def _without_a_name(session: Session, unknown: Unknown | None) -> tuple[str, str
         best = max(refused, key=lambda trial: trial.gain.total)
         reason = f"{best.candidate.effect} is beyond doubt where it was fitted, but the held-out recordings refuse it"
         return "undecided", reason, Contest((best.candidate.effect, NOTHING), (best.fit, first.before))
+    if unknown is not None and unknown.refused:
+        cause = f"that something depends on {unknown.feature.name} is beyond doubt where it was fitted"
+        return "undecided", f"{cause}, but the held-out recordings refuse it", None
     near = [
         trial
         for trial in first.trials

@@ -173,17 +173,23 @@ def test_against_published_kinova_line_fixed_in_frequency(tmp_path):
             assert 5.0 < peak < 6.0
 
 
-def test_against_known_bam_pendulum(tmp_path):
+def test_against_known_bam_pendulum_and_friction_in_proportion_to_its_torque(tmp_path):
+    """The weight of known mass and length gives the scale of the torque; gear and bearings then lose as published."""
     _, records = read_folder(bam.write(tmp_path))
+    known = 0.49 * 9.81 * 0.1
     columns, torque = [], []
     for record in (record for record in records if record.role == "fit"):
-        speed, acceleration = motion(record, 10.0)
-        columns.append([acceleration, speed, np.tanh(speed / 0.1), np.sin(record["motor_angle"])])
-        torque.append(low_pass(record["motor_torque"], record["t"], 10.0))
-    inertia, _, coulomb, gravity = fitted(np.concatenate(columns, 1), np.concatenate(torque))
-    assert gravity == pytest.approx(0.49 * 9.81 * 0.1, rel=0.05)
-    assert 0.49 * 0.1**2 < inertia < 2.0 * 0.49 * 0.1**2
-    assert coulomb > 0.0
+        speed, acceleration = motion(record, 7.0)
+        weight = np.sin(record["motor_angle"])
+        carried = np.abs(known * weight + bam.PENDULUM * acceleration) * np.tanh(speed / 0.1)
+        columns.append([acceleration, speed, carried, weight])
+        torque.append(low_pass(record["motor_torque"], record["t"], 7.0))
+    inertia, viscous, share, gravity = fitted(np.concatenate(columns, 1), np.concatenate(torque))
+    scale = gravity / known
+    assert scale == pytest.approx(1.0, abs=0.3)
+    assert inertia / scale == pytest.approx(bam.PENDULUM + bam.ARMATURE, rel=0.1)
+    assert 0.2 < share / scale < 0.5
+    assert 0.004 < viscous / scale < 0.019
 
 
 def test_against_known_bam_torque_off_phase(tmp_path):
@@ -193,6 +199,15 @@ def test_against_known_bam_torque_off_phase(tmp_path):
     for record in dropped:
         assert not record["motor_torque"][record["t"] > 2.01].any()
         assert record["motor_torque"][record["t"] < 1.99].any()
+
+
+def test_exact_bam_torque_is_that_of_the_voltage_less_the_back_emf():
+    t = np.arange(0.0, 2.0, 5e-3)
+    raw = {"t": t, "q": 3.0 * t, "duty": np.full(t.size, 442.5), "volts": np.full(t.size, 8.0)}
+    raw["torque_enable"] = (t < 1.0).astype(float)
+    found = bam.voltage(raw)
+    assert found[(t > 0.3) & (t < 1.0)] == pytest.approx(4.0 - 3.0 * bam.TORQUE_CONSTANT, abs=1e-3)
+    assert not found[t >= 1.0].any()
 
 
 def test_against_known_damper_coulomb_explains_little_and_memory_much(tmp_path):

@@ -12,7 +12,7 @@ from typing import Any
 import hdfast
 import pytest
 from anchors import article
-from anchors.expected import DRY, EXPECTED, GRAVITY, HYSTERESIS, LATE, ONE_SIDED, RIPPLE
+from anchors.expected import DRY, EXPECTED, GRAVITY, HYSTERESIS, LATE, LOADED, ONE_SIDED, RIPPLE
 
 MET = {
     "emps": (DRY, ONE_SIDED, RIPPLE),
@@ -20,8 +20,8 @@ MET = {
     "ur10e_j2": (DRY, GRAVITY),
     "ur10e_j4": (DRY, GRAVITY, RIPPLE),
     "kinova": (RIPPLE,),
-    "bam": (GRAVITY,),
-    "bam_trajectory": (GRAVITY,),
+    "bam": (GRAVITY, LOADED),
+    "bam_trajectory": (GRAVITY, LOADED),
     "brfd": (HYSTERESIS,),
     "tx40": (DRY,),
     "article": (DRY,),

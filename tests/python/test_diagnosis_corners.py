@@ -16,6 +16,7 @@ from hdfast.diagnosis.holdout import Proof
 from hdfast.diagnosis.library import OF_THE_WINDUP, Sizes, library
 from hdfast.diagnosis.limits import limits
 from hdfast.diagnosis.plant import Free, Plant, Structure
+from hdfast.diagnosis.resolution import unresolved
 from hdfast.diagnosis.rivals import stand
 from hdfast.diagnosis.score import Gain
 from hdfast.diagnosis.screen import Screen, Signature
@@ -185,6 +186,15 @@ def test_exact_effects_of_the_windup_are_those_a_rigid_drive_has_none_of():
     assert effects[0] - effects[1] == set(OF_THE_WINDUP)
     alone = {one.effect for one in library(replace(sizes, channels=("motor_torque",)))}
     assert alone & set(OF_THE_WINDUP) == {"load_side_friction"}
+
+
+@pytest.mark.parametrize(("turns", "resolved"), [(0.45, {5.0, 8.0}), (0.55, {4.0, 5.0, 8.0})])
+def test_exact_a_ripple_takes_two_periods_to_be_one(turns, resolved):
+    """In less of the motor's motion any slow curve looks the same."""
+    unit = SimpleNamespace(angle=np.linspace(0.0, 2.0 * np.pi * turns, 9))
+    bench = SimpleNamespace(plant=SimpleNamespace(units=[unit]))
+    ripples = [Candidate("torque_ripple", "actuator", (), (), "r_2", order=order) for order in (4.0, 5.0, 8.0)]
+    assert {one.order for one in ripples if not unresolved(one, None, bench)} == resolved
 
 
 def test_exact_drifts_need_a_second_recording():

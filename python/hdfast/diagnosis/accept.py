@@ -79,7 +79,7 @@ def failed_rules(
         failed.append("A8 prediction")
     if not _sizeable(bench, joint, candidate):
         failed.append("A3 amplitude")
-    if unresolved(candidate.effect, joint, bench):
+    if unresolved(candidate, joint, bench):
         failed.append("A5 resolution")
     if special(candidate, joint):
         failed.append("A6 special case")

@@ -29,7 +29,7 @@ NOTHING = -30.0
 #: By how much a law that is not quite the drive's widens an interval: on 110 opened blind cases those of the covariance
 #: alone held 79 % of the effects' sizes and 67 % of the drive's parameters where 90 % are meant.
 FORM = 1.5
-ACCELERATED = ("J_m", "J_l", TORQUE_SCALE, "load_dependent_friction_c_drive")
+ACCELERATED = ("J_m", "J_l", TORQUE_SCALE, "load_dependent_friction_c_drive", "load_dependent_friction_c_back")
 #: Where a signal of the load side tells of the resonance, what the torque alone would say of it is noise as well.
 SHAKEN = (*ACCELERATED, "k1", "K1", "K2", "K3", "B_sp")
 
@@ -266,17 +266,17 @@ def quieted(bench: Bench, one: Fit, other: Fit) -> Floats:
     """Coordinates (P,) of a fit whose acceleration is as noisy as another's: the parameters that multiply it are its.
 
     Noise that only one of two models brings along says nothing about which is right, and the smaller of two inertias is
-    quieter, right or wrong. What the other model does not have is left out whole. Far from the noise, what is fast in a
-    mismatch is no noise: what both models have then stays as it is.
+    quieter, right or wrong. What the other model does not have is left out whole, and its multiples with it. Far from
+    the noise, what is fast in a mismatch is no noise: what both models have then stays as it is.
     """
     index = bench.layout.channels.index(TORQUE)
     near = float(min(_near(bench, own.weights.scale)[index] for own in (one, other)))
     found = one.coordinates.copy()
-    for j, name in enumerate(one.structure.names):
-        if name in ACCELERATED:
-            known = name in other.structure.names
-            theirs = other.coordinates[other.structure.names.index(name)] if known else NOTHING
-            found[j] += (near if known else 1.0) * (theirs - found[j])
+    for j, free in enumerate(one.structure.free):
+        if free.name in ACCELERATED and free.name in other.structure.names:
+            found[j] += near * (other.coordinates[other.structure.names.index(free.name)] - found[j])
+        elif free.name in ACCELERATED and free.times is None:
+            found[j] = NOTHING
     return found
 
 

@@ -1,4 +1,4 @@
-"""Whether the recordings resolve what a fitted effect claims to see near standstill."""
+"""Whether the recordings resolve what a fitted effect claims to see near standstill, or to repeat."""
 
 from __future__ import annotations
 
@@ -6,21 +6,27 @@ import math
 
 import numpy as np
 
+from hdfast.diagnosis.candidate import Candidate
 from hdfast.diagnosis.fit import Bench, Fit
 
 SAMPLES = 3.0
+REPEATED = 2.0
 NEAR_STANDSTILL = 0.1
 
 
-def unresolved(effect: str, fitted: Fit, bench: Bench) -> bool:
-    """True where a filter of the recording's band would look the same as the effect.
+def unresolved(candidate: Candidate, fitted: Fit, bench: Bench) -> bool:
+    """True where a filter of the recording's band, or a slow curve, would look the same as the effect.
 
     A bristle has to take longer to bend than the band's slowest rise, and to give way within the motion, or it is a
-    spring; a falling friction law has to reach beyond the speeds whose direction is uncertain.
+    spring; a falling friction law has to reach beyond the speeds whose direction is uncertain; a ripple of the torque
+    has to be seen to repeat.
     """
+    effect = candidate.effect
+    travel = max(float(np.ptp(unit.angle)) for unit in bench.plant.units)
+    if effect == "torque_ripple" and candidate.order is not None:
+        return candidate.order * travel < REPEATED * 2.0 * math.pi
     if effect == "presliding_friction":
         angle = fitted.value(f"{effect}_T_c") / fitted.value(f"{effect}_sigma_0")
-        travel = max(float(np.ptp(unit.angle)) for unit in bench.plant.units)
         return angle > travel or math.sqrt(2.0 * angle / _acceleration(bench)) < SAMPLES / bench.plant.band.motion
     if effect == "stribeck_friction":
         slow = [

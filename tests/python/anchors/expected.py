@@ -14,6 +14,7 @@ DRY = frozenset({"coulomb_friction", "stribeck_friction", "load_side_friction"})
 ONE_SIDED = frozenset({"asymmetric_friction", "sensor_offset_drift"})
 RIPPLE = frozenset({"te_harmonic", "cogging", "torque_ripple", "position_dependent_friction"})
 GRAVITY = frozenset({"gravity_unbalance"})
+LOADED = frozenset({"load_dependent_friction"})
 HYSTERESIS = frozenset({"hysteresis"})
 MEMORY = frozenset({"hysteresis", "presliding_friction"})
 TORSION = frozenset({"backlash", "hysteresis", "soft_windup", "viscoelastic", "mesh_stiffness_variation"})
@@ -106,13 +107,13 @@ EXPECTED = {
     "bam": Expected(
         bam.write,
         _twin(8.0),
-        must_name=(GRAVITY, DRY | {"load_dependent_friction", "presliding_friction"}),
+        must_name=(GRAVITY, DRY | LOADED | {"presliding_friction"}),
         must_not_name=TORSION | {"unknown"},
     ),
     "bam_trajectory": Expected(
         partial(bam.write, held_out="sin_time_square"),
         _twin(8.0),
-        must_name=(GRAVITY, DRY | {"load_dependent_friction", "presliding_friction"}),
+        must_name=(GRAVITY, DRY | LOADED | {"presliding_friction"}),
         must_not_name=TORSION | {"unknown"},
     ),
     "brfd": Expected(

@@ -53,6 +53,11 @@ def motion(record: Record, corner: float, order: int = 4) -> tuple[np.ndarray, n
     return spline(record["t"], 1), spline(record["t"], 2)
 
 
+def speed_of(angle: np.ndarray, t: np.ndarray, corner: float, order: int = 4) -> np.ndarray:
+    """Speed behind a low-pass."""
+    return _smooth(angle, t, corner, order)(t, 1)
+
+
 def _smooth(values: np.ndarray, t: np.ndarray, corner: float, order: int) -> CubicSpline:
     even = np.linspace(t[0], t[-1], len(t))
     b, a = signal.butter(order, corner * 2.0 * (even[1] - even[0]))

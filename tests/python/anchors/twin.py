@@ -3,7 +3,8 @@
 The baseline is what the campaign states: inertia, viscous friction, declared Coulomb friction, and a spring where the
 output is locked; their values come from the recordings, kept within the stated tolerances. The noise is the residual of
 a linear model that also has the effects that are looked for (offset, friction both ways, gravity, orders 1, 2 and 4,
-memory where the output is locked), with random phases.
+memory where the output is locked, friction in proportion to what the gear carries where the load is stated), with
+random phases.
 
 Without a controller the recorded motion is kept, smoothed, and the torque is the one that the baseline needs for it,
 plus the noise: for torques at the motor that is exact. With a controller the closed loop is simulated, with the noise
@@ -24,6 +25,8 @@ from anchors.oracle import Record, fitted, low_pass, play, read_folder
 PLAYS = 12
 GRAIN = 20
 HELD = 5
+#: Where the columns of the linear model of a free output hold gravity.
+WEIGHT = slice(5, 7)
 
 
 def twin(campaign: Path, out: Path, seed: int, corner: float) -> Path:
@@ -41,6 +44,10 @@ def twin(campaign: Path, out: Path, seed: int, corner: float) -> Path:
     known = [move for move in moves if move.record.role == "fit"]
     torque = np.concatenate([move.torque for move in known])
     full = fitted(np.concatenate([move.full() for move in known], 1), torque)
+    if moves[0].behind:
+        for move in moves:
+            move.carried = move.behind * move.acceleration + np.stack(move.weight(), 1) @ full[WEIGHT]
+        full = fitted(np.concatenate([move.full() for move in known], 1), torque)
     stated = _stated(sections, locked=moves[0].locked)
     found = fitted(np.concatenate([move.baseline() for move in known], 1), torque) if moves[0].locked else full
     baseline = np.array([np.clip(factor, *span) for factor, span in zip(found, stated, strict=False)])
@@ -70,11 +77,22 @@ def shuffled(values: np.ndarray, random: np.random.Generator) -> np.ndarray:
 
 
 def _stated(sections: dict[str, Any], *, locked: bool) -> list[tuple[float, float]]:
-    """Range of inertia, viscous friction, and spring or declared Coulomb friction: one relative sigma either way."""
+    """Range of inertia, viscous friction, and spring or declared Coulomb friction: one relative sigma either way.
+
+    The inertia is that of motor and load together, unless the output is locked.
+    """
     drive = sections["drive"]
     facts = [drive[name] for name in ("J_m", "B_m", *["k1"] * locked)]
     facts += [term["parameters"]["T_c"] for term in sections.get("terms", [])]
-    return [(fact["value"] * max(1.0 - fact["sigma"], 0.1), fact["value"] * (1.0 + fact["sigma"])) for fact in facts]
+    spans = [(fact["value"] * max(1.0 - fact["sigma"], 0.1), fact["value"] * (1.0 + fact["sigma"])) for fact in facts]
+    behind = 0.0 if locked else _behind(drive)
+    return [(spans[0][0] + behind, spans[0][1] + behind), *spans[1:]]
+
+
+def _behind(drive: dict[str, Any]) -> float:
+    """Stated inertia of the load, at the motor; none where it is zero or part of that of the motor."""
+    stated = drive["J_l"]
+    return stated["value"] / drive["ratio"] ** 2 if isinstance(stated, dict) else 0.0
 
 
 class _Motion:
@@ -84,6 +102,8 @@ class _Motion:
         self.record = record
         self.ratio = sections["drive"]["ratio"]
         self.locked = "load_angle" in record.columns and not record["load_angle"].any()
+        self.behind = 0.0 if self.locked else _behind(sections["drive"])
+        self.carried = np.zeros_like(record["t"])
         self.declared = bool(sections.get("terms"))
         self.resolution = sections.get("sensors", {}).get("motor_angle", {}).get("resolution", 0.0)
         self.torque = record["motor_torque"]
@@ -104,9 +124,12 @@ class _Motion:
         if self.locked:
             widths = 0.5 * np.ptp(self.angle) * np.linspace(0.0, 0.95, PLAYS)
             return columns + [play(self.angle, width) for width in widths]
-        load = self.angle / self.ratio
         orders = [wave(order * self.angle) for order in (1.0, 2.0, 4.0) for wave in (np.cos, np.sin)]
-        return [*columns, np.sin(load), np.cos(load), *orders]
+        carried = [np.abs(self.carried) * self.direction] * bool(self.carried.any())
+        return [*columns, *self.weight(), *orders, *carried]
+
+    def weight(self) -> list[np.ndarray]:
+        return [np.sin(self.angle / self.ratio), np.cos(self.angle / self.ratio)]
 
 
 def renewals(values: np.ndarray) -> np.ndarray:

@@ -31,6 +31,7 @@ NOWHERE: dict[str, Any] = {
     "channel_shares": {},
     "orders": [],
     "frequencies_hz": [],
+    "swings": [],
     "depends_on": [],
     "memory": "none",
 }
@@ -208,6 +209,10 @@ def _where(verdict: Verdict) -> dict[str, Any]:
         "channel_shares": verdict.where.channels,
         "orders": list(verdict.where.orders),
         "frequencies_hz": list(verdict.where.frequencies),
+        "swings": [
+            {"frequency_hz": round(one.frequency, 3), "channel": one.channel, "p": one.p}
+            for one in verdict.where.swings
+        ],
         "depends_on": depends,
         "memory": memory,
     }

@@ -28,7 +28,7 @@ MET = {
     "article_output": (DRY, LATE),
 }
 PUBLISHED = [name for name in MET if EXPECTED[name].heldout_percent is not None]
-ORDERED = ("emps", "ur10e_j1", "ur10e_j4")
+ORDERED = ("emps", "ur10e_j1", "ur10e_j4", "kinova")
 QUIET_TWINS = ("emps", "ur10e_j1", "ur10e_j2", "ur10e_j4", "kinova", "bam", "brfd", "hej90", "tx40", "heads", "article")
 
 Verdicts = Callable[[str], dict[str, Any]]
@@ -83,6 +83,14 @@ def test_against_known_orders(diagnosed: Verdicts, name: str) -> None:
     listed = diagnosed(name)["where"]["orders"]
     for order in EXPECTED[name].orders:
         assert any(abs(order - one) <= 0.01 * order for one in listed)
+
+
+def test_against_a_line_fixed_in_frequency_beside_the_orders(diagnosed: Verdicts) -> None:
+    """A servo's own swing: it stands in motion and torque alike, and is claimed for no effect."""
+    where = diagnosed("kinova")["where"]
+    low, high = EXPECTED["kinova"].frequencies_hz or (0.0, 0.0)
+    assert [low < one < high for one in where["frequencies_hz"]] == [True]
+    assert [one["frequency_hz"] for one in where["swings"]] == where["frequencies_hz"]
 
 
 @pytest.mark.long

@@ -12,10 +12,13 @@ from hdfast.cli import main
 from hdfast.diagnosis import diagnose
 from hdfast.diagnosis.experiment import NOTHING, Contest, propose
 from hdfast.diagnosis.session import set_up_usable
+from hdfast.diagnosis.steady import SPEED
+from hdfast.diagnosis.swings import Swing
 from hdfast.diagnosis.verdict import NAMED
 from hdfast.recordings import load_campaign
 from hdfast.report import diagnosis_page
 from hdfast.report.diagnosis_screen import TAGS, cards
+from hdfast.report.diagnosis_swings import missing_tones, swings_section
 from hdfast.report.diagnosis_tables import plus_minus, spoken, words
 from hdfast.report.diagnosis_views import spectrum, telling, traces, traces_of
 
@@ -200,3 +203,17 @@ def test_exact_samples_that_follow_each_other_are_neighbours_in_pictures(tmp_pat
         known = np.isfinite(trace.measured)
         assert np.mean(known[1:] & known[:-1]) > 0.5
         assert len(trace.t) == len(trace.unit.speed) == len(trace.measured)
+
+
+def test_exact_a_swing_is_shown_as_no_claim(quiet):
+    assert not swings_section(quiet.evidence).texts
+    swinging = replace(quiet.evidence.where, swings=(Swing(5.5, 1.0, SPEED, 1e-4),))
+    section = swings_section(replace(quiet.evidence, where=swinging))
+    assert len(section.texts) == len(section.figures) == 1
+    assert "motor speed swings at 5.5 Hz" in section.texts[0]
+    assert "no claim of an effect" in section.texts[0]
+
+
+def test_exact_what_swings_in_the_recordings_is_no_line_of_the_mismatch():
+    where = {"frequencies_hz": [12.0, 5.5], "swings": [{"frequency_hz": 5.5, "channel": SPEED, "p": 1e-4}]}
+    assert missing_tones(where) == [12.0]

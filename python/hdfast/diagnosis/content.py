@@ -31,6 +31,7 @@ NOWHERE: dict[str, Any] = {
     "channel_shares": {},
     "orders": [],
     "frequencies_hz": [],
+    "swings": [],
     "depends_on": [],
     "memory": "none",
 }
@@ -189,8 +190,11 @@ def _unknown_effect(unknown: Unknown) -> dict[str, Any]:
 
 
 def _where(verdict: Verdict) -> dict[str, Any]:
+    swings = [
+        {"frequency_hz": round(one.frequency, 3), "channel": one.channel, "p": one.p} for one in verdict.where.swings
+    ]
     if verdict.name == "no_evidence":
-        return NOWHERE
+        return NOWHERE | {"frequencies_hz": [one["frequency_hz"] for one in swings], "swings": swings}
     places = list(dict.fromkeys(one.trial.candidate.place for one in verdict.told))
     facts = [FACTS[one.name] for one in verdict.told]
     depends = list(dict.fromkeys(name for own in facts for name in own.depends_on))
@@ -208,6 +212,7 @@ def _where(verdict: Verdict) -> dict[str, Any]:
         "channel_shares": verdict.where.channels,
         "orders": list(verdict.where.orders),
         "frequencies_hz": list(verdict.where.frequencies),
+        "swings": swings,
         "depends_on": depends,
         "memory": memory,
     }

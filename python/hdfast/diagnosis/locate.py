@@ -11,6 +11,7 @@ from hdfast.checks import Floats
 from hdfast.diagnosis.fit import Bench, Fit
 from hdfast.diagnosis.lines import Line, order_lines, several, snapped, tone_lines, torque_lines
 from hdfast.diagnosis.prepare import Unit
+from hdfast.diagnosis.swings import Swing, swings
 
 PHASES = ("standstill", "start", "run", "stop", "reversal")
 LOUD = 3.0
@@ -32,7 +33,8 @@ class Where:
         phase: the phase of motion with most of it, or "all".
         shares: share of the mismatch energy by phase.
         orders: of its lines per motor revolution, and of those of the motor torque above the band of the motion.
-        frequencies: its lines in Hz that no order explains.
+        frequencies: its lines in Hz that no order explains, and those of the swings.
+        swings: what keeps its frequency at several speeds in the recorded signals, which a replay of them explains.
         channels: share of the mismatch above the noise by channel.
     """
 
@@ -41,6 +43,7 @@ class Where:
     shares: dict[str, float]
     orders: tuple[float, ...]
     frequencies: tuple[float, ...]
+    swings: tuple[Swing, ...]
     channels: dict[str, float]
 
 
@@ -64,11 +67,12 @@ def phases(unit: Unit) -> Floats:
     return found
 
 
-def locate(bench: Bench, before: Fit, after: Fit, named: Sequence[float]) -> Where:
+def locate(bench: Bench, held: Bench | None, before: Fit, after: Fit, named: Sequence[float]) -> Where:
     """Where the mismatch of `before` is that `after` explains; all of it where `after` explains nothing.
 
     Args:
         bench: recordings.
+        held: those that are held out, whose motion is looked at with that of the others, or None.
         before: the lesser fit.
         after: the better fit.
         named: orders of the effects that make the difference; lines at other orders are listed after them.
@@ -94,12 +98,17 @@ def locate(bench: Bench, before: Fit, after: Fit, named: Sequence[float]) -> Whe
     top = max(shares, key=lambda phase: shares[phase])
     orders, tones = _sorted_out(bench, before)
     known = [*named, *_apart(orders, named)]
+    swinging = swings([one.plant for one in (bench, held) if one is not None])
+    more = [one for one in swinging if all(abs(one.frequency - own.position) > one.resolution for own in tones)]
     return Where(
         windows=_windows(bench, telling),
         phase=top if shares[top] >= NAMED_SHARE else "all",
         shares=shares,
         orders=tuple(round(position, 4) for position in [*known, *_apart(_beyond(bench), known)]),
-        frequencies=tuple(round(line.position, 3) for line in tones),
+        frequencies=tuple(
+            round(own, 3) for own in [*(line.position for line in tones), *(one.frequency for one in more)]
+        ),
+        swings=tuple(swinging),
         channels={channel: value / whole if whole else 0.0 for channel, value in share.items()},
     )
 

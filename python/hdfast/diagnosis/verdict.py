@@ -118,7 +118,7 @@ def conclude(session: Session, seed: int) -> Verdict:
     taken = [trial.candidate for trial in search.accepted]
     return Verdict(
         **vars(claim),
-        where=locate(bench, baseline, extended, [one.order for one in taken if one.order is not None]),
+        where=locate(bench, session.held, baseline, extended, [one.order for one in taken if one.order is not None]),
         masked=masked(baseline, extended, bench.layout) if extended is not baseline else (),
         limits=[
             *limits(last.signatures, last.screen, len(bench.plant.units)),

@@ -13,6 +13,7 @@ from hdfast.health.finding import NOTE, REJECT, WARNING
 from hdfast.printing import html_table
 from hdfast.report import diagnosis_details as details
 from hdfast.report.diagnosis_screen import TAGS, Card, cards, headline
+from hdfast.report.diagnosis_swings import missing_tones, swings_section
 from hdfast.report.diagnosis_tables import (
     PAIR_HEADER,
     correlations,
@@ -77,7 +78,8 @@ def _sections(content: Mapping[str, Any], verdict: Verdict, found: list[Trace]) 
         *first,
         _time(content, found),
         state_section(found, final.value("ratio"), final.value("J_l")),
-        spectra_section(found, where["orders"], where["frequencies_hz"], verdict.session.bench.plant.band),
+        spectra_section(found, where["orders"], missing_tones(where), verdict.session.bench.plant.band),
+        swings_section(verdict),
         _parameters(content, verdict),
         *_rounds(verdict),
         _limits(content),

@@ -12,6 +12,7 @@ from hdfast.diagnosis.rivals import SURE
 from hdfast.diagnosis.unknown import Unknown
 from hdfast.diagnosis.verdict import Verdict
 from hdfast.report import diagnosis_plots as plots
+from hdfast.report.diagnosis_swings import missing_tones
 from hdfast.report.diagnosis_tables import amplitude, plus_minus, spoken, words
 from hdfast.report.diagnosis_views import Trace, telling
 from hdfast.report.html import Picture, picture
@@ -136,8 +137,10 @@ def _lines(content: Mapping[str, Any]) -> str:
     """The strongest lines of the mismatch in words."""
     where = content["where"]
     lines = [f"order {order:.4g}" for order in where["orders"][:2]]
-    lines += [f"{tone:.4g} Hz" for tone in where["frequencies_hz"][:1]]
-    return f"Lines: {', '.join(lines)}." if lines else "No line stands out."
+    lines += [f"{tone:.4g} Hz" for tone in missing_tones(where)[:1]]
+    text = f"Lines: {', '.join(lines)}." if lines else "No line stands out."
+    swinging = [f"{one['frequency_hz']:.2g} Hz" for one in where["swings"]]
+    return f"{text} In the recordings themselves, fixed in time: {', '.join(swinging)}." if swinging else text
 
 
 def _dependence(content: Mapping[str, Any]) -> str:

@@ -142,6 +142,21 @@ def test_exact_torques_are_simulated_as_densely_as_their_band_needs():
     np.testing.assert_allclose(slow.simulated(torque, 1)[inner], slow.simulated(dense, 4)[inner], atol=1e-4)
 
 
+def test_exact_a_torque_passes_its_low_pass_where_the_band_is_the_widest_too():
+    """Between the samples of a motion nobody knows what it took: what would be mirrored into the band is left out."""
+    band = Band(100.0, 40.0, 40.0)
+    t = np.arange(400) / 100.0
+    dense = np.linspace(t[0], t[-1], 4 * 399 + 1)
+    slow, fast = (np.sin(2.0 * np.pi * frequency * dense) for frequency in (20.0, 72.0))
+    inner = slice(60, -60)
+    assert np.max(np.abs(band.simulated(fast, 4)[inner])) < 0.02
+    for own in (slow, 0.0 * slow):
+        torque = own[::4] + 0.1 * np.cos(2.0 * np.pi * t)
+        unit = prepare(source(100.0, motor_torque=torque), band, RATIO)
+        simulated = band.simulated(own + 0.1 * np.cos(2.0 * np.pi * dense), 4)
+        np.testing.assert_allclose(unit.measured["motor_torque"][inner], simulated[inner], atol=1e-3)
+
+
 @pytest.mark.parametrize(("rest", "zero", "known"), [(1.5, 0.0, True), (1.5, 0.05, False), (0.0, 0.0, False)])
 def test_exact_a_rest_tells_how_far_the_zero_of_the_torque_may_be_off(rest, zero, known):
     """Of a mean of n samples counts 1 / hypot(1, zero sqrt(n) / noise)."""

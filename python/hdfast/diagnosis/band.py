@@ -65,15 +65,21 @@ class Band:
         return min(WIDER * self.motion, PASS_SHARE * self.rate)
 
     def smooth(self, values: Floats, channel: str) -> Floats:
-        """Equally spaced values (..., n) of a channel at the working rate through its low-pass."""
+        """Equally spaced values (..., n) of a channel at the working rate through its low-pass.
+
+        What the load's sensors show passes whole where their band is the widest. A torque never does.
+        """
         corner = self.of(channel)
-        return values if corner >= PASS_SHARE * self.rate else low_pass(values, corner, self.rate)
+        whole = channel != "motor_torque" and corner >= PASS_SHARE * self.rate
+        return values if whole else low_pass(values, corner, self.rate)
 
     def simulated(self, values: Floats, density: int) -> Floats:
-        """Simulated torques (..., density (n - 1) + 1) through the motion's low-pass, at the working rate (..., n)."""
-        whole = self.motion >= PASS_SHARE * self.rate
-        passed = values if whole else low_pass(values, self.motion, density * self.rate)
-        return passed[..., ::density]
+        """Simulated torques (..., density (n - 1) + 1) through the motion's low-pass, at the working rate (..., n).
+
+        The torque that holds a drive to its recorded motion between the samples is not the one that was there: a line
+        above half of the rate would be seen in the band, as large as no motor that gives way has it.
+        """
+        return low_pass(values, self.motion, density * self.rate)[..., ::density]
 
     def reversing(self, t: Floats, speed: Floats, slowest: float) -> Floats:
         """Rate of the direction of motion [1/s], (n,), uncertain when slow, from speeds `density` times as dense."""

@@ -130,17 +130,17 @@ def prepare(source: Source, band: Band, ratio: float) -> Unit:
     alike = abs(rate / (stride * band.rate) - 1.0) <= CLOCK
     t = fine[::stride] if alike else np.arange(0.0, fine[-1], 1.0 / band.rate)
 
-    def bring(values: Floats, corner: float = band.motion) -> Floats:
+    def bring(values: Floats, corner: float = band.motion, whole: float = (1.0 - CLOCK) * PASS_SHARE * rate) -> Floats:
         known = np.isfinite(values)
         even = np.interp(fine, clock[known], values[known])
-        if corner < (1.0 - CLOCK) * PASS_SHARE * rate:
+        if corner < whole:
             even = low_pass(even, corner, rate)
         return np.ascontiguousarray(even[::stride] if alike else np.interp(t, fine, even))
 
     angle = bring(recording["motor_angle"], band.replayed)
     spline = CubicSpline(t, angle)
     speed, acceleration = spline(t, 1), spline(t, 2)
-    measured = {"motor_torque": bring(recording["motor_torque"])}
+    measured = {"motor_torque": bring(recording["motor_torque"], whole=math.inf)}
     if "load_angle" in recording:
         error = recording["motor_angle"] / ratio - recording["load_angle"]
         if np.isfinite(error).any():

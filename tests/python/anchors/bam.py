@@ -2,11 +2,11 @@
 
 Angle and torque at the output shaft, ratio 1. The servo has no current sensor. Its publisher's model of the motor is
 k_t (U - k_t speed) / R while it is powered and zero while the torque is switched off, with U = duty / 885 times the
-supply; their fits of the servo (bam/params/xl330) give k_t = 0.37 to 0.38 N m/A, R = 2.7 to 3.6 ohm, whichever friction
-they assume, and an armature of 0.0019 kg m^2. The torque column is this torque. The voltage alone would have a viscous
-friction seven times the servo's, the back-EMF, that is gone while the torque is off. The servo's own speed lags by
-20 ms, so the speed is that of the angle. The pendulum's inertia is known and stands behind the gear, which carries it.
-The duty is a 16-bit two's complement number.
+supply. Taken are k_t, R and armature of the published fit with Coulomb friction (bam/params/xl330/m1.json); those with
+other laws and of other versions have k_t = 0.29 to 0.38 N m/A and R = 2.0 to 3.6 ohm. The torque column is this torque:
+the voltage alone would have a viscous friction seven times the servo's, the back-EMF, that is gone while the torque is
+off. The servo's own speed lags by 20 ms, so the speed is that of the angle. The pendulum's inertia is known and stands
+behind the gear, which carries it. The duty is a 16-bit two's complement number.
 
 M. Duclusaud, G. Passault, V. Padois, O. Ly, Extended friction models for the physics simulation of servo actuators,
 2025.

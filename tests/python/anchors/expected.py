@@ -54,8 +54,8 @@ class Expected:
     memory: str | None = None
 
 
-def _twin(corner: float) -> Callable[[Path, Path, int], Path]:
-    return partial(twin, corner=corner)
+def _twin(corner: float, spread: float = 0.0) -> Callable[[Path, Path, int], Path]:
+    return partial(twin, corner=corner, spread=spread)
 
 
 def _bench_without(_: Path, folder: Path, seed: int) -> Path:
@@ -106,13 +106,13 @@ EXPECTED = {
     ),
     "bam": Expected(
         bam.write,
-        _twin(8.0),
+        _twin(8.0, spread=2.0),
         must_name=(GRAVITY, DRY | LOADED | {"presliding_friction"}),
         must_not_name=TORSION | {"unknown"},
     ),
     "bam_trajectory": Expected(
         partial(bam.write, held_out="sin_time_square"),
-        _twin(8.0),
+        _twin(8.0, spread=2.0),
         must_name=(GRAVITY, DRY | LOADED | {"presliding_friction"}),
         must_not_name=TORSION | {"unknown"},
     ),

@@ -3,8 +3,8 @@
 The baseline is what the campaign states: inertia, viscous friction, declared Coulomb friction, and a spring where the
 output is locked; their values come from the recordings, kept within the stated tolerances. The noise is the residual of
 a linear model that also has the effects that are looked for (offset, friction both ways, gravity, orders 1, 2 and 4,
-memory where the output is locked, friction in proportion to what the gear carries where the load is stated), with
-random phases.
+memory where the output is locked), with random phases. Where the motion repeats, what such a model leaves has lines at
+the motion's own frequencies: they are a law of the motion and no noise, and are spread over a band.
 
 Without a controller the recorded motion is kept, smoothed, and the torque is the one that the baseline needs for it,
 plus the noise: for torques at the motor that is exact. With a controller the closed loop is simulated, with the noise
@@ -19,17 +19,16 @@ from typing import Any
 
 import numpy as np
 from scipy.interpolate import CubicSpline
+from scipy.ndimage import uniform_filter1d
 
 from anchors.oracle import Record, fitted, low_pass, play, read_folder
 
 PLAYS = 12
 GRAIN = 20
 HELD = 5
-#: Where the columns of the linear model of a free output hold gravity.
-WEIGHT = slice(5, 7)
 
 
-def twin(campaign: Path, out: Path, seed: int, corner: float) -> Path:
+def twin(campaign: Path, out: Path, seed: int, corner: float, spread: float = 0.0) -> Path:
     """Write the twin of a campaign folder; returns the path of its campaign.toml.
 
     Args:
@@ -38,23 +37,22 @@ def twin(campaign: Path, out: Path, seed: int, corner: float) -> Path:
         seed: of the noise.
         corner: low-pass on the recorded motion [Hz]; what moves faster is taken for noise of the angle sensor and
             returns with random phases.
+        spread: width over which the torque noise loses its lines [Hz]; 0 keeps them.
     """
     sections, records = read_folder(campaign)
     moves = [_Motion(record, sections, corner) for record in records]
     known = [move for move in moves if move.record.role == "fit"]
     torque = np.concatenate([move.torque for move in known])
     full = fitted(np.concatenate([move.full() for move in known], 1), torque)
-    if moves[0].behind:
-        for move in moves:
-            move.carried = move.behind * move.acceleration + np.stack(move.weight(), 1) @ full[WEIGHT]
-        full = fitted(np.concatenate([move.full() for move in known], 1), torque)
     stated = _stated(sections, locked=moves[0].locked)
     found = fitted(np.concatenate([move.baseline() for move in known], 1), torque) if moves[0].locked else full
     baseline = np.array([np.clip(factor, *span) for factor, span in zip(found, stated, strict=False)])
     random = np.random.default_rng(seed)
     out.mkdir(parents=True, exist_ok=True)
     for move, entry in zip(moves, sections["recording"], strict=True):
-        noise = shuffled(move.torque - np.stack(move.full(), 1) @ full, random)
+        left = move.torque - np.stack(move.full(), 1) @ full
+        width = round(spread * float(np.ptp(move.record["t"])))
+        noise = levelled(left, width, random) if width else shuffled(left, random)
         columns = dict(move.record.columns)
         if "controller" in sections:
             columns |= _closed_loop(move, sections, baseline, noise)
@@ -76,6 +74,15 @@ def shuffled(values: np.ndarray, random: np.random.Generator) -> np.ndarray:
     return np.fft.irfft(turned, len(values))
 
 
+def levelled(values: np.ndarray, width: int, random: np.random.Generator) -> np.ndarray:
+    """Normal noise of the same spectrum but for its lines: powers are means over so many frequencies."""
+    power = uniform_filter1d(np.abs(np.fft.rfft(values - values.mean())) ** 2, width, mode="nearest")
+    draws = random.standard_normal((2, len(power)))
+    spectrum = np.sqrt(0.5 * power) * (draws[0] + 1j * draws[1])
+    spectrum[0] = 0.0
+    return np.fft.irfft(spectrum, len(values))
+
+
 def _stated(sections: dict[str, Any], *, locked: bool) -> list[tuple[float, float]]:
     """Range of inertia, viscous friction, and spring or declared Coulomb friction: one relative sigma either way.
 
@@ -85,14 +92,9 @@ def _stated(sections: dict[str, Any], *, locked: bool) -> list[tuple[float, floa
     facts = [drive[name] for name in ("J_m", "B_m", *["k1"] * locked)]
     facts += [term["parameters"]["T_c"] for term in sections.get("terms", [])]
     spans = [(fact["value"] * max(1.0 - fact["sigma"], 0.1), fact["value"] * (1.0 + fact["sigma"])) for fact in facts]
-    behind = 0.0 if locked else _behind(drive)
+    load = drive["J_l"]
+    behind = load["value"] / drive["ratio"] ** 2 if isinstance(load, dict) and not locked else 0.0
     return [(spans[0][0] + behind, spans[0][1] + behind), *spans[1:]]
-
-
-def _behind(drive: dict[str, Any]) -> float:
-    """Stated inertia of the load, at the motor; none where it is zero or part of that of the motor."""
-    stated = drive["J_l"]
-    return stated["value"] / drive["ratio"] ** 2 if isinstance(stated, dict) else 0.0
 
 
 class _Motion:
@@ -102,8 +104,6 @@ class _Motion:
         self.record = record
         self.ratio = sections["drive"]["ratio"]
         self.locked = "load_angle" in record.columns and not record["load_angle"].any()
-        self.behind = 0.0 if self.locked else _behind(sections["drive"])
-        self.carried = np.zeros_like(record["t"])
         self.declared = bool(sections.get("terms"))
         self.resolution = sections.get("sensors", {}).get("motor_angle", {}).get("resolution", 0.0)
         self.torque = record["motor_torque"]
@@ -124,12 +124,9 @@ class _Motion:
         if self.locked:
             widths = 0.5 * np.ptp(self.angle) * np.linspace(0.0, 0.95, PLAYS)
             return columns + [play(self.angle, width) for width in widths]
+        load = self.angle / self.ratio
         orders = [wave(order * self.angle) for order in (1.0, 2.0, 4.0) for wave in (np.cos, np.sin)]
-        carried = [np.abs(self.carried) * self.direction] * bool(self.carried.any())
-        return [*columns, *self.weight(), *orders, *carried]
-
-    def weight(self) -> list[np.ndarray]:
-        return [np.sin(self.angle / self.ratio), np.cos(self.angle / self.ratio)]
+        return [*columns, np.sin(load), np.cos(load), *orders]
 
 
 def renewals(values: np.ndarray) -> np.ndarray:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import re
 from dataclasses import replace
 from pathlib import Path
@@ -18,7 +19,7 @@ from hdfast.diagnosis.fit import STEP, Bench, fit, linearise, quieted, without_o
 from hdfast.diagnosis.holdout import replayed
 from hdfast.diagnosis.lines import Line
 from hdfast.diagnosis.plant import Free
-from hdfast.diagnosis.session import candidates, nominal, set_up_usable
+from hdfast.diagnosis.session import candidates, nominal, set_up_usable, turned
 from hdfast.diagnosis.shaken import calmer
 from hdfast.recordings import load_campaign
 
@@ -82,6 +83,19 @@ def test_exact_the_motors_side_shows_the_resonance_of_a_load_that_is_stated(tmp_
     for unknown in ("k1", "J_l"):
         file.write_text(re.sub(f"{unknown} = .*\n", "", text))
         assert set_up_usable(load_campaign(file), None).campaign.base == "one_inertia"
+
+
+def test_exact_a_load_that_stands_still_is_not_shaken(tmp_path: Path) -> None:
+    """A locked output is a load of which no recording is long enough to see the resonance."""
+    file = small_campaign.write(tmp_path)
+    text = file.read_text()
+    period = 2.0 * math.pi * math.sqrt(0.5 / 31020.0)
+    free = load_campaign(file)
+    assert turned(free, 1.01 * period) == pytest.approx(3e-4 + 0.5 / 121.0**2, rel=1e-12)
+    assert turned(free, 0.99 * period) == 3e-4
+    file.write_text(text.replace("J_l = 0.5", "J_l = 1e9"))
+    locked = set_up_usable(load_campaign(file), None)
+    assert locked.bench.floor[0] < 2.0 * set_up_usable(free, None).bench.floor[0]
 
 
 def test_exact_a_line_at_an_order_of_no_drive_has_to_stand_in_two_recordings(

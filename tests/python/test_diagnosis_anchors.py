@@ -66,6 +66,10 @@ def test_against_the_bench_with_a_slow_sensor_at_its_output(diagnosed: Verdicts)
     assert dry["parameters"]["T_c"]["value"] == pytest.approx(article.FRICTION["T_c"], rel=0.05)
 
 
+def test_exact_an_angle_that_stays_does_not_drift(diagnosed: Verdicts) -> None:
+    assert {effect["effect"] for effect in diagnosed("brfd")["effects"]} == {"hysteresis"}
+
+
 def test_exact_held_samples_are_no_physics(diagnosed: Verdicts) -> None:
     verdict = diagnosed("hej90")
     assert not verdict["effects"]

@@ -91,6 +91,21 @@ def test_exact_a_dead_channel_is_not_judged():
     assert unit.judged["motor_torque"].any()
 
 
+def test_exact_a_load_angle_that_stays_is_not_judged():
+    """It has no noise: what a simulated output moves, held by a finite inertia, would be a drift beyond any doubt."""
+    unit = prepare(source(500.0, load_angle=np.zeros(2000)), Band(500.0, 50.0, 200.0), RATIO)
+    assert np.ptp(unit.measured["te"]) > 0.0
+    assert not unit.judged["te"].any()
+    assert unit.judged["motor_torque"].any()
+
+
+def test_exact_a_load_angle_that_stays_is_judged_where_nothing_else_is():
+    still = {"load_angle": np.zeros(2000), "motor_torque": np.zeros(2000)}
+    unit = prepare(source(500.0, **still), Band(500.0, 50.0, 200.0), RATIO)
+    assert unit.judged["te"].any()
+    assert not unit.judged["motor_torque"].any()
+
+
 def test_exact_a_recording_shorter_than_its_margins_has_nothing_to_judge():
     unit = prepare(source(100.0, 0.3), Band(100.0, 5.0, 40.0), RATIO)
     assert not any(mask.any() for mask in unit.judged.values())

@@ -163,6 +163,8 @@ def prepare(source: Source, band: Band, ratio: float) -> Unit:
         if channel in measured:
             judged[channel] = settled & _usable(source.good & np.isfinite(recording[column]), clock, t, band)
     judged = {channel: mask & _varies(measured[channel]) for channel, mask in judged.items()}
+    if "te" in judged and not _varies(recording["load_angle"]):
+        judged["te"] &= not any(mask.any() for channel, mask in judged.items() if channel != "te")
     return Unit(
         name=source.name,
         role=source.role,
@@ -217,8 +219,11 @@ def _eroded(mask: Mask, width: int) -> Mask:
 
 
 def _varies(values: Floats) -> bool:
-    """Whether a channel is not dead."""
-    return bool(np.ptp(values) > CONSTANT * np.max(np.abs(values)))
+    """Whether a channel is neither dead nor known beforehand, as the angle of a locked output is.
+
+    One that stays has no noise to hold a mismatch against: it is judged only where a recording has nothing else.
+    """
+    return bool(np.nanmax(values) - np.nanmin(values) > CONSTANT * np.nanmax(np.abs(values)))
 
 
 def _usable(good: Mask, clock: Floats, t: Floats, band: Band) -> Mask:

@@ -29,6 +29,7 @@ from hdfast.health import Health, check
 from hdfast.health.result import RecordingHealth
 from hdfast.recordings import Campaign
 from hdfast.recordings.clock import period
+from hdfast.spring import COEFFICIENTS
 
 HELD = 0.7
 NOISY = 1.15
@@ -121,7 +122,7 @@ def set_up(campaign: Campaign, sources: Sequence[Source], threads: int | None) -
         InputError: no sample of what is fitted can be judged.
     """
     ratio = campaign.priors["ratio"].value
-    inertia = campaign.priors["J_m"].value + campaign.priors["J_l"].value / ratio**2
+    inertia = turned(campaign, max(float(np.ptp(source.recording["t"])) for source in sources))
     named = any(one.role == "heldout" for one in campaign.recordings)
     sources, weaker = with_heldout(sources, NOTHING_LEFT if named else NOTHING_HELD)
     band = choose_band(sources, inertia)
@@ -147,6 +148,18 @@ def set_up(campaign: Campaign, sources: Sequence[Source], threads: int | None) -
         held, weaker = None, UNPROVEN
     slowest = max(period(source.recording["t"]) for source in sources)
     return Setup(campaign, judged, held, weaker, slowest)
+
+
+def turned(campaign: Campaign, longest: float) -> float:
+    """Inertia at the motor that the noise of its angle makes a torque of [kg m^2].
+
+    A load whose torsional resonance takes longer than the longest recording [s] stands still in all of them, as that
+    of a locked output does: what shakes the motor does not reach it.
+    """
+    ratio, inertia = campaign.priors["ratio"].value, campaign.priors["J_l"].value
+    stiffness = campaign.priors[COEFFICIENTS[campaign.drive.spring][0]].value
+    still = campaign.base == "two_inertia" and 2.0 * math.pi * math.sqrt(inertia / stiffness) > longest
+    return campaign.priors["J_m"].value + (0.0 if still else inertia / ratio**2)
 
 
 def set_up_usable(campaign: Campaign, threads: int | None) -> Setup:

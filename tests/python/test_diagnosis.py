@@ -21,6 +21,7 @@ from hdfast.diagnosis.lines import Line
 from hdfast.diagnosis.plant import Free
 from hdfast.diagnosis.session import candidates, nominal, set_up_usable, turned
 from hdfast.diagnosis.shaken import calmer
+from hdfast.errors import InputError
 from hdfast.recordings import load_campaign
 
 EFFECTS = {
@@ -96,6 +97,17 @@ def test_exact_a_load_that_stands_still_is_not_shaken(tmp_path: Path) -> None:
     file.write_text(text.replace("J_l = 0.5", "J_l = 1e9"))
     locked = set_up_usable(load_campaign(file), None)
     assert locked.bench.floor[0] < 2.0 * set_up_usable(free, None).bench.floor[0]
+
+
+@pytest.mark.parametrize(("name", "value"), [("k1", 0.0), ("k1", -5.0), ("J_l", -1.0), ("J_m", 0.0)])
+def test_exact_a_drive_that_cannot_be_simulated_as_stated_ends_with_a_sentence(
+    tmp_path: Path, name: str, value: float
+) -> None:
+    file = small_campaign.write(tmp_path)
+    file.write_text(file.read_text().replace(f"{name} = {small_campaign.DRIVE[name]}", f"{name} = {value}"))
+    setup = set_up_usable(load_campaign(file), None)
+    with pytest.raises(InputError, match="cannot be simulated along the recorded motion"):
+        nominal(setup)
 
 
 def test_exact_a_line_at_an_order_of_no_drive_has_to_stand_in_two_recordings(

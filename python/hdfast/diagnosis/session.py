@@ -158,7 +158,7 @@ def turned(campaign: Campaign, longest: float) -> float:
     """
     ratio, inertia = campaign.priors["ratio"].value, campaign.priors["J_l"].value
     stiffness = campaign.priors[COEFFICIENTS[campaign.drive.spring][0]].value
-    still = campaign.base == "two_inertia" and 2.0 * math.pi * math.sqrt(inertia / stiffness) > longest
+    still = campaign.base == "two_inertia" and inertia > stiffness * (longest / (2.0 * math.pi)) ** 2
     return campaign.priors["J_m"].value + (0.0 if still else inertia / ratio**2)
 
 

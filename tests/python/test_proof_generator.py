@@ -11,6 +11,7 @@ import pytest
 from hdfast.proof import generator
 from hdfast.proof.generator import nuisance, sensors, stepping, strata
 from hdfast.proof.generator.case import build, motion, simulate, sized_within_limits
+from hdfast.proof.generator.certificate import likeness
 from hdfast.proof.generator.control import NO_NOTCH, Controller
 from hdfast.proof.generator.effects import EFFECTS, TWELVE, Drive
 from hdfast.proof.generator.equipment import draw_chain
@@ -245,6 +246,22 @@ def test_exact_a_followed_refit_swallows_what_one_from_elsewhere_swallows(bench)
     stiffer[lin.names.index("k1")] = 3.0
     for start in (followed.shift, stiffer, -stiffer):
         assert lin.refit(full, [start]).cost >= 0.9 * followed.cost
+
+
+def test_exact_a_late_load_sensor_looks_like_a_filtered_one_wherever_the_refit_moves_the_drive(bench):
+    """They differ by the square of a millisecond; against a drive that has not moved, the low-pass would not fit."""
+    _, lin = bench
+    sized = follow(lin, sketch(lin, "sensor_delay", 8.0, np.random.default_rng(4)))
+    refit = swallowed(lin, [sized])
+    closest = likeness(lin, refit, [sized], [f"{k}" for k in range(4)])["closest_rival"]
+    late, filtered = (
+        lin.left(lin.signature(EFFECTS[effect_id].on(lin.drive, sized.amplitude, {}))[0])
+        for effect_id in ("sensor_delay", "sensor_lowpass")
+    )
+    assert np.max(np.abs(refit.shift)) > 1.0
+    assert np.linalg.norm(late - filtered) < 0.1 * np.linalg.norm(late)
+    assert closest["id"] == "sensor_lowpass"
+    assert closest["abs_cos"] > 0.98
 
 
 def test_exact_small_effects_are_sized_by_a_linear_refit(bench):

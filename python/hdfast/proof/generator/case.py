@@ -24,7 +24,7 @@ from hdfast.proof.generator.responses import Motion
 from hdfast.proof.generator.rig import Rig, draw_rig
 from hdfast.proof.generator.sizing import QUIETEST, UNDETECTABLE, Sized, follow, length, sketch, swallowed
 
-VERSION = "7"
+VERSION = "8"
 ATTEMPTS = 40
 ABSORBED_RATIO, ABSORBED_LOW, ABSORBED_HIGH = 1.15, 0.05, 0.30
 UNDECIDABLE, STRANGE = 0.98, 0.95

@@ -39,7 +39,7 @@ def likeness(lin: Linearisation, refit: Refit, named: list[Sized], files: list[s
     """Which rivals the remaining signature resembles, where it is and what it follows; empty fields without effects."""
     if not named:
         return dict(NOTHING)
-    looks = rivals(lin, refit.left, named)
+    looks = rivals(lin.sloped(refit.shift), refit.left, named)
     first = EFFECTS[named[0].id]
     elsewhere = [r["abs_cos"] for r in looks if EFFECTS[r["id"]].place != first.place]
     return {
@@ -87,6 +87,11 @@ def rivals(lin: Linearisation, left: Array, named: list[Sized]) -> list[dict[str
 
     A rival with a phase may turn it, so its span is that of two phases a quarter apart; one with an order takes the
     order of the effect where it has none of its own.
+
+    Args:
+        lin: at the plant that the refit has moved to: there a rival would add to it.
+        left: what that refit leaves, whitened.
+        named: the effects.
     """
     taken = {s.id for s in named}
     out = []

@@ -117,7 +117,7 @@ class Linearisation:
         none = Refit(*signature, np.zeros(len(self.names)), float(np.linalg.norm(signature[0])), self)
         best = min([none, *(self._refitted(signature, none, start) for start in starts)], key=lambda tried: tried.cost)
         if best is not none:
-            best = best._replace(slopes=slopes or self._sloped(best.shift))
+            best = best._replace(slopes=slopes or self.sloped(best.shift))
         fresh = False
         for _ in range(STEPS):
             here = best.slopes
@@ -130,7 +130,7 @@ class Linearisation:
             if min(promised, kept if fresh else promised) <= SETTLED * best.cost:
                 break
             fresh = kept < 0.5 * promised
-            best = best._replace(slopes=self._sloped(best.shift) if fresh else here.turned(last, best))
+            best = best._replace(slopes=self.sloped(best.shift) if fresh else here.turned(last, best))
         return best
 
     def turned(self, last: Refit, best: Refit) -> Linearisation:
@@ -148,8 +148,8 @@ class Linearisation:
         white, raw = (x + columns[:, linear] @ shift[linear] for x, columns in ((white, self.columns), (raw, self.raw)))
         return last._replace(left=signature[0] - white, raw=signature[1] - raw, shift=shift)
 
-    def _sloped(self, shift: Array) -> Linearisation:
-        """The same with the plant's columns at a shifted plant."""
+    def sloped(self, shift: Array) -> Linearisation:
+        """The same at a shifted plant (P,) [prior sigma]: its columns and its channels."""
         drive = self.drive._replace(plant=moved(self.rig, self.drive.plant, shift))
         there = replace(self, drive=drive, base=list(responses(self.rig, drive, self.motions)))
         columns = self.columns.copy()

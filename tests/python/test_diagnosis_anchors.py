@@ -70,6 +70,10 @@ def test_exact_an_angle_that_stays_does_not_drift(diagnosed: Verdicts) -> None:
     assert {effect["effect"] for effect in diagnosed("brfd")["effects"]} == {"hysteresis"}
 
 
+def test_exact_a_lag_that_owes_its_gain_to_other_parameters_is_not_named(diagnosed: Verdicts) -> None:
+    assert {effect["effect"] for effect in diagnosed("kinova")["effects"]} == {"cogging"}
+
+
 def test_exact_held_samples_are_no_physics(diagnosed: Verdicts) -> None:
     verdict = diagnosed("hej90")
     assert not verdict["effects"]

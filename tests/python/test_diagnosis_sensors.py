@@ -1,4 +1,4 @@
-"""What sensors do: a low-pass that a recorder's channels share, and a zero that drifts."""
+"""What sensors and actuators do: a low-pass that a recorder's channels share, a zero that drifts, a late torque."""
 
 from __future__ import annotations
 
@@ -8,8 +8,10 @@ import numpy as np
 import pytest
 import small_campaign
 from hdfast.diagnosis import diagnose, session
+from hdfast.diagnosis.accept import of_its_own
+from hdfast.diagnosis.score import groups
 from hdfast.recordings import load_campaign
-from scipy.signal import lsim
+from scipy.signal import lsim, savgol_filter
 
 LAG = 5e-3
 
@@ -74,3 +76,23 @@ def test_exact_a_fast_drift_of_the_torques_zero_is_named(tmp_path, monkeypatch):
     (effect,) = found.content["effects"]
     assert effect["evidence"]["shape"] == "on motor_torque"
     assert effect["parameters"]["drift"]["value"] == pytest.approx(drift, rel=0.1)
+
+
+def test_exact_a_late_actuator_has_to_gain_beside_what_a_refit_with_it_moves(tmp_path, monkeypatch):
+    """A recorded torque ahead of the drive's by a lag; then the same fit with hardly any lag left in it."""
+    small_campaign.shorten_library(monkeypatch, ("actuator_lag", "coulomb_friction"))
+    path = small_campaign.write(tmp_path)
+    for one in path.parent.glob("r*.npz"):
+        columns = dict(np.load(one))
+        smooth = savgol_filter(columns["motor_torque"], 15, 3, deriv=1, delta=0.002)
+        np.savez(one, **columns | {"motor_torque": columns["motor_torque"] + LAG * smooth})
+    found = diagnose(path)
+    assert [one["effect"] for one in found.content["effects"]] == ["actuator_lag"]
+    seen = found.evidence.session.search.rounds[0]
+    bench, joint = found.evidence.session.bench.commanded(seen.before), seen.accepted.fit
+    folds = groups(bench.plant, bench.layout)
+    assert of_its_own(bench, joint, seen.before, folds)
+    moved = joint.coordinates.copy()
+    moved[joint.structure.names.index("actuator_lag_tau_e")] = np.log(1e-6)
+    none = replace(joint, coordinates=moved, mismatch=bench.mismatch(joint.structure, moved[None])[0])
+    assert not of_its_own(bench, none, seen.before, folds)

@@ -25,8 +25,8 @@ help:
 	@echo "make demo    set up, then 10,000 Monte Carlo rows of a real drive into out/demo,"
 	@echo "             and the diagnosis of a drive with concealed friction into out/diagnosis"
 	@echo "make test    set up, then the tests, lint and type check"
-	@echo "make test-whole     what takes longer: sweeps from Rust, for which the engine is built once more, and a hundred"
-	@echo "             diagnoses of complete models"
+	@echo "make test-whole     what takes longer: sweeps from Rust, for which the engine is built once more, a hundred"
+	@echo "             diagnoses of complete models, and those of single effects"
 	@echo "make proof-subset   set up, then forty blind cases, held against what they must not fall below"
 	@echo "make bench   set up, then the speed measurements"
 	@echo "make bench-peers   set up, then work-precision against other solvers, each in its own environment"
@@ -76,7 +76,7 @@ test: $(DEPENDENCIES)
 
 test-whole: setup
 	cargo test --release --no-default-features
-	$(PY) -m pytest --long tests/python/test_diagnosis_nulls.py
+	$(PY) -m pytest --long tests/python/test_diagnosis_nulls.py tests/python/test_diagnosis.py
 
 proof-subset: setup
 	rm -rf $(SUBSET)

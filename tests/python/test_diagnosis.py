@@ -35,13 +35,17 @@ SHARES = (
 )
 
 
+@pytest.mark.long
 def test_regress_nothing_is_found_in_a_complete_model(tmp_path: Path) -> None:
     found = hdfast.diagnose(diagnosed.write(tmp_path))
     assert found.verdict == "no_evidence"
     assert found.effects == []
 
 
-@pytest.mark.parametrize("effect", EFFECTS)
+@pytest.mark.parametrize(
+    "effect",
+    ["coulomb_friction", *(pytest.param(one, marks=pytest.mark.long) for one in EFFECTS if one != "coulomb_friction")],
+)
 def test_regress_a_single_effect_is_named_with_its_size(tmp_path: Path, effect: str) -> None:
     found = hdfast.diagnose(diagnosed.write(tmp_path, [effect], EFFECTS[effect], seed=1))
     assert found.verdict == "found"
@@ -122,6 +126,7 @@ def test_exact_a_line_at_an_order_of_no_drive_has_to_stand_in_two_recordings(
     assert 37.3 not in orders
 
 
+@pytest.mark.long
 def test_exact_a_second_line_of_a_torque_is_found_with_the_first(tmp_path: Path) -> None:
     file = diagnosed.write(tmp_path, seed=3)
     for run in tmp_path.glob("*.npz"):

@@ -113,13 +113,11 @@ def of_its_own(bench: Bench, joint: Fit, current: Fit, folds: Index) -> bool:
         current: the model without it.
         folds: fold of every stacked sample.
     """
-    alike = current.coordinates.copy()
-    for j, name in enumerate(current.structure.names):
-        if name in joint.structure.names:
-            alike[j] = joint.coordinates[joint.structure.names.index(name)]
+    theirs = dict(zip(joint.structure.names, joint.coordinates.tolist(), strict=True))
+    shared = zip(current.structure.names, current.coordinates.tolist(), strict=True)
+    alike = np.array([theirs.get(name, own) for name, own in shared])
     mismatch = bench.mismatch(current.structure, alike[None])[0]
-    own = gain(bench, joint, replace(current, coordinates=alike, mismatch=mismatch), folds)
-    return own.ratio > GAIN_ERRORS and own.total >= SPARED
+    return convinces(gain(bench, joint, replace(current, coordinates=alike, mismatch=mismatch), folds), 1.0)
 
 
 def _sizeable(bench: Bench, joint: Fit, candidate: Candidate) -> bool:

@@ -15,6 +15,7 @@ from hdfast.diagnosis.source import Source
 from hdfast.recordings.clock import period
 from hypothesis import given
 from hypothesis import strategies as st
+from scipy import fft
 
 RATIO = 100.0
 
@@ -214,3 +215,17 @@ def test_exact_a_low_pass_is_the_same_at_any_rate() -> None:
         share = 1.0 / (1.0 + (frequency / corner) ** 8)
         np.testing.assert_allclose(passed[inside], share * wave[inside], atol=2e-4)
     np.testing.assert_allclose(low_pass(3.0 * t - 1.0, corner, fast), 3.0 * t - 1.0, atol=1e-12)
+
+
+@pytest.mark.parametrize(("n", "corner", "atol"), [(33, 0.02, 1e-13), (1413, 0.05, 1e-10), (3919, 0.12, 1e-9)])
+@pytest.mark.parametrize("stride", [1, 2, 4])
+def test_against_the_sine_transform_of_the_whole_series_reflected_without_end(n, corner, atol, stride) -> None:
+    """Of lengths that are quickly transformed and not, thinned and whole."""
+    long = stride * (n - 1) + 1
+    values = np.random.default_rng(n).normal(size=(3, long)).cumsum(axis=1)
+    line = np.linspace(values[:, 0], values[:, -1], long, axis=1)
+    share = 1.0 / (1.0 + (0.5 / corner * stride * np.arange(1, long - 1) / (long - 1)) ** 8)
+    wanted = line.copy()
+    wanted[:, 1:-1] += fft.idst(share * fft.dst((values - line)[:, 1:-1], type=1), type=1)
+    passed = low_pass(values, corner, float(stride), stride)
+    np.testing.assert_allclose(passed, wanted[:, ::stride], atol=atol * np.max(np.abs(values)))

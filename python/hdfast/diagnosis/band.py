@@ -24,6 +24,8 @@ SLOW_SHARE, QUIET_SHARE = 0.5, 0.25
 TOP_SHARES = (0.75, 0.95)
 SEGMENT = 256
 SHORTEST, STEEPNESS = 32, 8
+#: Of the low-pass, in periods of its corner: what is farther away counts for less than 1e-12.
+REACH = 12.0
 SLOWEST = 1e-9
 
 
@@ -79,7 +81,7 @@ class Band:
         The torque that holds a drive to its recorded motion between the samples is not the one that was there: a line
         above half of the rate would be seen in the band, as large as no motor that gives way has it.
         """
-        return low_pass(values, self.motion, density * self.rate)[..., ::density]
+        return low_pass(values, self.motion, density * self.rate, density)
 
     def reversing(self, t: Floats, speed: Floats, slowest: float) -> Floats:
         """Rate of the direction of motion [1/s], (n,), uncertain when slow, from speeds `density` times as dense."""
@@ -140,17 +142,49 @@ def noise_density(clock: Floats, values: Floats) -> float:
     return max(quantised, float(np.median(power[top] / differences)))
 
 
-def low_pass(values: Floats, corner: float, rate: float) -> Floats:
-    """Zero-phase low-pass of (..., n), the same at any rate; too short a series as it is."""
+def low_pass(values: Floats, corner: float, rate: float, stride: int = 1) -> Floats:
+    """Zero-phase low-pass of (..., n), the same at any rate; too short a series as it is.
+
+    Beyond its ends a series goes on as its reflection in the end points, as far as the filter reaches, and to a length
+    that is quickly transformed.
+
+    Args:
+        values: at equal distances.
+        corner: frequency at which half of the amplitude is left [Hz].
+        rate: of the values [Hz].
+        stride: of the filtered values only every so many are wanted; divides n - 1.
+
+    Returns:
+        Filtered values (..., (n - 1) / stride + 1).
+    """
     n = values.shape[-1]
     if n < SHORTEST:
-        return values
+        return values[..., ::stride]
     first, last = values[..., :1], values[..., -1:]
     line = first + (last - first) * np.linspace(0.0, 1.0, n)
-    share = 1.0 / (1.0 + (0.5 * rate / corner * np.arange(1, n - 1) / (n - 1)) ** STEEPNESS)
-    found = np.array(np.broadcast_to(line, values.shape))
-    found[..., 1:-1] += fft.idst(share * fft.dst((values - line)[..., 1:-1], type=1), type=1)
-    return found
+    beyond, length = math.ceil(REACH * rate / corner), 2 * (n - 1)
+    if beyond < n - 1:
+        length = min(length, stride * fft.next_fast_len(math.ceil((n + 2 * beyond) / stride), real=True))
+    beyond = min(beyond, n - 2)
+    own = np.zeros((*values.shape[:-1], length))
+    np.subtract(values, line, out=own[..., :n])
+    own[..., n : n + beyond] = -own[..., n - 2 : n - 2 - beyond : -1]
+    own[..., length - beyond :] = -own[..., beyond:0:-1]
+    share = 1.0 / (1.0 + (rate / corner * np.arange(length // 2 + 1) / length) ** STEEPNESS)
+    passed = _thinned(share * fft.rfft(own), length, stride)
+    return np.asarray(line[..., ::stride] + fft.irfft(passed, length // stride)[..., : (n - 1) // stride + 1])
+
+
+def _thinned(spectrum: Floats, length: int, stride: int) -> Floats:
+    """Spectrum of every so many of the values that a half spectrum (..., length // 2 + 1) is of."""
+    part = length // stride
+    kept = part // 2 + 1
+    found = np.zeros((*spectrum.shape[:-1], kept), dtype=np.complex128)
+    for turn in range(-(stride // 2), stride - stride // 2):
+        at = abs(turn) * part
+        alias = spectrum[..., at : at + kept] if turn >= 0 else spectrum[..., at - kept + 1 : at + 1][..., ::-1].conj()
+        found += alias
+    return found / stride
 
 
 def _step(values: Floats) -> float:

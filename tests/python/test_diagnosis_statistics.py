@@ -8,7 +8,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from hdfast.diagnosis.accept import convinces
+from hdfast.diagnosis.accept import convinces, repeats
 from hdfast.diagnosis.evidence import Layout, Weights
 from hdfast.diagnosis.fit import Fit
 from hdfast.diagnosis.lines import Line, snapped
@@ -135,9 +135,8 @@ def test_exact_near_the_noise_an_effect_in_two_blocks_of_thirty_predicts_one_fro
     [
         ([2.0] * 20, 1.0, True),
         ([6.0, 4.5, *[0.3, -0.3] * 9], 0.001, True),
-        ([6.0, 4.5, *[0.3, -0.3] * 9], 0.008, False),
-        ([6.0, 5.0, 4.5, *[0.7, -0.7] * 9], 0.008, True),
-        ([6.0, 5.0, 4.5, *[0.7, -0.7] * 9], 0.02, False),
+        ([6.0, 4.5, *[0.3, -0.3] * 9], 0.002, False),
+        ([6.0, 5.0, 4.5, *[0.7, -0.7] * 9], 0.002, False),
         ([60.0, 1.0, 1.0, *[0.7, -0.7] * 9], 0.001, False),
     ],
 )
@@ -145,6 +144,22 @@ def test_exact_a_gain_in_few_blocks_convinces_where_the_screen_singles_it_out(
     blocks: list[float], p: float, enough: bool
 ) -> None:
     assert convinces(Gain(np.array(blocks), (1.0, 1.0)), p) == enough
+
+
+@pytest.mark.parametrize(
+    ("blocks", "p", "enough"),
+    [
+        ([2.0] * 16, 1.0, True),
+        ([6.0, 5.0, 4.0, 5.0, *[0.0] * 12], 0.0001, False),
+        ([4.0] * 4 + [2.0, 2.0, 1.0, 1.0, 1.0, 1.0, *[0.0] * 6], 0.0001, True),
+        ([4.0] * 4 + [2.0, 2.0, 1.0, 1.0, 1.0, 1.0, *[0.0] * 6], 0.002, False),
+    ],
+)
+def test_exact_what_is_slow_convinces_recording_by_recording_unless_it_is_certain(
+    blocks: list[float], p: float, enough: bool
+) -> None:
+    recordings = np.repeat(np.arange(4), 4)
+    assert repeats(Gain(np.array(blocks), (1.0, 1.0)), p, recordings) == enough
 
 
 def everywhere(rng: np.random.Generator) -> np.ndarray:

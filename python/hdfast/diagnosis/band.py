@@ -162,10 +162,9 @@ def low_pass(values: Floats, corner: float, rate: float, stride: int = 1) -> Flo
         return values[..., ::stride]
     first, last = values[..., :1], values[..., -1:]
     line = first + (last - first) * np.linspace(0.0, 1.0, n)
-    beyond, length = math.ceil(REACH * rate / corner), 2 * (n - 1)
-    if beyond < n - 1:
-        length = min(length, stride * fft.next_fast_len(math.ceil((n + 2 * beyond) / stride), real=True))
-    beyond = min(beyond, n - 2)
+    beyond = min(math.ceil(REACH * rate / corner), n - 2)
+    quick = stride * fft.next_fast_len(math.ceil((n + 2 * beyond) / stride), real=True)
+    length = min(2 * (n - 1), quick)
     own = np.zeros((*values.shape[:-1], length))
     np.subtract(values, line, out=own[..., :n])
     own[..., n : n + beyond] = -own[..., n - 2 : n - 2 - beyond : -1]
@@ -182,8 +181,10 @@ def _thinned(spectrum: Floats, length: int, stride: int) -> Floats:
     found = np.zeros((*spectrum.shape[:-1], kept), dtype=np.complex128)
     for turn in range(-(stride // 2), stride - stride // 2):
         at = abs(turn) * part
-        alias = spectrum[..., at : at + kept] if turn >= 0 else spectrum[..., at - kept + 1 : at + 1][..., ::-1].conj()
-        found += alias
+        if turn < 0:
+            found += spectrum[..., at - kept + 1 : at + 1][..., ::-1].conj()
+        else:
+            found += spectrum[..., at : at + kept]
     return found / stride
 
 

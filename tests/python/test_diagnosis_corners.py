@@ -296,6 +296,24 @@ def test_exact_a_parameter_that_is_a_multiple_of_another_has_the_errors_of_both(
     assert sigma["c_back"] / sigma["c_drive"] == pytest.approx(0.3 * np.sqrt(0.04 + 0.09 - 0.06) / (0.2 * 0.2))
 
 
+@pytest.mark.parametrize(
+    ("effect", "size"), [("load_side_friction", {"T_cl": 4.0}), ("gravity_unbalance", {"T_gravity": 4.0})]
+)
+def test_exact_a_load_that_turns_the_other_way_gets_the_same_answer(tmp_path, monkeypatch, effect, size):
+    small_campaign.shorten_library(monkeypatch, ("load_side_friction", "gravity_unbalance", "hysteresis", "backlash"))
+    path = small_campaign.write(tmp_path, [effect], size)
+    forwards = diagnose(path)
+    text = path.read_text().replace("ratio = 121", "ratio = -121").replace("[7e-5]", "[-7e-5]")
+    path.write_text(text.replace("[5e-5]", "[-5e-5]") + '[columns]\nload_angle = { name = "load_angle", scale = -1 }\n')
+    backwards = diagnose(path)
+    for found in (forwards, backwards):
+        assert [one["effect"] for one in found.effects] == [effect]
+        assert found.content["where"]["place"] == forwards.content["where"]["place"]
+    for name in size:
+        value, mirrored = (found.effects[0]["parameters"][name]["value"] for found in (forwards, backwards))
+        assert mirrored == pytest.approx(value, rel=1e-6)
+
+
 def test_exact_a_candidate_without_room_is_none():
     free = (Free("delay_tau_d", 1e-3, 1.0, True, "s"),)
     late = Candidate("delay", "actuator", ("delay",), free, "delay_tau_d")

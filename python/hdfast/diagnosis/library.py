@@ -38,7 +38,7 @@ class Sizes:
         motor_torque: spread of the motor torque [N m].
         speed: largest motor speed [rad/s].
         stiffness: K1 or k1 [N m/rad].
-        ratio: reduction ratio.
+        ratio: reduction ratio, negative where the load turns against the motor.
         corner: band of the replayed motion [Hz].
         elastic: whether the gear's windup is simulated.
         loaded: whether a load torque is recorded.
@@ -72,9 +72,19 @@ class Sizes:
         return bool(set(self.channels) - {"motor_torque"})
 
     @property
+    def output_torque(self) -> float:
+        """The spread of the torque behind the gear [N m]."""
+        return self.motor_torque * abs(self.ratio)
+
+    @property
     def windup(self) -> float:
         """Windup under the spread of the torque [rad]."""
-        return self.motor_torque * self.ratio / self.stiffness
+        return self.output_torque / self.stiffness
+
+    @property
+    def load_turn(self) -> float:
+        """Order of a load turn per motor revolution, whichever way the load turns."""
+        return 1.0 / abs(self.ratio)
 
 
 def library(sizes: Sizes) -> list[Candidate]:
@@ -144,7 +154,7 @@ def _friction(s: Sizes) -> list[Candidate]:
                 needs=FRICTION,
                 shape=f"order {order:.4g}",
             )
-            for order in _distinct([1.0, 2.0, 4.0, 1.0 / s.ratio, 2.0 / s.ratio, *s.lines], 5)
+            for order in _distinct([1.0, 2.0, 4.0, s.load_turn, 2.0 * s.load_turn, *s.lines], 5)
             if order * s.turns > 1.0
         ),
     ]
@@ -154,7 +164,7 @@ def _friction(s: Sizes) -> list[Candidate]:
 
 
 def _load(s: Sizes) -> list[Candidate]:
-    torque = 0.2 * s.motor_torque * s.ratio
+    torque = 0.2 * s.output_torque
     found = [
         in_drive(
             "gravity_unbalance",
@@ -233,7 +243,7 @@ def _lines(s: Sizes) -> list[Candidate]:
     """Lines in the motor angle: kinematic error where it is seen, detent torque."""
     found = []
     relative = 1.0 - 1.0 / s.ratio
-    expected = [1.0 / s.ratio, 2.0 / s.ratio, relative, 2.0 * relative]
+    expected = [s.load_turn, 2.0 * s.load_turn, relative, 2.0 * relative]
     expected += [float(order) for order in range(1, HIGHEST_INTEGER + 1)]
     wanted = [order for order in [*s.lines, *expected] if order * s.turns > 1.0 and _new(order, s.orders)]
     for order in _distinct(wanted, MOST_LINES):
@@ -276,7 +286,7 @@ def _lines(s: Sizes) -> list[Candidate]:
 
 
 def _mesh(s: Sizes) -> list[Candidate]:
-    torque = 0.2 * s.motor_torque * s.ratio
+    torque = 0.2 * s.output_torque
     found = [
         *(
             in_drive(
@@ -313,7 +323,7 @@ def _mesh(s: Sizes) -> list[Candidate]:
             )
             for size, lag, shape, order in (
                 ("eps_2", "psi_2", "order 2", 2.0),
-                ("eps_o", "psi_o", "once per load turn", 1.0 / s.ratio),
+                ("eps_o", "psi_o", "once per load turn", s.load_turn),
             )
         ),
     ]
@@ -355,7 +365,7 @@ def _sensors(s: Sizes) -> list[Candidate]:
             in_sensor("ratio_error", "load_angle", [signed("ratio_error", 1e-4, 1e-3, "1")]),
             in_sensor("sensor_offset_drift", "load_angle", [signed("drift", 0.1 * s.windup, s.windup, "rad/s")]),
         ]
-    for channel, spread in (("motor_torque", s.motor_torque), ("output_torque", s.motor_torque * s.ratio)):
+    for channel, spread in (("motor_torque", s.motor_torque), ("output_torque", s.output_torque)):
         if channel in s.channels:
             found.append(in_sensor("sensor_offset_drift", channel, [signed("drift", 0.01 * spread, spread, "N m/s")]))
     return found

@@ -263,7 +263,8 @@ def candidates(bench: Bench, current: Fit, ratio: float) -> list[Candidate]:
     units = bench.plant.units
     model = current.structure.model
     whole = range(1, HIGHEST_INTEGER + 1)
-    expected = [1.0 / ratio, 2.0 / ratio, *(order * turn for order in whole for turn in (1.0, 1.0 - 1.0 / ratio))]
+    load = 1.0 / abs(ratio)
+    expected = [load, 2.0 * load, *(order * turn for order in whole for turn in (1.0, 1.0 - 1.0 / ratio))]
     least = several(bench)
     found = [(line, snapped(line, expected)) for line in order_lines(bench, current.mismatch)]
     lines = [order for line, order in found if order in expected or line.recordings >= least]

@@ -153,6 +153,8 @@ def test_exact_a_gain_in_few_blocks_convinces_where_the_screen_singles_it_out(
         ([6.0, 5.0, 4.0, 5.0, *[0.0] * 12], 0.0001, False),
         ([4.0] * 4 + [2.0, 2.0, 1.0, 1.0, 1.0, 1.0, *[0.0] * 6], 0.0001, True),
         ([4.0] * 4 + [2.0, 2.0, 1.0, 1.0, 1.0, 1.0, *[0.0] * 6], 0.002, False),
+        ([2.25] * 4 + [1.25] * 4 + [0.75] * 4 + [0.25] * 4, 1.0, False),
+        ([2.0] * 4 + [1.5] * 4 + [1.25] * 4 + [1.0] * 4, 1.0, True),
     ],
 )
 def test_exact_what_is_slow_convinces_recording_by_recording_unless_it_is_certain(

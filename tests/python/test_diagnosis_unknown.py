@@ -69,6 +69,25 @@ def test_exact_a_law_that_is_refused_elsewhere_is_undecided(tmp_path, monkeypatc
     assert told["effects"] == []
 
 
+def test_exact_recordings_that_stay_away_from_an_end_cannot_refuse_what_is_there(tmp_path, monkeypatch):
+    """A spring of 5 N m/rad that two fitted recordings reach; what is held out goes the other way."""
+    small_campaign.shorten_library(monkeypatch, ())
+    path = small_campaign.write(tmp_path)
+    for number in range(4):
+        columns = dict(np.load(tmp_path / f"r{number}.npz"))
+        torque = 5.0 * np.maximum(columns["load_angle"] - 0.12, 0.0)
+        assert torque.any() == (number < 2)
+        columns["motor_torque"] += torque / 121.0
+        columns["load_angle"] -= torque / small_campaign.DRIVE["k1"]
+        np.savez(tmp_path / f"r{number}.npz", **columns)
+    found = diagnose(path)
+    assert (found.content["where"]["depends_on"], found.content["where"]["memory"]) == (["load_phase"], "none")
+    unknown = found.evidence.unknown
+    assert unknown.proof.expected.total == 0.0
+    against = replace(unknown.proof.gain, by_block=np.full(20, -0.5))
+    assert replace(unknown, proof=replace(unknown.proof, gain=against)).accepted
+
+
 @pytest.mark.parametrize(
     ("after", "gained", "accepted", "refused"),
     [(0.503, 8.0, True, False), (0.52, 8.0, False, True), (0.503, -8.0, False, True), (0.45, 8.0, True, False)],

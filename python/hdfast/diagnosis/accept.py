@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 
 import numpy as np
+from scipy.stats import t as student
 
 from hdfast.diagnosis.candidate import Candidate
 from hdfast.diagnosis.evidence import Index
@@ -17,7 +18,7 @@ from hdfast.diagnosis.screen import Screen
 from hdfast.diagnosis.shaken import calmer
 
 ALARM, NOTICED, ALONE = 0.01, 0.05, 0.001
-GAIN_ERRORS, CHANCE, SPARED = 2.0, 2.33, 4.0
+GAIN_ERRORS, CHANCE, SLOW_CHANCE, SPARED = 2.0, 0.01, 0.025, 4.0
 FALL = 0.05
 NEAR_FLOOR = 1.3
 AMPLITUDE_SIGMAS = 2.0
@@ -93,14 +94,21 @@ def failed_rules(
     return tuple(failed)
 
 
-def convinces(gained: Gain, p: float) -> bool:
+def convinces(gained: Gain, p: float, chance: float = CHANCE) -> bool:
     """Whether a gain is beyond chance: by its error over blocks, or by all blocks but the one that speaks most for it.
 
-    An effect that stands in few blocks never exceeds the error over all of them; where the screen singles it out, with
-    the family-wise p value given, what the others gain decides.
+    How many errors chance may make depends on how many blocks tell the error (Student's t). An effect that stands in
+    few blocks never exceeds the error over all of them; where the screen singles it out, what the others gain decides.
+
+    Args:
+        gained: by block.
+        p: family-wise p value of the screen.
+        chance: how often a gain that is none may exceed its error so far.
     """
+    freedom = len(gained.by_block) - 1
+    beyond = freedom > 0 and gained.ratio > student.isf(chance, freedom)
     singled = p <= ALONE and gained.spared >= SPARED
-    return (gained.ratio > CHANCE or singled) and gained.total >= SPARED
+    return bool(beyond or singled) and gained.total >= SPARED
 
 
 def repeats(gained: Gain, p: float, recordings: Index) -> bool:
@@ -113,7 +121,7 @@ def repeats(gained: Gain, p: float, recordings: Index) -> bool:
         p: family-wise p value of the screen.
         recordings: recording of each block, shape (B,).
     """
-    return convinces(gained.over(recordings), p if gained.ratio > CERTAIN_ERRORS else 1.0)
+    return convinces(gained.over(recordings), p if gained.ratio > CERTAIN_ERRORS else 1.0, SLOW_CHANCE)
 
 
 def of_its_own(bench: Bench, joint: Fit, current: Fit, folds: Index) -> bool:

@@ -13,7 +13,6 @@ from hdfast.diagnosis.fit import Bench
 from hdfast.diagnosis.masking import pulled
 from hdfast.diagnosis.rivals import ALIKE, FAINT, Standing
 from hdfast.diagnosis.score import Gain, nrmse
-from hdfast.diagnosis.session import Session
 from hdfast.diagnosis.unknown import Unknown
 from hdfast.diagnosis.verdict import Verdict
 from hdfast.drive_file import UNKNOWN
@@ -37,11 +36,11 @@ NOWHERE: dict[str, Any] = {
 }
 
 
-def _notes(session: Session) -> list[str]:
+def _notes(verdict: Verdict) -> list[str]:
     """What weakens the proof."""
-    notes = [session.weaker] if session.weaker else []
-    proof = session.proof
-    if session.search.accepted and proof is not None and proof.holds and not proof.shows:
+    notes = [verdict.session.weaker] if verdict.session.weaker else []
+    proof = verdict.proof
+    if verdict.extended is not None and proof is not None and proof.holds and not proof.shows:
         notes.append("the held-out recordings do not show it: it rests on stretches of the others that were left out")
     return notes
 
@@ -120,7 +119,7 @@ def as_dict(verdict: Verdict, health: Health, seed: int, version: str) -> dict[s
                 if one.reason is None
             ],
             "next_experiment": None if verdict.experiment is None else verdict.experiment.to_dict(),
-            "notes": _notes(session),
+            "notes": _notes(verdict),
             "health": _findings(health),
             "seed": seed,
             "version": version,

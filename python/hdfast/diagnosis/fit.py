@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 
 from hdfast.checks import Floats
+from hdfast.diagnosis.band import low_pass
 from hdfast.diagnosis.evidence import Layout, Weights, limited, weigh
 from hdfast.diagnosis.plant import TORQUE, TORQUE_SCALE, Plant, Structure
 from hdfast.diagnosis.whiten import Whitener, whiten
@@ -25,7 +27,7 @@ CAREFUL = (*SHRINK, 0.06)
 SETTLED = 0.05
 NEAR = 1.5
 VALLEY = 0.5
-NOTHING = -30.0
+SHAKES = 2
 #: By how much a law that is not quite the drive's widens an interval: on 110 opened blind cases those of the covariance
 #: alone held 79 % of the effects' sizes and 67 % of the drive's parameters where 90 % are meant.
 FORM = 1.5
@@ -128,6 +130,19 @@ class Bench:
         units = [unit.commanded(torque) for unit, torque in zip(self.plant.units, torques, strict=True)]
         return replace(self, plant=replace(self.plant, units=units))
 
+    @cached_property
+    def shaken(self) -> tuple[Bench, ...]:
+        """The same recordings, replayed with more of the noise of the angle that they show, a few times."""
+        return tuple(self._shaken(draw) for draw in range(SHAKES))
+
+    def _shaken(self, draw: int) -> Bench:
+        band, units = self.plant.band, []
+        for number, unit in enumerate(self.plant.units):
+            noise = np.random.default_rng([draw, number]).standard_normal(len(unit.t))
+            loud = np.sqrt(0.5 * band.angle_noise * band.rate) * noise
+            units.append(unit.moved(low_pass(loud, band.replayed, band.rate)))
+        return replace(self, plant=replace(self.plant, units=units))
+
     def mismatch(self, structure: Structure, coordinates: Floats) -> Floats:
         """Stacked mismatches (M, N) at coordinates (M, P)."""
         return self.layout.stack(self.plant.mismatch(structure, coordinates))
@@ -174,7 +189,7 @@ class Metric:
         """For the noise that a mismatch (N,) shows."""
         layout = bench.layout
         weights = weigh(layout, mismatch, bench.floor)
-        fine = 0.5 * _near(bench, weights.scale)
+        fine = 0.5 * near(bench, weights.scale)
         return cls(weights, whiten(layout, mismatch, bench.floor), fine)
 
     def of_columns(self, layout: Layout, stacked: Floats) -> Floats:
@@ -190,7 +205,7 @@ class Metric:
         return float(np.sum(half) + 0.5 * pull @ pull)
 
 
-def _near(bench: Bench, scale: Floats) -> Floats:
+def near(bench: Bench, scale: Floats) -> Floats:
     """How far mismatches of this scale are noise, by channel, 0 to 1, shape (C,)."""
     return np.asarray(np.minimum(1.0, NEAR * bench.stated / scale) ** 4)
 
@@ -260,31 +275,6 @@ def _in_valley(bench: Bench, ahead: Fit, x: Floats, mismatch: Floats) -> bool:
         for pair in ((ahead.coordinates, ahead.mismatch), (x, mismatch), (x, predicted))
     )
     return abs(here - told) <= VALLEY * abs(here - best) + 1.0
-
-
-def quieted(bench: Bench, one: Fit, other: Fit) -> Floats:
-    """Coordinates (P,) of a fit whose acceleration is as noisy as another's: the parameters that multiply it are its.
-
-    Noise that only one of two models brings along says nothing about which is right, and the smaller of two inertias is
-    quieter, right or wrong. What the other model does not have is left out whole, and its multiples with it. Far from
-    the noise, what is fast in a mismatch is no noise: what both models have then stays as it is.
-    """
-    index = bench.layout.channels.index(TORQUE)
-    near = float(min(_near(bench, own.weights.scale)[index] for own in (one, other)))
-    found = one.coordinates.copy()
-    for j, free in enumerate(one.structure.free):
-        if free.name in ACCELERATED and free.name in other.structure.names:
-            found[j] += near * (other.coordinates[other.structure.names.index(free.name)] - found[j])
-        elif free.name in ACCELERATED and free.times is None:
-            found[j] = NOTHING
-    return found
-
-
-def without_own_noise(bench: Bench, one: Fit, other: Fit) -> Floats:
-    """Mismatch (N,) of a fit with the noise of the acceleration that another fit's model holds."""
-    away = quieted(bench, one, other) - one.coordinates
-    positive = [free.positive for free in one.structure.free]
-    return np.asarray(one.mismatch - one.rough @ np.where(positive, np.expm1(away), away))
 
 
 def linearise(

@@ -6,13 +6,12 @@ import math
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
-import numpy as np
-
 from hdfast.checks import Floats
 from hdfast.diagnosis.accept import USELESS
 from hdfast.diagnosis.evidence import Layout, limited
-from hdfast.diagnosis.fit import Bench, Fit, quieted
+from hdfast.diagnosis.fit import Bench, Fit
 from hdfast.diagnosis.score import CONVINCING, Gain, nrmse
+from hdfast.diagnosis.shaken import exchanged
 from hdfast.diagnosis.whiten import Whitener
 
 PROOF_ERRORS = 2.0
@@ -117,10 +116,10 @@ class Replay(NamedTuple):
 
 
 def replayed(bench: Bench, frozen: Fit, reference: Fit) -> Replay:
-    """Simulate recordings with a frozen model, and once more with the inertias of a reference for their noise alone."""
-    rows = np.stack([frozen.coordinates, quieted(bench, frozen, reference)])
-    found, slow = bench.commanded(frozen).both(frozen.structure, rows, [0, 1])
-    return Replay(found[0], found[1] + slow[0] - slow[1])
+    """Simulate recordings with a frozen model, and with the noise that a reference's inertias have."""
+    bench = bench.commanded(frozen)
+    found = bench.mismatch(frozen.structure, frozen.coordinates[None])[0]
+    return Replay(found, found + exchanged(bench, frozen, reference))
 
 
 def weigh_up(

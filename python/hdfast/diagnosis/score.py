@@ -9,8 +9,9 @@ import numpy as np
 
 from hdfast.checks import Floats
 from hdfast.diagnosis.evidence import Index, Layout, limited
-from hdfast.diagnosis.fit import Bench, Fit, without_own_noise
+from hdfast.diagnosis.fit import Bench, Fit
 from hdfast.diagnosis.plant import Plant
+from hdfast.diagnosis.shaken import exchanged
 from hdfast.diagnosis.whiten import Whitener
 
 FOLDS = 6
@@ -124,10 +125,17 @@ def left_out(fit: Fit, white: Whitener, layout: Layout, folds: Index) -> tuple[F
     return found, filtered
 
 
-def gain(bench: Bench, better: Fit, lesser: Fit, folds: Index) -> Gain:
-    """Gain of one fit over another on left-out folds, both seen through the filter that whitens the better one."""
+def gain(bench: Bench, better: Fit, lesser: Fit, folds: Index, simulated: Fit | None = None) -> Gain:
+    """Gain of one fit over another on left-out folds, both seen through the filter that whitens the better one.
+
+    Args:
+        bench: recordings.
+        better, lesser: the fits.
+        folds: fold of every stacked sample.
+        simulated: the part of the better fit that is simulated, where that is not the whole.
+    """
     layout = bench.layout
-    alike = replace(better, mismatch=without_own_noise(bench, better, lesser))
+    alike = replace(better, mismatch=better.mismatch + exchanged(bench, simulated or better, lesser))
     (after, quiet), (before, loud) = (left_out(one, better.white, layout, folds) for one in (alike, lesser))
     errors = nrmse(layout, after), nrmse(layout, before)
     return Gain(layout.sums(limited(loud)[0] - limited(quiet)[0]), errors, fall(layout, after, before))

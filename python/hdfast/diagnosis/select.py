@@ -252,7 +252,7 @@ def _best(bench: Bench, trials: Sequence[Trial], accepted: Sequence[Trial], seen
     special case goes first, also where it alone would gain too little, or lower the error too little: the law speaks
     for it.
     """
-    passed = sorted((one for one in trials if not one.failed), key=lambda one: -one.gain.limited)
+    passed = _unbeaten_first(bench, [one for one in trials if not one.failed], rules)
     known = {one.candidate.effect for one in (*trials, *accepted) if not set(one.failed) - {SHORT, STILL}}
     for best in passed:
         shared = [effect for effect in best.candidate.contains if effect in known]
@@ -268,6 +268,25 @@ def _best(bench: Bench, trials: Sequence[Trial], accepted: Sequence[Trial], seen
         if all(gain(bench, best.fit, one.fit, rules.folds).ratio > GAIN_ERRORS for one in others):
             return best
     return None
+
+
+def _unbeaten_first(bench: Bench, passed: Sequence[Trial], rules: Rules) -> list[Trial]:
+    """By their gains over the model without them, but one first that beats those before it face to face."""
+    ranked = sorted(passed, key=lambda one: -one.gain.limited)
+    first = 0
+    for index in range(1, len(ranked)):
+        if _beats(bench, ranked[index].fit, ranked[first].fit, rules):
+            first = index
+    return [*ranked[first : first + 1], *ranked[:first], *ranked[first + 1 :]]
+
+
+def _beats(bench: Bench, one: Fit, other: Fit, rules: Rules) -> bool:
+    """Whether a fit predicts better than another, by its own filter and by the other's.
+
+    The filter of a fit that misses much takes for noise what it misses.
+    """
+    ahead, behind = (gain(bench, *pair, rules.folds).limited for pair in ((one, other), (other, one)))
+    return ahead > max(behind, 0.0)
 
 
 def _clearly(bench: Bench, general: Trial, special: Trial, seen: Screen, rules: Rules) -> bool:

@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 
 from hdfast.checks import Floats
-from hdfast.diagnosis.band import low_pass
-from hdfast.diagnosis.fit import SHAKEN, Bench, Fit, quieted
-from hdfast.diagnosis.plant import Structure
+from hdfast.diagnosis.fit import ACCELERATED, SHAKEN, Bench, Fit, near
+from hdfast.diagnosis.plant import TORQUE, Structure
 
-SHAKES = 2
+NOTHING = -30.0
 
 
 def calmer(bench: Bench, one: Fit, other: Fit) -> float:
@@ -21,14 +18,55 @@ def calmer(bench: Bench, one: Fit, other: Fit) -> float:
     the right place calms it, and predicts better, whether the drive has one or not. What both models have of inertia,
     stiffness and damping is the other model's: what a refit does to it is not the effect's.
     """
-    shaken = [_shaken(bench, draw) for draw in range(SHAKES)]
 
     def disturbed(structure: Structure, coordinates: Floats) -> float:
-        still, *moved = (own.mismatch(structure, coordinates[None])[0] for own in (bench, *shaken))
+        still, *moved = (own.mismatch(structure, coordinates[None])[0] for own in (bench, *bench.shaken))
         added = [0.5 * float(np.sum(one.white(bench.layout, found - still) ** 2)) for found in moved]
         return float(np.mean(added))
 
     return disturbed(other.structure, other.coordinates) - disturbed(one.structure, _alike(bench, one, other))
+
+
+def quieted(bench: Bench, one: Fit, other: Fit) -> Floats:
+    """Coordinates (P,) of a fit whose acceleration is as noisy as another's: the parameters that multiply it are its.
+
+    Noise that only one of two models brings along says nothing about which is right, and the smaller of two inertias is
+    quieter, right or wrong. What the other model does not have is left out whole, and its multiples with it. Far from
+    the noise, what is fast in a mismatch is no noise: what both models have then stays as it is.
+    """
+    index = bench.layout.channels.index(TORQUE)
+    noisy = float(min(near(bench, own.weights.scale)[index] for own in (one, other)))
+    found = one.coordinates.copy()
+    for j, free in enumerate(one.structure.free):
+        if free.name in ACCELERATED and free.name in other.structure.names:
+            found[j] += noisy * (other.coordinates[other.structure.names.index(free.name)] - found[j])
+        elif free.name in ACCELERATED and free.times is None:
+            found[j] = NOTHING
+    return found
+
+
+def exchanged(bench: Bench, one: Fit, other: Fit) -> Floats:
+    """What the mismatch (N,) of a fit changes by where it holds the noise of the acceleration of another fit's model.
+
+    That noise is in the fast part of the torque, and so is motion where the load strikes or swings. Block by block, as
+    much of the fast part is exchanged as noise of the angle makes of it; nothing where there is no such drive.
+    """
+    rows = np.stack([one.coordinates, quieted(bench, one, other)])
+    if np.array_equal(*rows):
+        return np.zeros(bench.layout.size)
+    change = _fast(bench, one.structure, rows)
+    if not np.isfinite(change).all():
+        return np.zeros(bench.layout.size)
+    shakes = [np.nan_to_num(_fast(own, one.structure, rows) - change) for own in bench.shaken]
+    noise, whole = np.mean([bench.layout.sums(shake**2) for shake in shakes], axis=0), bench.layout.sums(change**2)
+    share = np.minimum(1.0, noise / np.maximum(whole, 1e-300))
+    return np.asarray(share[bench.layout.block] * change)
+
+
+def _fast(bench: Bench, structure: Structure, rows: Floats) -> Floats:
+    """By how much the fast part of the torque differs (N,) from the first to the second of coordinates (2, P)."""
+    found, slow = bench.both(structure, rows, [0, 1])
+    return np.asarray(np.diff(found - slow, axis=0)[0])
 
 
 def _alike(bench: Bench, one: Fit, other: Fit) -> Floats:
@@ -38,13 +76,3 @@ def _alike(bench: Bench, one: Fit, other: Fit) -> Floats:
     for name in set(names) & set(other.structure.names) & set(SHAKEN):
         found[names.index(name)] = other.coordinates[other.structure.names.index(name)]
     return found
-
-
-def _shaken(bench: Bench, draw: int) -> Bench:
-    """The same recordings, replayed with more of the noise that they show."""
-    band, units = bench.plant.band, []
-    for number, unit in enumerate(bench.plant.units):
-        noise = np.random.default_rng([draw, number]).standard_normal(len(unit.t))
-        loud = np.sqrt(0.5 * band.angle_noise * band.rate) * noise
-        units.append(unit.moved(low_pass(loud, band.replayed, band.rate)))
-    return replace(bench, plant=replace(bench.plant, units=units))

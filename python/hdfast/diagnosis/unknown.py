@@ -61,8 +61,8 @@ class Unknown:
 
     @property
     def accepted(self) -> bool:
-        """Whether it stands out, predicts what was left out, and shows on what was held out."""
-        return self.predicts and (self.proof is None or self.proof.shows)
+        """Whether it stands out, predicts what was left out, and stands on what was held out."""
+        return self.predicts and (self.proof is None or self.proof.holds)
 
     @property
     def predicts(self) -> bool:
@@ -74,14 +74,14 @@ class Unknown:
 
     @property
     def open(self) -> bool:
-        """Whether it predicts left-out stretches, and what was held out speaks neither for nor against it."""
-        return self.predicts and self.proof is not None and not self.proof.shows and not self.proof.refutes
+        """Whether it predicts left-out stretches, and what was held out does not refute it."""
+        return self.predicts and self.proof is not None and not self.proof.refutes
 
     @property
     def refused(self) -> bool:
         """Whether it is beyond doubt where it was fitted, and refused by what was held out."""
         certain = self.gain.limited >= CERTAIN and self.gain.ratio > CERTAIN_ERRORS
-        return self.predicts and certain and self.proof is not None and not self.proof.shows
+        return self.predicts and certain and self.proof is not None and not self.proof.holds
 
     @property
     def place(self) -> str | None:
@@ -134,7 +134,8 @@ def describe(bench: Bench, held: Bench | None, fitted: Fit, rng: np.random.Gener
             if not np.isfinite(columns).all():
                 continue
             extended = _augmented(bench, heard, columns)
-            shapes.append((one, extended, gain(bench, extended, heard, folds)))
+            drive = replace(heard, coordinates=extended.coordinates[: len(heard.coordinates)])
+            shapes.append((one, extended, gain(bench, extended, heard, folds, drive)))
     if not shapes:
         return None
     feature, extended, gained = _simplest(shapes)
@@ -183,7 +184,11 @@ def _independent(columns: Floats) -> Floats:
 
 
 def _proven(held: Bench, fitted: Fit, unknown: Unknown) -> Proof:
-    """Both models, frozen, on the held-out recordings."""
+    """Both models, frozen, on the held-out recordings.
+
+    What these can show is what the torque itself does there, not what a refit of the drive does: recordings that stay
+    away from the end of a travel cannot refuse a spring there.
+    """
     known = len(fitted.coordinates)
     named = replace(fitted, coordinates=unknown.fit.coordinates[:known])
     before, after = (replayed(held, one, fitted) for one in (fitted, named))
@@ -191,7 +196,9 @@ def _proven(held: Bench, fitted: Fit, unknown: Unknown) -> Proof:
     added = columns @ unknown.fit.coordinates[known:]
     extended = Replay(after.mismatch - added, after.alike - added)
     margin = unknown.gain.limited - 2.0 * unknown.gain.limited_error
-    return weigh_up(held.layout, unknown.fit.white, before, extended, noise_floor(held), margin)
+    proof = weigh_up(held.layout, unknown.fit.white, before, extended, noise_floor(held), margin)
+    own = held.layout.sums(0.5 * unknown.fit.white(held.layout, added) ** 2)
+    return replace(proof, expected=replace(proof.expected, by_block=own))
 
 
 def _curve(feature: Feature, slow: Sequence[Unit], extended: Fit) -> tuple[Floats, Floats] | None:

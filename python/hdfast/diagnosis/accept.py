@@ -105,10 +105,9 @@ def convinces(gained: Gain, p: float, chance: float = CHANCE) -> bool:
         p: family-wise p value of the screen.
         chance: how often a gain that is none may exceed its error so far.
     """
-    freedom = len(gained.by_block) - 1
-    beyond = freedom > 0 and gained.ratio > student.isf(chance, freedom)
+    beyond = bool(gained.ratio > student.isf(chance, len(gained.by_block) - 1))
     singled = p <= ALONE and gained.spared >= SPARED
-    return bool(beyond or singled) and gained.total >= SPARED
+    return (beyond or singled) and gained.total >= SPARED
 
 
 def repeats(gained: Gain, p: float, recordings: Index) -> bool:

@@ -285,8 +285,8 @@ def _beats(bench: Bench, one: Fit, other: Fit, rules: Rules) -> bool:
 
     The filter of a fit that misses much takes for noise what it misses.
     """
-    ahead, behind = (gain(bench, *pair, rules.folds).limited for pair in ((one, other), (other, one)))
-    return ahead > max(behind, 0.0)
+    ahead = gain(bench, one, other, rules.folds).limited
+    return ahead > 0.0 and ahead > gain(bench, other, one, rules.folds).limited
 
 
 def _clearly(bench: Bench, general: Trial, special: Trial, seen: Screen, rules: Rules) -> bool:

@@ -74,8 +74,8 @@ class Unknown:
 
     @property
     def open(self) -> bool:
-        """Whether it predicts left-out stretches, and what was held out does not refute it."""
-        return self.predicts and self.proof is not None and not self.proof.refutes
+        """Whether it predicts left-out stretches, and what was held out neither lets it stand nor refutes it."""
+        return self.predicts and self.proof is not None and not self.proof.holds and not self.proof.refutes
 
     @property
     def refused(self) -> bool:

@@ -20,9 +20,10 @@ from hdfast.proof.generator.linear import linearise, moved
 from hdfast.proof.generator.oracle import oracle
 from hdfast.proof.generator.plant import ABSENT, Plant, empty_arrays
 from hdfast.proof.generator.recipe import Bench, Recipe
-from hdfast.proof.generator.responses import moving, told_by_motion
+from hdfast.proof.generator.responses import channels, moving, told_by_motion
 from hdfast.proof.generator.rig import draw_rig
 from hdfast.proof.generator.sizing import follow, length, sketch, swallowed
+from hdfast.proof.generator.truth import refitted, sized
 from hdfast.proof.generator.whitening import whiten
 from hdfast.proof.seal import checksums
 from hdfast.recordings import load_campaign
@@ -429,4 +430,38 @@ def true_structure(noise):
     clean["load_angle"] = 0.5 * clean["load_angle"]
     noisy = {name: clean[name] + noise[name] * rng.standard_normal(t.size) for name in noise}
     noisy["motor_torque"] = 1.03 * noisy["motor_torque"] + 0.2
-    return rig, oracle(rig, [clean], [noisy])["oracle_heldout"]
+    missed = [[np.zeros(2000) for _ in channels(rig)]]
+    return rig, oracle(rig, [clean], [noisy], missed)["oracle_heldout"]
+
+
+def test_exact_what_a_refit_misses_adds_to_the_noise_as_powers_do():
+    rig = draw_rig(np.random.default_rng(7), Recipe(("null",), {}, 5, Bench(motor_only=True)))
+    rig = replace(rig, chain=rig.chain._replace(averaged=True, rate=1000.0))
+    t = np.arange(8000) * stepping.GRID
+    clean = dict.fromkeys(sensors.CHANNELS, np.sin(2.0 * np.pi * 2.0 * t))
+    noisy = clean | {"motor_torque": clean["motor_torque"] + 1e-3 * np.random.default_rng(1).standard_normal(t.size)}
+    missed = [[3e-3 * np.sin(2.0 * np.pi * 5.0 * np.arange(500) / 250.0)]]
+    found = oracle(rig, [clean], [noisy], missed)
+    (error, noise), corner = (
+        (np.array(found[key]["motor_torque"])[:, 1] for key in ("oracle_heldout", "noise_heldout")),
+        np.array(found["noise_heldout"]["motor_torque"])[:, 0],
+    )
+    added = np.where(corner >= 5.0, 3e-3 / np.sqrt(2.0), 0.0)
+    np.testing.assert_allclose(error, np.hypot(noise, added), rtol=1e-3)
+
+
+def test_exact_a_refit_without_noise_finds_drive_and_size(bench):
+    """The effect is half as large again as stated, the torque reads 3 % too much, and the data sheet is wrong."""
+    rig, lin = replace(bench[0], torque_scale=0.03), bench[1]
+    effect = follow(lin, sketch(lin, "torque_ripple", 8.0, np.random.default_rng(4)))
+    full = sized(lin.drive, [effect], np.array([1.5]))
+    rows = [simulate(rig, full, run, np.random.default_rng(k)) for k, run in enumerate(rig.runs)]
+    clean = [sensors.clean(row, full.faults) for row in rows]
+    noisy = [one | {"motor_torque": 1.03 * one["motor_torque"]} for one in clean]
+    motions = [motion(row, run, rig) for row, run in zip(rows, rig.runs, strict=True)]
+    stated = refitted(replace(lin, rig=rig), [], effect.on(lin.drive), clean, noisy)
+    found = refitted(replace(lin, rig=rig), [effect], full, clean, noisy)
+    assert found.scale == pytest.approx(1.03, abs=0.003)
+    for one, least, most in ((found, 0.0, 0.1), (stated, 0.3, np.inf)):
+        missed = np.concatenate([channels[0] for channels in one.misses(rig, full, motions)])
+        assert least < np.std(missed) / lin.level[0] < most

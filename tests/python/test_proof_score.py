@@ -72,14 +72,16 @@ def test_exact_full_marks_for_perfect_answers():
 
 def test_exact_the_gap_is_that_to_the_true_structure_in_the_band_and_scale_of_the_answer():
     spectra = {"te": [[1.0, 1e-6], [100.0, 3e-6]], "motor_torque": [[1.0, 0.01], [100.0, 0.01]]}
-    labels = {"one": made.label("single", ["backlash"], oracle_heldout=spectra)}
+    noise = {name: [[corner, 0.5 * rms] for corner, rms in own] for name, own in spectra.items()}
+    labels = {"one": made.label("single", ["backlash"], oracle_heldout=spectra, noise_heldout=noise)}
     answers = made.perfect(labels)
     answers["one"].verdict["fit"]["heldout"]["channels"] = {
         "te": {"band_hz": 10.0, "measured_std": 1e-4},
         "motor_torque": {"band_hz": 5.0, "measured_std": 0.5},
     }
-    found = made.by_name(score(labels, answers))["held-out gap closed"].value
-    assert found == pytest.approx(0.098 / (0.11 - 0.02))
+    found = made.by_name(score(labels, answers))
+    assert found["held-out gap closed"].value == pytest.approx(0.098 / (0.11 - 0.02))
+    assert found["held-out gap closed, to the noise"].value == pytest.approx(0.098 / (0.11 - 0.01))
 
 
 @pytest.mark.parametrize(

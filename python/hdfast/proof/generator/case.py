@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.random import Generator
@@ -23,8 +23,9 @@ from hdfast.proof.generator.recipe import Recipe
 from hdfast.proof.generator.responses import Motion
 from hdfast.proof.generator.rig import Rig, draw_rig
 from hdfast.proof.generator.sizing import QUIETEST, UNDETECTABLE, Sized, follow, length, sketch, swallowed
+from hdfast.proof.generator.truth import refitted
 
-VERSION = "8"
+VERSION = "9"
 ATTEMPTS = 40
 ABSORBED_RATIO, ABSORBED_LOW, ABSORBED_HIGH = 1.15, 0.05, 0.30
 UNDECIDABLE, STRANGE = 0.98, 0.95
@@ -75,19 +76,26 @@ def _attempt(recipe: Recipe, folder: Path, rng: Generator) -> dict[str, Any]:
     minor = draw_nuisance(rng, lin, set(recipe.effects))
     for s in minor:
         full = s.on(full)
-    grids = [record(rig, full, run, k, rng) for k, run in enumerate(rig.runs)]
-    if not all(np.isfinite(values).all() for _, noisy in grids for values in noisy.values()):
+    made = [record(rig, full, run, k, rng) for k, run in enumerate(rig.runs)]
+    if not all(np.isfinite(values).all() for one in made for values in one.noisy.values()):
         raise UnfitError(f"{recipe}: the drive ran away")
-    heldout = [pair for pair, run in zip(grids, rig.runs, strict=True) if run.role == "heldout"]
-    certificate |= oracle(rig, [a for a, _ in heldout], [b for _, b in heldout])
+    certificate |= _floor(lin, named, full, made)
     tables = [
-        sensors.sample(shown(rig, run, noisy, rng), rig.chain, rng)
-        for (_, noisy), run in zip(grids, rig.runs, strict=True)
+        sensors.sample(shown(rig, run, one.noisy, rng), rig.chain, rng) for one, run in zip(made, rig.runs, strict=True)
     ]
     suffix = write_case(folder, rig, files, tables, sensors.recorded_noise(rig.chain, rng), rng)
     for window in certificate["windows"]:
         window[2] += suffix
     return label(recipe, rig, named, minor, certificate)
+
+
+def _floor(lin: Linearisation, named: list[Sized], full: Drive, made: list[Recorded]) -> dict[str, Any]:
+    """What the true structure, refitted to the other recordings, leaves of those that are held out."""
+    rig = lin.rig
+    fit, heldout = ([x for x, run in zip(made, rig.runs, strict=True) if run.role == r] for r in ("fit", "heldout"))
+    structure = refitted(lin, named, full, [x.clean for x in fit], [x.noisy for x in fit])
+    missed = structure.misses(rig, full, [x.motion for x in heldout])
+    return oracle(rig, [x.clean for x in heldout], [x.noisy for x in heldout], missed)
 
 
 def label(
@@ -236,12 +244,21 @@ def _speed_change(rig: Rig, full: Drive, traces: list[Array], fit: list[int], rn
     return angle_share([x[row] for x in traces], changed)
 
 
-def record(rig: Rig, drive: Drive, run: Run, index: int, rng: Generator) -> tuple[dict[str, Array], dict[str, Array]]:
-    """The channels of one recording on the grid, clean and as the sensors give them."""
-    clean = sensors.clean(simulate(rig, drive, run, rng), drive.faults)
+class Recorded(NamedTuple):
+    """One recording: its true motion, and its channels on the grid, clean and as the sensors give them."""
+
+    motion: Motion
+    clean: dict[str, Array]
+    noisy: dict[str, Array]
+
+
+def record(rig: Rig, drive: Drive, run: Run, index: int, rng: Generator) -> Recorded:
+    """One recording of a drive."""
+    traces = simulate(rig, drive, run, rng)
+    clean = sensors.clean(traces, drive.faults)
     noisy = sensors.disturb(clean, rig.chain, rng)
     noisy["motor_torque"] = noisy["motor_torque"] * (1.0 + rig.torque_scale) + rig.torque_offset[index]
-    return clean, noisy
+    return Recorded(motion(traces, run, rig), clean, noisy)
 
 
 def shown(rig: Rig, run: Run, noisy: dict[str, Array], rng: Generator) -> dict[str, Array]:

@@ -1,4 +1,4 @@
-"""What the true structure would leave of held-out recordings: their noise, of all samples and below a corner."""
+"""What the true structure, refitted, would leave of held-out recordings: their noise and what the refit gets wrong."""
 
 from __future__ import annotations
 
@@ -7,40 +7,59 @@ from typing import Any
 import numpy as np
 
 from hdfast.proof.generator.equipment import TURN
+from hdfast.proof.generator.imposed import COARSE
 from hdfast.proof.generator.plant import Array
-from hdfast.proof.generator.responses import channels, halved, sampled
+from hdfast.proof.generator.responses import channels, every, halved, sampled
 from hdfast.proof.generator.rig import Rig
+from hdfast.proof.generator.whitening import Channels
 
 LOWEST, CORNERS, ORDER = 1.0, 24, 4
 TINY = 1e-30
 CHANNEL = {"torque": "motor_torque", "load_angle": "te", "output_torque": "output_torque"}
 
 
-def oracle(rig: Rig, clean: list[dict[str, Array]], noisy: list[dict[str, Array]]) -> dict[str, Any]:
-    """What noise leaves of held-out recordings with the true structure: of all samples, and by channel and corner.
+def oracle(
+    rig: Rig, clean: list[dict[str, Array]], noisy: list[dict[str, Array]], mispredicted: Channels
+) -> dict[str, Any]:
+    """Error of the true structure, refitted, on held-out recordings: of all samples, and by channel and corner.
 
     `oracle_heldout_nrmse` is the root mean square over channels (motor torque, transmission error, output torque) and
-    recordings of rms(noise) / std(measured). A tool compares within a band of its own, and only where it judges:
-    `oracle_heldout` gives pairs of corner [Hz] and rms noise below it [N m or rad]. The torque also holds what the
-    motor angle's noise looks like, differentiated twice, and goes through a zero-phase low-pass of order `ORDER` with
-    half its amplitude at the corner.
+    recordings of rms(error) / std(measured). A tool compares within a band of its own, and only where it judges:
+    `oracle_heldout` gives pairs of corner [Hz] and rms error below it [N m or rad], `noise_heldout` that of the noise,
+    which no refit reaches. The torque's noise also holds what the motor angle's looks like, differentiated twice, and
+    goes through a zero-phase low-pass of order `ORDER` with half its amplitude at the corner.
+
+    Args:
+        rig: the rig.
+        clean, noisy: channels of each recording on the grid, without and with noise.
+        mispredicted: what the refitted structure misses of the clean channels.
     """
     corners = np.geomspace(LOWEST, 0.5 * rig.chain.rate, CORNERS)
-    whole: list[float] = []
-    below: dict[str, list[Array]] = {}
-    for true, seen in zip(clean, noisy, strict=True):
+    shares: list[float] = []
+    noise: dict[str, list[Array]] = {CHANNEL[name]: [] for name in channels(rig)}
+    error: dict[str, list[Array]] = {name: [] for name in noise}
+    for true, seen, missed in zip(clean, noisy, mispredicted, strict=True):
         angle = _kept(rig, seen["motor_angle"] - true["motor_angle"])
-        for name, (a, b) in _compared(rig, true, seen).items():
-            whole.append(float(np.std(b - a)) / (float(np.std(b)) + TINY))
-            own = _of_torque(rig, a, b, angle, corners) if name == "motor_torque" else _up_to(rig, b - a, corners)
-            below.setdefault(name, []).append(own)
-    rows = {name: np.sqrt(np.mean(np.square(own), axis=0)) for name, own in below.items()}
+        for (name, (a, b)), own in zip(_compared(rig, true, seen).items(), missed, strict=True):
+            wrong = _up_to(own, every(rig) * COARSE, corners)
+            shares.append(float(np.hypot(np.std(b - a), wrong[-1])) / (float(np.std(b)) + TINY))
+            torque = name == "motor_torque"
+            below = _of_torque(rig, a, b, angle, corners) if torque else _up_to(b - a, 1.0 / rig.chain.rate, corners)
+            noise[name].append(below)
+            error[name].append(np.hypot(below, wrong))
     return {
-        "oracle_heldout_nrmse": float(np.sqrt(np.mean(np.square(whole)))),
-        "oracle_heldout": {
-            name: [[round(float(f), 3), float(f"{rms:.4g}")] for f, rms in zip(corners, row, strict=True)]
-            for name, row in rows.items()
-        },
+        "oracle_heldout_nrmse": float(np.sqrt(np.mean(np.square(shares)))),
+        "oracle_heldout": _rows(corners, error),
+        "noise_heldout": _rows(corners, noise),
+    }
+
+
+def _rows(corners: Array, spectra: dict[str, list[Array]]) -> dict[str, list[list[float]]]:
+    """Pairs of corner and root mean square over recordings, by channel."""
+    rows = {name: np.sqrt(np.mean(np.square(own), axis=0)) for name, own in spectra.items()}
+    return {
+        name: [[round(float(f), 3), float(f"{rms:.4g}")] for f, rms in zip(corners, row, strict=True)]
+        for name, row in rows.items()
     }
 
 
@@ -49,10 +68,10 @@ def _kept(rig: Rig, x: Array) -> Array:
     return sampled(rig, halved(rig, x), rig.chain.rate)
 
 
-def _up_to(rig: Rig, noise: Array, corners: Array) -> Array:
-    """Root mean square of noise (N,) up to each corner, shape (K,)."""
-    frequency = np.fft.rfftfreq(noise.size, 1.0 / rig.chain.rate)[1:]
-    return _rms(np.abs(np.fft.rfft(noise)[1:]), (frequency <= corners[:, None]).astype(float), noise.size)
+def _up_to(values: Array, step: float, corners: Array) -> Array:
+    """Root mean square of samples (N,), `step` [s] apart, up to each corner, shape (K,)."""
+    frequency = np.fft.rfftfreq(values.size, step)[1:]
+    return _rms(np.abs(np.fft.rfft(values)[1:]), (frequency <= corners[:, None]).astype(float), values.size)
 
 
 def _of_torque(rig: Rig, clean: Array, noisy: Array, angle: Array, corners: Array) -> Array:

@@ -42,17 +42,18 @@ def channels(rig: Rig) -> tuple[str, ...]:
     return tuple(names)
 
 
-def _every(rig: Rig, most: float = RATE) -> int:
+def every(rig: Rig, most: float = RATE) -> int:
+    """Steps of `COARSE` between two samples of the linear statistics."""
     return round(1.0 / (min(most, rig.chain.rate) * COARSE))
 
 
 def sampled(rig: Rig, x: Array, most: float = RATE) -> Array:
     """What the recorded samples keep of a signal in steps of `COARSE`, aliases included, thinned to a rate [1/s]."""
     width = round(1.0 / (rig.chain.rate * COARSE))
-    every = _every(rig, most)
+    stride = every(rig, most)
     if not rig.chain.averaged:
         x = x[np.minimum(np.arange(x.size) // width * width + width // 2, x.size - 1)]
-    whole = x[: x.size // every * every].reshape(-1, every)
+    whole = x[: x.size // stride * stride].reshape(-1, stride)
     return np.asarray(whole.mean(axis=1))
 
 
@@ -72,7 +73,7 @@ def inertial_torque(x: Array, inertia: float, step: float) -> Array:
 def responses(rig: Rig, drive: Drive, motions: list[Motion]) -> Iterator[list[Array]]:
     """Channels of each recording that this drive would show on the given motion."""
     inertia = drive.plant.J_r + drive.plant.J_w
-    step = _every(rig) * COARSE
+    step = every(rig) * COARSE
     for m in motions:
         traces = impose(drive.plant, m.angle, m.speed, m.pull, m.load, m.temperature, m.start)
         clean = sensors.clean(traces, drive.faults, COARSE)
@@ -96,15 +97,19 @@ def noises(rig: Rig, motions: list[Motion], rng: Generator, inertia: float) -> l
         true = {
             "motor_angle": angle, "load_angle": angle / rig.plant.ratio, "motor_torque": still, "output_torque": still,
         }  # fmt: skip
-        grid = sensors.disturb(true, rig.chain, rng)
-        off = {name: sampled(rig, halved(rig, noisy - true[name])) for name, noisy in grid.items()}
-        row = [off["motor_torque"] - inertial_torque(off["motor_angle"], inertia, _every(rig) * COARSE)]
-        if not rig.motor_only:
-            row.append(off["load_angle"] - off["motor_angle"] / rig.plant.ratio)
-        if rig.has_output_torque:
-            row.append(off["output_torque"])
-        out.append(row)
+        out.append(noise_of(rig, true, sensors.disturb(true, rig.chain, rng), inertia))
     return out
+
+
+def noise_of(rig: Rig, true: dict[str, Array], seen: dict[str, Array], inertia: float) -> list[Array]:
+    """Noise of the channels of one recording, from its signals on the grid."""
+    off = {name: sampled(rig, halved(rig, noisy - true[name])) for name, noisy in seen.items()}
+    row = [off["motor_torque"] - inertial_torque(off["motor_angle"], inertia, every(rig) * COARSE)]
+    if not rig.motor_only:
+        row.append(off["load_angle"] - off["motor_angle"] / rig.plant.ratio)
+    if rig.has_output_torque:
+        row.append(off["output_torque"])
+    return row
 
 
 def halved(rig: Rig, x: Array) -> Array:

@@ -99,6 +99,8 @@ pub struct Seat<S, const N: usize> {
     /// Rejected attempts.
     pub rejected: u32,
     segment: usize,
+    /// The next time on the user's grid and on the metrics'; infinity when no more.
+    due: [S; 2],
 }
 
 impl<S, const N: usize> Default for Memory<S, N> {
@@ -114,7 +116,10 @@ impl<S: Scalar, const N: usize> Seat<S, N> {
         records.clear();
         candidates.clear();
         ranked.clear();
-        samples.iter_mut().for_each(Vec::clear);
+        for (own, count) in samples.iter_mut().zip([assignment.grid.len(), assignment.probes.len()]) {
+            own.clear();
+            own.reserve_exact(count);
+        }
         let program = &assignment.program;
         let mut marks = vec![
             (S::zero(), Mark::Begin),
@@ -131,8 +136,10 @@ impl<S: Scalar, const N: usize> Seat<S, N> {
             *time = if within == time.plain() { *time } else { S::splat(within) };
         }
         marks.sort_by(|left, right| left.0.plain().total_cmp(&right.0.plain()));
+        let due = [assignment.grid.first().map(|&time| S::splat(time)), assignment.probes.first().copied()];
         Self {
             assignment,
+            due: due.map(|time| time.unwrap_or(S::splat(f64::INFINITY))),
             marks,
             intervals: Vec::with_capacity(8),
             ranges: Vec::with_capacity(8),
@@ -184,23 +191,25 @@ impl<S: Scalar, const N: usize> Seat<S, N> {
         segments.get(self.segment + 1).map_or(mark, |next| next.start.min(mark))
     }
 
-    /// The next time on the user's grid and on the metrics'.
-    fn sample_times(&self) -> [S; 2] {
-        let own = self.assignment.grid.get(self.samples[0].len()).map(|&time| S::splat(time));
-        let probe = self.assignment.probes.get(self.samples[1].len()).copied();
-        [own, probe].map(|time| time.unwrap_or(S::splat(f64::INFINITY)))
-    }
-
     /// When the state is wanted next; infinity when no more.
     pub fn next_sample(&self) -> S {
-        let [own, probe] = self.sample_times();
+        let [own, probe] = self.due;
         probe.min(own)
     }
 
     /// The state at [`Seat::next_sample`]; when it is wanted after that.
+    #[inline]
     pub fn push_sample(&mut self, state: [S; N]) -> S {
-        let [own, probe] = self.sample_times();
-        self.samples[usize::from(probe.plain() < own.plain())].push(state);
+        let [own, probe] = self.due;
+        let which = usize::from(probe.plain() < own.plain());
+        self.samples[which].push(state);
+        let taken = self.samples[which].len();
+        let next = if which == 0 {
+            self.assignment.grid.get(taken).map(|&time| S::splat(time))
+        } else {
+            self.assignment.probes.get(taken).copied()
+        };
+        self.due[which] = next.unwrap_or(S::splat(f64::INFINITY));
         self.next_sample()
     }
 

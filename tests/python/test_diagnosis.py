@@ -18,7 +18,7 @@ from hdfast.checks import Floats
 from hdfast.diagnosis.fit import STEP, Bench, Fit, fit, linearise
 from hdfast.diagnosis.holdout import replayed
 from hdfast.diagnosis.lines import Line
-from hdfast.diagnosis.plant import Free
+from hdfast.diagnosis.plant import DRIVING, Free
 from hdfast.diagnosis.session import candidates, nominal, set_up_usable, turned
 from hdfast.diagnosis.shaken import calmer, exchanged, quieted
 from hdfast.errors import InputError
@@ -88,6 +88,19 @@ def test_exact_the_motors_side_shows_the_resonance_of_a_load_that_is_stated(tmp_
     for unknown in ("k1", "J_l"):
         file.write_text(re.sub(f"{unknown} = .*\n", "", text))
         assert set_up_usable(load_campaign(file), None).campaign.base == "one_inertia"
+
+
+@pytest.mark.parametrize("term", [one.id for one in hdfast.terms() if one.place != "sensor"])
+def test_against_engine_the_delivered_torque_is_the_command_but_for_what_drives(term: str) -> None:
+    """Torques and speeds are beyond what any of them holds back."""
+    t = np.arange(0.0, 1.0, 1e-3)
+    seen = {"t": t, "motor_angle": 400.0 * np.sin(4.0 * t), "motor_torque": 9.0 * np.cos(7.0 * t)}
+    model = hdfast.Model(base=hdfast.terms()[term].bases[-1], terms=(term,))
+    scenario = hdfast.Scenario.replay(seen, input="motor_motion")
+    found = hdfast.simulate({}, model=model, scenario=scenario, t_eval=t, signals=["tau_drive"])
+    changed = np.abs(np.asarray(found["tau_drive"]) - seen["motor_torque"]).max()
+    assert (changed > 1e-3) == (term in DRIVING)
+    assert changed < 1e-12 or term in DRIVING
 
 
 def test_exact_a_load_that_stands_still_is_not_shaken(tmp_path: Path) -> None:

@@ -141,11 +141,12 @@ def test_exact_a_search_is_taken_back_to_what_holds(monkeypatch, holds, refutes,
         gain = nothing
 
         def __init__(self, number):
-            self.candidate = SimpleNamespace(label=f"effect {number}")
+            self.candidate = SimpleNamespace(label=f"effect {number}", effect="coulomb_friction")
 
     class Round:
         def __init__(self, number):
             self.before, self.accepted = Model(number), Trial(number)
+            self.screen = SimpleNamespace(p={f"effect {number}": 1.0})
 
     monkeypatch.setattr(session, "noise_floor", lambda held: 0.1)
     monkeypatch.setattr(session, "replayed", lambda held, model, reference: model)

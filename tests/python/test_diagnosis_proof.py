@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import small_campaign
@@ -57,6 +59,24 @@ def test_exact_recordings_that_can_hardly_show_it_count_with_the_others(
     total: float, margin: float, shows: bool
 ) -> None:
     assert proof(total, 2.0, margin).shows == shows
+
+
+@pytest.mark.parametrize(
+    ("total", "expected", "margin", "shows"),
+    [
+        (1.0, 2.0, -10.0, True),
+        (0.4, 2.0, -10.0, False),
+        (-1.0, 2.0, 3.0, False),
+        (1.0, 0.4, -10.0, False),
+        (0.1, 2.0, 5.0, True),
+        (4.0, 10.0, -10.0, False),
+    ],
+)
+def test_exact_what_the_screen_singles_out_shows_where_recordings_speak_for_it(
+    total: float, expected: float, margin: float, shows: bool
+) -> None:
+    """Beyond a quarter of what is expected, however its blocks scatter; powered recordings decide as ever."""
+    assert replace(proof(total, expected, margin), singled=True).shows == shows
 
 
 @pytest.mark.parametrize(("total", "margin", "shows"), [(6.0, -7.4, False), (8.7, -4.4, True), (20.0, -12.0, True)])

@@ -31,6 +31,7 @@ SHORT, STILL, HELD_OUT = "A1 gain", "A2 error", "A7 held out"
 TIMING = ("actuator_lag", "delay", "sensor_delay", "sensor_lowpass")
 DRIFTS = ("sensor_offset_drift", "clock_skew", "ratio_error")
 ECCENTRIC = "encoder_eccentricity"
+SLOW = (*DRIFTS, ECCENTRIC)
 
 
 @dataclass(frozen=True)
@@ -106,8 +107,17 @@ def convinces(gained: Gain, p: float, chance: float = CHANCE) -> bool:
         chance: how often a gain that is none may exceed its error so far.
     """
     beyond = bool(gained.ratio > student.isf(chance, len(gained.by_block) - 1))
-    singled = p <= ALONE and gained.spared >= SPARED
-    return (beyond or singled) and gained.total >= SPARED
+    return (beyond or singled(gained, p)) and gained.total >= SPARED
+
+
+def singled(gained: Gain, p: float) -> bool:
+    """Whether the screen singles an effect out that gains on more than the block that speaks most for it.
+
+    Args:
+        gained: by block.
+        p: family-wise p value of the screen.
+    """
+    return p <= ALONE and gained.spared >= SPARED
 
 
 def repeats(gained: Gain, p: float, recordings: Index) -> bool:

@@ -32,6 +32,7 @@ class Proof:
         expected: the gain if the extended model is right.
         margin: limited left-out gain on the recordings that were fitted, less two of its errors.
         mismatch: stacked mismatches (N,) of baseline and extended model.
+        singled: whether the screen singles out what is proven, on the recordings that were fitted.
     """
 
     baseline: float
@@ -41,12 +42,14 @@ class Proof:
     expected: Gain
     margin: float
     mismatch: tuple[Floats, Floats] = field(repr=False)
+    singled: bool = False
 
     @property
     def shows(self) -> bool:
         """Whether these recordings show that the extended model is better, by more than chance or as far as they can.
 
-        Those that can hardly show it have to make likely, with the others, what is not likely without them; those that
+        Those that can hardly show it have to make likely, with the others, what is not likely without them, or speak
+        for what the screen singles out: that stands in few blocks, whose spread is no measure of its error. Those that
         can must not leave the others speaking against it. If nothing were left out, the gain would be minus the
         expected one, with a variance of twice that. No block counts for more than it needs to convince: where something
         else shakes both models, as a blow on the load does, which of them is farther off says little.
@@ -55,7 +58,10 @@ class Proof:
             return False
         if self._clear:
             return True
-        least = max(PART * self.expected.limited, -self.margin) if self._powered else max(0.0, LIKELY - self.margin)
+        part = PART * self.expected.limited
+        least = max(part, -self.margin) if self._powered else max(0.0, LIKELY - self.margin)
+        if self.singled and not self._powered:
+            least = min(least, part)
         return self.expected.total >= TELLS and self.gain.limited > least
 
     @property
@@ -123,7 +129,13 @@ def replayed(bench: Bench, frozen: Fit, reference: Fit) -> Replay:
 
 
 def weigh_up(
-    layout: Layout, white: Whitener, before: Replay, after: Replay, floor: float, margin: float = 0.0
+    layout: Layout,
+    white: Whitener,
+    before: Replay,
+    after: Replay,
+    floor: float,
+    margin: float = 0.0,
+    singled: bool = False,
 ) -> Proof:
     """The proof from the replays of baseline and extended model, the latter's noise whitened by `white`.
 
@@ -133,4 +145,5 @@ def weigh_up(
     errors = nrmse(layout, after.mismatch), nrmse(layout, before.mismatch)
     expected = Gain(layout.sums(0.5 * white(layout, before.alike - after.alike) ** 2), errors)
     mismatch = before.mismatch, after.mismatch
-    return Proof(errors[1], errors[0], floor, Gain(layout.sums(loud - quiet), errors), expected, margin, mismatch)
+    gained = Gain(layout.sums(loud - quiet), errors)
+    return Proof(errors[1], errors[0], floor, gained, expected, margin, mismatch, singled)

@@ -24,6 +24,10 @@ TORQUE = "motor_torque"
 TORQUE_SCALE, TORQUE_LEAD = "torque_scale", "torque_lead"
 REVERSAL = "reversal_impulse"
 NUISANCE = (TORQUE_SCALE, TORQUE_LEAD, REVERSAL)
+#: What makes another torque of the one that the drive is asked for.
+DRIVING = frozenset({
+    "actuator_lag", "cogging", "delay", "input_compliance", "torque_gain", "torque_ripple", "torque_saturation",
+})  # fmt: skip
 RTOL = 1e-6
 LARGEST = 700.0
 
@@ -186,32 +190,35 @@ class Plant:
         sensed = {name: every[name] for name in structure.sensed}
         lag = _lag(every) * ones
         left = {*NUISANCE, *sensed}
+        driving = bool(DRIVING & set(structure.model.terms))
+        signals = ["tau_m", *(SIGNALS[one] for one in self.channels if one != TORQUE)]
         result = self._simulate(
             structure.model,
             {name: value for name, value in structure.fixed.items() if name not in left},
             {name: column for name, column in values.items() if name not in left},
             lag,
+            [*signals, "tau_drive"] if driving else signals,
         )
         found = []
         for index, unit in enumerate(self.units):
             rows, n = slice(index * len(coordinates), (index + 1) * len(coordinates)), len(unit.fine)
             wrong = (result.status[rows] != 0)[:, None]
             fine = {name: np.where(wrong, 0.0, sample[rows, :n]) for name, sample in result.samples.items()}
-            signals = {
+            shown = {
                 name: unit.read(values) if name in SIGNALS.values() else self.band.simulated(values, unit.density)
                 for name, values in fine.items()
             }
-            needed = signals["tau_m"] / scale
+            needed = shown["tau_m"] / scale
             needed = needed + lead * np.gradient(self.band.slow(needed), 1.0 / self.band.rate, axis=1)
             needed = needed - impulse * unit.reversing
-            changed = signals["tau_drive"] - self._asked[index]
+            changed = shown["tau_drive"] - self._asked[index] if driving else 0.0
             delivered = unit.measured["motor_torque"] + changed
             needed = self._read(unit, needed, TORQUE, lag, stage, sensed)
             differences = {"motor_torque": delivered - needed}
             if "te" in unit.measured:
-                differences["te"] = unit.measured["te"] - _te(unit, signals["te"], lag, stage, sensed)
+                differences["te"] = unit.measured["te"] - _te(unit, shown["te"], lag, stage, sensed)
             if "output_torque" in unit.measured:
-                read = self._read(unit, signals["gear_torque"], "output_torque", lag, stage, sensed)
+                read = self._read(unit, shown["gear_torque"], "output_torque", lag, stage, sensed)
                 differences["output_torque"] = unit.measured["output_torque"] - read
             found.append({channel: np.where(wrong, np.nan, own) for channel, own in differences.items()})
         return found
@@ -242,7 +249,7 @@ class Plant:
         left = {*NUISANCE, *structure.sensed}
         every = {**structure.fixed, **values}
         fixed = {name: value for name, value in every.items() if name not in left}
-        result = self._simulate(structure.model, fixed, {}, np.array([_lag(every)]))
+        result = self._simulate(structure.model, fixed, {}, np.array([_lag(every)]), ["tau_m"])
         scale = values.get(TORQUE_SCALE, 1.0)
         return [
             np.asarray(self.band.simulated(result.samples["tau_m"][index, : len(unit.fine)], unit.density) / scale)
@@ -250,9 +257,14 @@ class Plant:
         ]
 
     def _simulate(
-        self, model: Model, fixed: Mapping[str, float], values: Mapping[str, Floats], lag: Floats
+        self,
+        model: Model,
+        fixed: Mapping[str, float],
+        values: Mapping[str, Floats],
+        lag: Floats,
+        signals: Sequence[str],
     ) -> SweepResult:
-        """Rows recording by recording, parameter set by parameter set (M,): lanes side by side share a motion.
+        """Signals of rows recording by recording, parameter set by set (M,): lanes side by side share a motion.
 
         The motion of each is the recorded one before the encoder's `lag` [s], shape (M,).
         """
@@ -275,7 +287,7 @@ class Plant:
                 scenario_index=which * len(lags) + np.tile(place, units),
                 t_eval=[unit.fine for unit in self.units],
                 t_eval_index=which,
-                signals=["tau_m", "tau_drive", *(SIGNALS[one] for one in self.channels if one in SIGNALS)],
+                signals=list(signals),
                 metrics=[],
                 method="tsit5",
                 rtol=RTOL,

@@ -182,7 +182,7 @@ def _try(
         return Trial(candidate, current, gain(bench, current, current, rules.folds), ("A0 simulation",))
     fits = [fit(bench, structure, starts[0], None if contained else current)]
     others = [fits[0].coordinates] if starts[1:] and candidate.effect in known else starts[1:]
-    fits += [fit(bench, structure, start, ahead=fits[0]) for start in others]
+    fits += [fit(bench, structure, start, fits[0], fits[0]) for start in others]
     metric = Metric.of(bench, current.mismatch)
     joint = min(fits, key=lambda one: metric.cost(bench.layout, structure, one.coordinates, one.mismatch))
     gained = gain(bench, joint, current, rules.folds)

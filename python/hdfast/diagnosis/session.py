@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from hdfast.diagnosis.accept import Rules
+from hdfast.diagnosis.accept import SLOW, Rules, singled
 from hdfast.diagnosis.band import choose_band
 from hdfast.diagnosis.baseline import baseline, with_resonance
 from hdfast.diagnosis.candidate import Candidate
@@ -228,12 +228,17 @@ def proven(held: Bench, found: Search) -> tuple[Search, Proof, dict[str, float]]
     taken = [one for one in found.rounds if one.accepted is not None]
     models = [*(one.before for one in taken), found.final]
     trials = [one.accepted for one in taken if one.accepted is not None]
+    alone = [
+        singled(one.gain, seen.screen.p[one.candidate.label]) and one.candidate.effect not in SLOW
+        for one, seen in zip(trials, taken, strict=True)
+    ]
     replays = [replayed(held, model, models[0]) for model in models]
 
     def between(first: int, last: int) -> Proof:
         gains = [one.gain for one in trials[first:last]]
         margin = sum(one.limited for one in gains) - 2.0 * float(np.linalg.norm([one.limited_error for one in gains]))
-        return weigh_up(held.layout, models[last].white, replays[first], replays[last], floor, margin)
+        ends = replays[first], replays[last]
+        return weigh_up(held.layout, models[last].white, *ends, floor, margin, all(alone[first:last]))
 
     last = len(models) - 1
     steps = [between(n, n + 1) for n in range(last)]

@@ -185,7 +185,9 @@ def _instead(bench: Bench, other: Trial, *, lesser: Fit) -> Fit | None:
     found = dict(zip(other.fit.structure.names, other.fit.coordinates.tolist(), strict=True))
     begin = [found.get(one.name, float(one.coordinate(one.value))) for one in other.candidate.free]
     structure, start = other.candidate.added_to(reduced), np.concatenate([here, begin])
-    return fit(bench, structure, start) if np.isfinite(bench.mismatch(structure, start[None])).all() else None
+    if not np.isfinite(bench.mismatch(structure, start[None])).all():
+        return None
+    return fit(bench, structure, start, None if contained else lesser)
 
 
 def _compare(

@@ -11,6 +11,7 @@ import small_campaign
 from hdfast.cli import main
 from hdfast.diagnosis import diagnose
 from hdfast.diagnosis.experiment import NOTHING, Contest, propose
+from hdfast.diagnosis.score import Gain
 from hdfast.diagnosis.session import set_up_usable
 from hdfast.diagnosis.steady import SPEED
 from hdfast.diagnosis.swings import Swing
@@ -110,6 +111,18 @@ def test_exact_a_mismatch_without_a_name_shows_its_variables(unnamed):
     text = words_of(diagnosis_page.page(unnamed))
     held = unnamed.content["fit"]["heldout"]
     assert f"{100 * held['baseline_nrmse']:.1f} % → {100 * held['extended_nrmse']:.1f} %" in text
+
+
+def test_exact_what_rests_on_fitted_recordings_says_so_beside_the_errors(found):
+    """Held-out recordings that do not reach an effect: a gain of theirs would read as a refusal."""
+    nothing = Gain(np.zeros(20), (0.5, 0.5))
+    silent = replace(found.evidence.proof, baseline=0.5, extended=0.5, gain=nothing, expected=nothing, margin=50.0)
+    assert silent.holds
+    assert not silent.shows
+    evidence = replace(found.evidence, session=replace(found.evidence.session, proof=silent))
+    content = {**found.content, "notes": ["it rests on the others"]}
+    better = cards(content, evidence, traces(evidence))[2]
+    assert better.texts == ["it rests on the others"]
 
 
 def test_exact_an_undecided_page_begins_with_what_to_record_next(found):

@@ -266,8 +266,9 @@ def _better(content: Mapping[str, Any], verdict: Verdict) -> Card:
             rows.append(("extended", after, BLUE))
         groups.append((title, rows, floor or 0.0))
     proof = verdict.proof
-    if extended and proof is not None and len(groups[0][1]) == 2:
+    rests_elsewhere = proof is not None and proof.holds and not proof.shows
+    if extended and proof is not None and len(groups[0][1]) == 2 and not rests_elsewhere:
         texts.append(f"Proof: a gain of {proof.gain.total / max(proof.gain.error, 1e-9):.1f} standard errors.")
-    texts += [verdict.session.weaker] if verdict.session.weaker else []
+    texts += [spoken(note) for note in content["notes"]]
     title = "How much better" if extended else "How well it predicts"
     return Card(title, "four", texts=texts, figures=[picture(plots.errors(groups), "")])

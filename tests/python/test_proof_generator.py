@@ -22,8 +22,8 @@ from hdfast.proof.generator.plant import ABSENT, Plant, empty_arrays
 from hdfast.proof.generator.recipe import Bench, Recipe
 from hdfast.proof.generator.responses import channels, moving, told_by_motion
 from hdfast.proof.generator.rig import draw_rig
-from hdfast.proof.generator.sizing import follow, length, sketch, swallowed
-from hdfast.proof.generator.truth import refitted, sized
+from hdfast.proof.generator.sizing import follow, length, sketch, swallowed, together
+from hdfast.proof.generator.truth import refitted
 from hdfast.proof.generator.whitening import whiten
 from hdfast.proof.seal import checksums
 from hdfast.recordings import load_campaign
@@ -454,7 +454,7 @@ def test_exact_a_refit_without_noise_finds_drive_and_size(bench):
     """The effect is half as large again as stated, the torque reads 3 % too much, and the data sheet is wrong."""
     rig, lin = replace(bench[0], torque_scale=0.03), bench[1]
     effect = follow(lin, sketch(lin, "torque_ripple", 8.0, np.random.default_rng(4)))
-    full = sized(lin.drive, [effect], np.array([1.5]))
+    full = together(lin.drive, [effect], 1.5)
     rows = [simulate(rig, full, run, np.random.default_rng(k)) for k, run in enumerate(rig.runs)]
     clean = [sensors.clean(row, full.faults) for row in rows]
     noisy = [one | {"motor_torque": 1.03 * one["motor_torque"]} for one in clean]

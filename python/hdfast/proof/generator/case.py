@@ -22,7 +22,7 @@ from hdfast.proof.generator.programme import Run
 from hdfast.proof.generator.recipe import Recipe
 from hdfast.proof.generator.responses import Motion
 from hdfast.proof.generator.rig import Rig, draw_rig
-from hdfast.proof.generator.sizing import QUIETEST, UNDETECTABLE, Sized, follow, length, sketch, swallowed
+from hdfast.proof.generator.sizing import QUIETEST, UNDETECTABLE, Sized, follow, length, sketch, swallowed, together
 from hdfast.proof.generator.truth import refitted
 
 VERSION = "9"
@@ -58,9 +58,7 @@ def _attempt(recipe: Recipe, folder: Path, rng: Generator) -> dict[str, Any]:
     traces = [simulate(rig, bare, rig.runs[k], rng) for k in fit]
     motions = [motion(x, rig.runs[k], rig) for x, k in zip(traces, fit, strict=True)]
     rig, lin, named = sized_within_limits(rig, bare, motions, recipe, rng)
-    full = bare
-    for s in named:
-        full = s.on(full)
+    full = together(bare, named)
     files = [f"{x:08x}" for x in rng.integers(0, 2**32, len(rig.runs))]
     refit = swallowed(lin, named)
     check_size(lin, refit, named)
@@ -74,8 +72,7 @@ def _attempt(recipe: Recipe, folder: Path, rng: Generator) -> dict[str, Any]:
         if certificate["speed_change"] > HIDDEN_MOTION:
             raise UnfitError(f"{recipe}: the motion shows it")
     minor = draw_nuisance(rng, lin, set(recipe.effects))
-    for s in minor:
-        full = s.on(full)
+    full = together(full, minor)
     made = [record(rig, full, run, k, rng) for k, run in enumerate(rig.runs)]
     if not all(np.isfinite(values).all() for one in made for values in one.noisy.values()):
         raise UnfitError(f"{recipe}: the drive ran away")

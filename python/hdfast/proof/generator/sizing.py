@@ -6,6 +6,7 @@ followed by a refit of the moved plant, whose minimum of small amplitudes is kep
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -111,25 +112,25 @@ def swallowed(lin: Linearisation, named: list[Sized]) -> Refit:
     """Refit of the baseline to a drive with these effects, followed from what is detectable of the largest."""
     share = min([1.0, *(1.0 / s.multiple for s in named)])
     start = sum((share * s.multiple * s.shift for s in named), np.zeros(len(lin.names)))
-    found = lin.refit(_together(lin, named, share), [start])
+    found = lin.refit(together(lin.drive, named, share), [start])
     while share < 1.0:
         taken = _stride(found, 1.0 / share)
         share *= taken
-        found = _further(lin, _together(lin, named, share), found, taken)
+        found = _further(lin, together(lin.drive, named, share), found, taken)
     return found
+
+
+def together(drive: Drive, named: Sequence[Sized], shares: Array | float = 1.0) -> Drive:
+    """The drive with all of these effects, each at a share of its amplitude."""
+    for effect, share in zip(named, np.broadcast_to(shares, len(named)).tolist(), strict=True):
+        drive = effect.on(drive, share)
+    return drive
 
 
 def length(lin: Linearisation, left: Array) -> float:
     """Length of what is left in the noise along it, in that of a detectable amplitude."""
     size = float(np.linalg.norm(left))
     return size / (THRESHOLD * float(np.sqrt(lin.inflation(left)))) if size > QUIET else 0.0
-
-
-def _together(lin: Linearisation, named: list[Sized], share: float) -> Drive:
-    drive = lin.drive
-    for s in named:
-        drive = s.on(drive, share)
-    return drive
 
 
 def _further(lin: Linearisation, drive: Drive, last: Refit, taken: float) -> Refit:

@@ -13,7 +13,7 @@ from hdfast.proof.generator.linear import Linearisation, moved
 from hdfast.proof.generator.plant import Array
 from hdfast.proof.generator.responses import Motion, noise_of, responses
 from hdfast.proof.generator.rig import Rig
-from hdfast.proof.generator.sizing import Sized
+from hdfast.proof.generator.sizing import Sized, together
 from hdfast.proof.generator.whitening import Channels, whiten
 
 NUDGE = 0.01
@@ -55,7 +55,7 @@ def refitted(
         clean, noisy: signals of each recording on the grid, without and with noise.
     """
     rig, effects = lin.rig, np.ones(len(named))
-    true = list(responses(rig, sized(lin.drive, named, effects), lin.motions))
+    true = list(responses(rig, together(lin.drive, named), lin.motions))
     inertia = lin.drive.plant.J_r + lin.drive.plant.J_w
 
     def white(channels: Channels) -> Array:
@@ -65,7 +65,7 @@ def refitted(
         pairs = zip(responses(rig, drive, lin.motions), true, strict=True)
         return [[a - b for a, b in zip(*pair, strict=True)] for pair in pairs]
 
-    grown = [sized(lin.drive, named, effects + NUDGE * own) for own in np.eye(len(named))]
+    grown = [together(lin.drive, named, effects + NUDGE * own) for own in np.eye(len(named))]
     columns = np.column_stack([lin.columns, *(white(changed(drive)) / NUDGE for drive in grown)])
     noise = [noise_of(rig, a, b, inertia) for a, b in zip(clean, noisy, strict=True)]
     seen = white(noise) + white(changed(full))
@@ -77,14 +77,7 @@ def refitted(
     plain = lin.drive._replace(plant=moved(rig, lin.drive.plant, shift))
     sizes = np.maximum(effects + shift[len(lin.names) :], NUDGE)
     scale = 1.0 + rig.torque_sigma * float(shift[lin.names.index("torque_scale")])
-    return Refitted(sized(plain, named, sizes), scale)
-
-
-def sized(drive: Drive, named: Sequence[Sized], sizes: Array) -> Drive:
-    """The drive with each effect at a share of its size."""
-    for effect, size in zip(named, sizes.tolist(), strict=True):
-        drive = effect.on(drive, size)
-    return drive
+    return Refitted(together(plain, named, sizes), scale)
 
 
 def _data_sheet(rig: Rig) -> Array:

@@ -55,20 +55,16 @@ def refitted(
         clean, noisy: signals of each recording on the grid, without and with noise.
     """
     rig, effects = lin.rig, np.ones(len(named))
-    true = list(responses(rig, together(lin.drive, named), lin.motions))
+    true, _ = lin.signature(together(lin.drive, named))
     inertia = lin.drive.plant.J_r + lin.drive.plant.J_w
 
-    def white(channels: Channels) -> Array:
-        return whiten(rig, lin.motions, lin.filters, channels)
-
-    def changed(drive: Drive) -> Channels:
-        pairs = zip(responses(rig, drive, lin.motions), true, strict=True)
-        return [[a - b for a, b in zip(*pair, strict=True)] for pair in pairs]
+    def changed(drive: Drive) -> Array:
+        return lin.signature(drive)[0] - true
 
     grown = [together(lin.drive, named, effects + NUDGE * own) for own in np.eye(len(named))]
-    columns = np.column_stack([lin.columns, *(white(changed(drive)) / NUDGE for drive in grown)])
+    columns = np.column_stack([lin.columns, *(changed(drive) / NUDGE for drive in grown)])
     noise = [noise_of(rig, a, b, inertia) for a, b in zip(clean, noisy, strict=True)]
-    seen = white(noise) + white(changed(full))
+    seen = whiten(rig, lin.motions, lin.filters, noise) + changed(full)
     centre = np.zeros(columns.shape[1])
     sheet = _data_sheet(rig)
     centre[: sheet.size] = sheet

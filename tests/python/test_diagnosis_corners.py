@@ -9,9 +9,9 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 import small_campaign
-from hdfast.diagnosis import diagnose, session
+from hdfast.diagnosis import diagnose, prove, session
 from hdfast.diagnosis.candidate import Candidate
-from hdfast.diagnosis.fit import Fit
+from hdfast.diagnosis.fit import Fit, Stir
 from hdfast.diagnosis.holdout import Proof
 from hdfast.diagnosis.library import OF_THE_WINDUP, Sizes, library
 from hdfast.diagnosis.limits import limits
@@ -148,16 +148,17 @@ def test_exact_a_search_is_taken_back_to_what_holds(monkeypatch, holds, refutes,
             self.before, self.accepted = Model(number), Trial(number)
             self.screen = SimpleNamespace(p={f"effect {number}": 1.0})
 
-    monkeypatch.setattr(session, "noise_floor", lambda held: 0.1)
-    monkeypatch.setattr(session, "replayed", lambda held, model, reference: model)
-    monkeypatch.setattr(session, "weigh_up", lambda layout, white, before, after, *rest: Said(int(before), int(after)))
+    monkeypatch.setattr(prove, "noise_floor", lambda held: 0.1)
+    monkeypatch.setattr(prove, "replayed", lambda held, model, reference: model)
+    monkeypatch.setattr(prove, "weigh_up", lambda layout, white, before, after, *rest: Said(int(before), int(after)))
     monkeypatch.setattr(Search, "until", lambda found, number: number)
 
     class Held:
         layout = None
 
-    whole = Search([Round(number) for number in range(3)], Model(3), [])
-    found, proof, shown = session.proven(Held(), whole)
+    rounds = [Round(number) for number in range(3)]
+    whole = Search(rounds, Model(3), [one.accepted for one in rounds])
+    found, proof, shown = prove.proven(None, Held(), whole)
     assert list(shown) == [f"effect {number}" for number in range(kept)]
     assert (3 if found is whole else found) == kept
     assert proof.span == (0, kept)
@@ -202,7 +203,7 @@ def test_exact_drifts_need_a_second_recording():
     skew = Free("skew", 1e-4, 1.0, False, "1")
     candidate = Candidate("clock_skew", "sensor", (), (skew,), "skew", sensors=(("clock_skew", "load_angle"),))
     seen = Screen({"clock_skew": 1.0}, {"clock_skew": 1.0}, {"clock_skew": 1.0}, {"clock_skew": 1.0})
-    signature = Signature(candidate, np.ones((9, 1)), np.zeros((0, 1)), np.ones(1), 1.0, 1.0, 1.0)
+    signature = Signature(candidate, np.ones((9, 1)), np.zeros((0, 1)), np.ones(1), 1.0, 1.0, 1.0, np.zeros(1))
     reasons = [limits([signature], seen, recordings)[0].reason for recordings in (1, 2)]
     assert "second recording" in reasons[0]
     assert reasons[1] is None
@@ -217,7 +218,9 @@ def test_exact_a_limit_tells_the_shape_it_holds_for_unless_shapes_are_amplitudes
             )
             made = {"order": value} if fixed else {}
             one = Candidate("backlash", "mesh", ("backlash",), free, "half_gap", fixed=made, shape=f"gap {value}")
-            seen.append(Signature(one, np.full((10, 1), value), np.zeros((1, 1)), np.ones(1), 1.0, 1.0, 0.5))
+            seen.append(
+                Signature(one, np.full((10, 1), value), np.zeros((1, 1)), np.ones(1), 1.0, 1.0, 0.5, np.zeros(1))
+            )
         labels = [one.candidate.label for one in seen]
         screen = Screen(*(dict.fromkeys(labels, 1.0) for _ in range(4)))
         [found] = limits(seen, screen, 2)
@@ -293,7 +296,7 @@ def test_exact_a_parameter_that_is_a_multiple_of_another_has_the_errors_of_both(
     covariance = np.array([[0.04, -0.03], [-0.03, 0.09]])
     monkeypatch.setattr(Fit, "covariance", lambda *_: covariance)
     nothing = np.zeros(0)
-    sigma = Fit(structure, rows[0], nothing, nothing, nothing, None, None).sigma_of(None)
+    sigma = Fit(structure, rows[0], nothing, nothing, nothing, None, None, Stir.none(nothing)).sigma_of(None)
     assert sigma["c_back"] / sigma["c_drive"] == pytest.approx(0.3 * np.sqrt(0.04 + 0.09 - 0.06) / (0.2 * 0.2))
 
 
@@ -312,7 +315,7 @@ def test_exact_a_load_that_turns_the_other_way_gets_the_same_answer(tmp_path, mo
         assert found.content["where"]["place"] == forwards.content["where"]["place"]
     for name in size:
         value, mirrored = (found.effects[0]["parameters"][name]["value"] for found in (forwards, backwards))
-        assert mirrored == pytest.approx(value, rel=1e-6)
+        assert mirrored == pytest.approx(value, rel=1e-5)
 
 
 def test_exact_a_candidate_without_room_is_none():

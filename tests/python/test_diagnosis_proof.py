@@ -62,21 +62,23 @@ def test_exact_recordings_that_can_hardly_show_it_count_with_the_others(
 
 
 @pytest.mark.parametrize(
-    ("total", "expected", "margin", "shows"),
+    ("total", "expected", "p", "shows"),
     [
-        (1.0, 2.0, -10.0, True),
-        (0.4, 2.0, -10.0, False),
-        (-1.0, 2.0, 3.0, False),
-        (1.0, 0.4, -10.0, False),
-        (0.1, 2.0, 5.0, True),
-        (4.0, 10.0, -10.0, False),
+        (1.0, 2.0, 1e-4, True),
+        (0.4, 2.0, 1e-4, False),
+        (1.0, 0.4, 1e-4, True),
+        (1.0, 2.0, 2e-3, False),
+        (9.0, 2.0, 2e-3, True),
+        (9.0, 2.0, 0.1, False),
+        (4.0, 10.0, 1e-4, False),
     ],
 )
-def test_exact_what_the_screen_singles_out_shows_where_recordings_speak_for_it(
-    total: float, expected: float, margin: float, shows: bool
+def test_exact_what_the_screen_shows_is_confirmed_where_chance_would_hardly_make_both(
+    total: float, expected: float, p: float, shows: bool
 ) -> None:
-    """Beyond a quarter of what is expected, however its blocks scatter; powered recordings decide as ever."""
-    assert replace(proof(total, expected, margin), singled=True).shows == shows
+    """Beyond a quarter of what is expected, by Fisher's rule; powered recordings decide as ever."""
+    gained = Gain(total / 20.0 + np.resize([1.2, -1.2], 20), ERRORS)
+    assert replace(proof(total, expected, -20.0), gain=gained, p=p).shows == shows
 
 
 @pytest.mark.parametrize(("total", "margin", "shows"), [(6.0, -7.4, False), (8.7, -4.4, True), (20.0, -12.0, True)])

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from hdfast.diagnosis.accept import convinces, repeats
 from hdfast.diagnosis.evidence import Layout, Weights
-from hdfast.diagnosis.fit import Fit
+from hdfast.diagnosis.fit import Fit, Stir
 from hdfast.diagnosis.lines import Line, snapped
 from hdfast.diagnosis.plant import Free, Structure
 from hdfast.diagnosis.projector import Projector
@@ -44,6 +44,7 @@ def linear(
         np.zeros_like(slopes),
         weights,
         Whitener({"motor_torque": np.ones((1, 1))}),
+        Stir.none(slopes),
     )
 
 

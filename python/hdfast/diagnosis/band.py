@@ -37,7 +37,7 @@ class Band:
         rate: working rate [Hz].
         motion: corner for the motor torque [Hz]; it takes two derivatives of the angle, whose noise sets it.
         sensed: corner for what the load's sensors show [Hz].
-        angle_noise: power density of the motor angle's noise [rad^2/Hz].
+        angle_noise: power density of the motor angle's noise, in half of the recordings more [rad^2/Hz].
     """
 
     rate: float
@@ -114,17 +114,18 @@ def choose_band(sources: Sequence[Source], inertia: float) -> Band:
     total = sum(float(np.ptp(source.recording["t"])) for source in sources)
     working = rate / max(1, math.ceil(max(rate / HIGHEST_RATE, rate * total / MOST_SAMPLES) - CLOCK))
     torque = float(np.median([np.nanstd(source.recording["motor_torque"]) for source in sources]))
-    noise = {
-        name: max(noise_density(source.recording["t"], source.recording[name]) for source in sources)
+    densities = {
+        name: [noise_density(source.recording["t"], source.recording[name]) for source in sources]
         for name in ("motor_angle", "motor_torque")
     }
+    noise = {name: max(own) for name, own in densities.items()}
     inertial = max(noise["motor_angle"], 1e-300) * (2.0 * math.pi) ** 4 * max(inertia, 1e-12) ** 2
     disturbed = (5.0 * (NOISE_SHARE * torque) ** 2 / inertial) ** 0.2
     level = (noise["motor_torque"] / inertial) ** 0.25
     corner = min(max(disturbed, level), math.sqrt(DROWNED) * level)
     widest = PASS_SHARE * working
     motion = min(widest, max(corner, NARROWEST * working))
-    return Band(float(working), float(motion), float(widest), float(noise["motor_angle"]))
+    return Band(float(working), float(motion), float(widest), float(np.median(densities["motor_angle"])))
 
 
 def noise_density(clock: Floats, values: Floats) -> float:

@@ -11,7 +11,7 @@ import numpy as np
 
 from hdfast.checks import Floats
 from hdfast.diagnosis.candidate import Candidate
-from hdfast.diagnosis.fit import ACCELERATED, Bench, Fit
+from hdfast.diagnosis.fit import ACCELERATED, Bench, Fit, rattles
 from hdfast.diagnosis.together import side_by_side
 from hdfast.diagnosis.whiten import whiten
 
@@ -20,10 +20,17 @@ INDEPENDENT = 1e-6
 
 @dataclass(frozen=True, eq=False)
 class Change:
-    """What a candidate adds to the simulated signals, per typical amplitude, in the channels' units, (N, d)."""
+    """What a candidate adds to the simulated signals, per typical amplitude.
+
+    Attributes:
+        candidate: the hypothesis.
+        values: in the channels' units, shape (N, d).
+        feigned: what more noise of the angle adds to that on the load side, shape (N, d).
+    """
 
     candidate: Candidate
     values: Floats = field(repr=False)
+    feigned: Floats = field(repr=False)
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,13 +64,18 @@ class Changer:
         settings = [one.scaled(times).settings() for one, (_, times) in zip(wide, wanted, strict=True)]
         own = [[float(free.coordinate(row[free.name])) for free in wide[0].free] for rows in settings for row in rows]
         coordinates = np.stack([np.concatenate([self.fit.coordinates, row]) for row in own])
-        if any(name in ACCELERATED for name in wide[0].names):
-            moved = self._steady - bench.steady(structure, coordinates)
-        else:
-            moved = self._here - bench.mismatch(structure, coordinates)
+        steady = any(name in ACCELERATED for name in wide[0].names)
+        found = (bench.steady if steady else bench.mismatch)(structure, coordinates)
+        moved = (self._steady if steady else self._here) - found
+        feigned = np.zeros_like(moved)
+        if self.fit.stir.loud and not rattles(structure) and moved[:, bench.load_side].any():
+            feigned = self.fit.stir.added - bench.added(structure, coordinates, found)
         ends = np.cumsum([len(rows) for rows in settings])
-        parts = np.split(moved, ends[:-1])
-        return [Change(one, part.T / times) for part, (one, times) in zip(parts, wanted, strict=True)]
+        parts = [np.split(each, ends[:-1]) for each in (moved, feigned)]
+        return [
+            Change(one, part.T / times, noise.T / times)
+            for part, noise, (one, times) in zip(*parts, wanted, strict=True)
+        ]
 
 
 def changes(bench: Bench, fit: Fit, candidates: Sequence[Candidate]) -> list[Change]:

@@ -42,6 +42,8 @@ def _notes(verdict: Verdict) -> list[str]:
     proof = verdict.proof
     if verdict.extended is not None and proof is not None and proof.holds and not proof.shows:
         notes.append("the held-out recordings do not show it: it rests on stretches of the others that were left out")
+    if any(one.confirmed for one in verdict.session.search.accepted):
+        notes.append("the fitted recordings show it too faintly for a name: the held-out ones confirm it")
     return notes
 
 

@@ -12,6 +12,7 @@ from hdfast.checks import Floats
 from hdfast.diagnosis.band import low_pass
 from hdfast.diagnosis.evidence import Layout, Weights, limited, weigh
 from hdfast.diagnosis.plant import TORQUE, TORQUE_SCALE, Plant, Structure
+from hdfast.diagnosis.source import Mask
 from hdfast.diagnosis.whiten import Whitener, whiten
 from hdfast.scenario_parts import MAX_TORQUE
 
@@ -31,9 +32,38 @@ SHAKES = 2
 #: By how much a law that is not quite the drive's widens an interval: on 110 opened blind cases those of the covariance
 #: alone held 79 % of the effects' sizes and 67 % of the drive's parameters where 90 % are meant.
 FORM = 1.5
+#: What the noise of the angle adds to the load side [nats] below which it moves no parameter.
+LOUD = 2.0
 ACCELERATED = ("J_m", "J_l", TORQUE_SCALE, "load_dependent_friction_c_drive", "load_dependent_friction_c_back")
 #: Where a signal of the load side tells of the resonance, what the torque alone would say of it is noise as well.
 SHAKEN = (*ACCELERATED, "k1", "K1", "K2", "K3", "B_sp")
+
+
+@dataclass(frozen=True, eq=False)
+class Stir:
+    """What noise of the motor angle adds to what a model shows on the load side, of one more such noise.
+
+    Attributes:
+        added: to the mismatch, shape (N,).
+        slopes: change of minus that per coordinate, shape (N, P).
+    """
+
+    added: Floats = field(repr=False)
+    slopes: Floats = field(repr=False)
+
+    @classmethod
+    def none(cls, slopes: Floats) -> Stir:
+        """Nothing, for a model with slopes (N, P)."""
+        return cls(np.zeros(len(slopes)), np.zeros_like(slopes))
+
+    def whitened(self, layout: Layout, white: Whitener) -> Stir:
+        """The same through a filter."""
+        return Stir(white(layout, self.added), white(layout, self.slopes)) if self.loud else self
+
+    @property
+    def loud(self) -> bool:
+        """Whether it adds anything that counts."""
+        return bool(self.added.any())
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,6 +78,7 @@ class Fit:
         rough: noise of the acceleration in those derivatives, left out of `slopes`, shape (N, P).
         weights: scale and colour of the mismatch.
         white: filter to independent samples of unit variance.
+        stir: what the noise of the angle adds on the load side, nothing where that hardly counts.
     """
 
     structure: Structure
@@ -57,6 +88,7 @@ class Fit:
     rough: Floats = field(repr=False)
     weights: Weights
     white: Whitener = field(repr=False)
+    stir: Stir = field(repr=False)
 
     def value(self, name: str) -> float:
         """A parameter's estimate; a fixed parameter's value."""
@@ -77,8 +109,9 @@ class Fit:
     def covariance(self, layout: Layout) -> Floats:
         """Covariance of the coordinates (P, P): block sandwich, never below the Fisher information's."""
         A, r = self.white(layout, self.slopes), self.white(layout, self.mismatch)
-        bread = np.linalg.inv(A.T @ A + np.diag(self.structure.sigma**-2))
-        scores = layout.sums(A * r[:, None])
+        stir = self.stir.whitened(layout, self.white)
+        bread = np.linalg.inv(information(self.structure, A, stir.slopes))
+        scores = layout.sums(A * r[:, None] - stir.slopes * stir.added[:, None])
         correction = layout.blocks / max(1, layout.blocks - 1)
         prior = np.diag(self.structure.sigma**-2)
         sandwich = bread @ (correction * scores.T @ scores + prior) @ bread
@@ -155,6 +188,16 @@ class Bench:
         """
         return self.layout.stack(self._slow(self.plant.mismatch(structure, coordinates)))
 
+    @cached_property
+    def load_side(self) -> Mask:
+        """Which stacked samples are the load side's, shape (N,)."""
+        mask: Mask = self.layout.channel != self.layout.channels.index(TORQUE)
+        return mask
+
+    def added(self, structure: Structure, coordinates: Floats, mismatch: Floats) -> Floats:
+        """What more noise of the angle adds to mismatches (M, N) of the load side at coordinates (M, P)."""
+        return np.where(self.load_side, self.shaken[0].mismatch(structure, coordinates) - mismatch, 0.0)
+
     def both(self, structure: Structure, coordinates: Floats, rows: Sequence[int]) -> tuple[Floats, Floats]:
         """Mismatches (M, N) at coordinates (M, P), and those of some rows (R, N) as `steady` has them."""
         found = self.plant.mismatch(structure, coordinates)
@@ -198,11 +241,14 @@ class Metric:
         bulk = self.weights.normalise(layout, np.sqrt(1.0 - fine) * stacked.T).T
         return np.asarray(np.concatenate([bulk, (np.sqrt(fine) * self.white(layout, stacked).T).T]))
 
-    def cost(self, layout: Layout, structure: Structure, x: Floats, mismatch: Floats) -> float:
-        """Half the weighted sum of squares plus the prior's."""
+    def cost(
+        self, layout: Layout, structure: Structure, x: Floats, mismatch: Floats, added: Floats | None = None
+    ) -> float:
+        """Half the weighted sum of squares plus the prior's, less that of what the noise of the angle adds (N,)."""
         half, _ = limited(self.of_columns(layout, mismatch))
         pull = (x - structure.start) / structure.sigma
-        return float(np.sum(half) + 0.5 * pull @ pull)
+        noise = 0.0 if added is None else 0.5 * float(np.sum(self.of_columns(layout, added) ** 2))
+        return float(np.sum(half) + 0.5 * pull @ pull) - noise
 
 
 def near(bench: Bench, scale: Floats) -> Floats:
@@ -230,40 +276,85 @@ def fit(
     layout = bench.layout
     x = structure.start if start is None else np.array(start, dtype=np.float64)
     kept = 0 if known is None else known.slopes.shape[1]
-    rattling = bool(RATTLING & set(structure.model.terms))
+    rattling = rattles(structure)
     steps = WIDEST * _units(structure) if rattling else None
     mismatch, slopes, rough = linearise(bench, structure, x, kept, steps)
     if known is not None:
         slopes[:, :kept], rough[:, :kept] = known.slopes, known.rough
+    stir = Stir.none(slopes) if rattling else stirred(bench, structure, x, mismatch, slopes, known)
     for turn in range(ROUNDS):
         metric = Metric.of(bench, mismatch)
-        A = metric.of_columns(layout, slopes)
+        A, E = metric.of_columns(layout, slopes), metric.of_columns(layout, stir.slopes)
         moved = False
         for _ in range(CHORDS):
-            step = _step(structure, x, A, metric.of_columns(layout, mismatch))
+            step = _step(structure, x, A, metric.of_columns(layout, mismatch), E, metric.of_columns(layout, stir.added))
             trials = x + np.multiply.outer(CAREFUL if rattling else SHRINK, step)
             found = bench.mismatch(structure, trials)
+            added = bench.added(structure, trials, found) if stir.loud else np.zeros_like(found)
             alike = found + (trials - x) @ rough.T
-            costs = [metric.cost(layout, structure, *pair) for pair in zip(trials, alike, strict=True)]
-            here = metric.cost(layout, structure, x, mismatch)
+            costs = [metric.cost(layout, structure, *row) for row in zip(trials, alike, added, strict=True)]
+            here = metric.cost(layout, structure, x, mismatch, stir.added)
             best = int(np.argmin(np.where(np.isfinite(costs), costs, np.inf)))
             if not costs[best] < here - SETTLED:
                 break
             moved = True
             x, mismatch = trials[best], found[best]
+            stir = replace(stir, added=added[best])
         if turn == ROUNDS - 1 or not (moved or kept):
             break
         if not moved:
             kept = 0
         if ahead is not None and _in_valley(bench, ahead, x, mismatch):
-            x, mismatch, ahead = ahead.coordinates, ahead.mismatch, None
+            x, mismatch, stir, ahead = ahead.coordinates, ahead.mismatch, ahead.stir, None
         if steps is not None:
-            deviations = np.sqrt(np.diag(np.linalg.inv(_information(structure, A))))
+            deviations = np.sqrt(np.diag(np.linalg.inv(information(structure, A))))
             steps = np.minimum(WIDEST * _units(structure), ACROSS * deviations)
         _, fresh, rougher = linearise(bench, structure, x, kept, steps)
         slopes[:, kept:], rough[:, kept:] = fresh[:, kept:], rougher[:, kept:]
+        if not (rattling or kept):
+            stir = stirred(bench, structure, x, mismatch, slopes)
     metric = Metric.of(bench, mismatch)
-    return Fit(structure, x, mismatch, slopes, rough, metric.weights, metric.white)
+    return Fit(structure, x, mismatch, slopes, rough, metric.weights, metric.white, stir)
+
+
+def rattles(structure: Structure) -> bool:
+    """Whether a load moves in a gap, as chance has it: what noise adds there cannot be told."""
+    return bool(RATTLING & set(structure.model.terms))
+
+
+def stirred(
+    bench: Bench, structure: Structure, x: Floats, mismatch: Floats, slopes: Floats, known: Fit | None = None
+) -> Stir:
+    """What one more noise of the angle adds on the load side, and its slopes; nothing where it hardly counts.
+
+    The recorded motion holds such noise, which shakes the simulated load and not the real one. A fit that takes what it
+    adds for a mismatch would find every damping too large.
+
+    Args:
+        bench: recordings.
+        structure: equations and free parameters.
+        x: coordinates (P,).
+        mismatch, slopes: there, (N,) and (N, P).
+        known: an earlier fit whose parameters come first; theirs are kept.
+    """
+    if not bench.plant.load_side or (known is not None and not known.stir.loud):
+        return Stir.none(slopes)
+    added = bench.added(structure, x[None], mismatch[None])[0]
+    if not np.sum(Metric.of(bench, mismatch).white(bench.layout, added) ** 2) > 2.0 * LOUD:
+        return Stir.none(slopes)
+    kept = 0 if known is None else known.slopes.shape[1]
+    felt = np.any(slopes[bench.load_side] != 0.0, axis=0)
+    own = [j for j, one in enumerate(structure.free) if j >= kept and felt[j] and not one.name.startswith("te_")]
+    found = np.zeros_like(slopes)
+    if known is not None:
+        found[:, :kept] = known.stir.slopes
+    if not own:
+        return Stir(added, found)
+    steps = (STEP * _units(structure))[own]
+    moved = x + np.eye(len(x))[own] * steps[:, None]
+    still = mismatch - slopes[:, own].T * steps[:, None]
+    found[:, own] = np.nan_to_num((added - bench.added(structure, moved, still)) / steps[:, None]).T
+    return Stir(added, found)
 
 
 def _in_valley(bench: Bench, ahead: Fit, x: Floats, mismatch: Floats) -> bool:
@@ -314,16 +405,27 @@ def _units(structure: Structure) -> Floats:
     return np.array([1.0 if free.positive else free.sigma for free in structure.free])
 
 
-def _information(structure: Structure, A: Floats) -> Floats:
-    """Of the coordinates (P, P), from weighted slopes (2N, P) and the prior."""
-    return np.asarray(A.T @ A + np.diag(structure.sigma**-2))
+def information(structure: Structure, A: Floats, E: Floats | None = None) -> Floats:
+    """Of the coordinates (P, P), from weighted slopes (N, P) and the prior, less what the noise of the angle feigns.
+
+    Args:
+        structure: whose priors count.
+        A: slopes of what is simulated.
+        E: slopes of what the noise adds to it.
+    """
+    whole = np.asarray(A.T @ A + np.diag(structure.sigma**-2))
+    if E is None or not E.any():
+        return whole
+    less: Floats = whole - E.T @ E
+    return less if np.isfinite(less).all() and np.linalg.eigvalsh(less)[0] > 0.0 else whole
 
 
-def _step(structure: Structure, x: Floats, A: Floats, r: Floats) -> Floats:
-    """Gauss-Newton step of the coordinates from weighted slopes (2N, P) and mismatch (2N,)."""
+def _step(
+    structure: Structure, x: Floats, A: Floats, r: Floats, E: Floats | None = None, added: Floats | None = None
+) -> Floats:
+    """Gauss-Newton step of the coordinates from weighted slopes (2N, P) and mismatch (2N,), and from the noise's."""
     _, share = limited(r)
-    precision = structure.sigma**-2
-    information = _information(structure, A * np.sqrt(share)[:, None])
-    return np.asarray(
-        np.linalg.solve(information, A.T @ (share * r) - precision * (x - structure.start)), dtype=np.float64
-    )
+    score = A.T @ (share * r) - structure.sigma**-2 * (x - structure.start)
+    if E is not None and added is not None:
+        score -= E.T @ added
+    return np.asarray(np.linalg.solve(information(structure, A * np.sqrt(share)[:, None], E), score), dtype=np.float64)

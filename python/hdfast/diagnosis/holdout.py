@@ -6,10 +6,13 @@ import math
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
+import numpy as np
+from scipy.stats import norm
+
 from hdfast.checks import Floats
 from hdfast.diagnosis.accept import USELESS
 from hdfast.diagnosis.evidence import Layout, limited
-from hdfast.diagnosis.fit import Bench, Fit
+from hdfast.diagnosis.fit import Bench, Fit, rattles
 from hdfast.diagnosis.score import CONVINCING, Gain, nrmse
 from hdfast.diagnosis.shaken import exchanged
 from hdfast.diagnosis.whiten import Whitener
@@ -19,6 +22,7 @@ TELLS, POWERED = 0.5, 8.0
 LIKELY = 5.0
 CLEARLY, WORSE = 0.9, 1.02
 PART, SMALLER_ERRORS = 0.25, 4.0
+RARE = 0.003
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,7 +36,7 @@ class Proof:
         expected: the gain if the extended model is right.
         margin: limited left-out gain on the recordings that were fitted, less two of its errors.
         mismatch: stacked mismatches (N,) of baseline and extended model.
-        singled: whether the screen singles out what is proven, on the recordings that were fitted.
+        p: chance of what the screen shows of it, on the recordings that were fitted, where nothing is left out.
     """
 
     baseline: float
@@ -42,27 +46,33 @@ class Proof:
     expected: Gain
     margin: float
     mismatch: tuple[Floats, Floats] = field(repr=False)
-    singled: bool = False
+    p: float = 1.0
 
     @property
     def shows(self) -> bool:
         """Whether these recordings show that the extended model is better, by more than chance or as far as they can.
 
-        Those that can hardly show it have to make likely, with the others, what is not likely without them, or speak
-        for what the screen singles out: that stands in few blocks, whose spread is no measure of its error. Those that
-        can must not leave the others speaking against it. If nothing were left out, the gain would be minus the
-        expected one, with a variance of twice that. No block counts for more than it needs to convince: where something
-        else shakes both models, as a blow on the load does, which of them is farther off says little.
+        Those that can hardly show it have to make likely, with the others, what is not likely without them, or confirm
+        what stands in few blocks, whose spread is no measure of its error. Those that can must not leave the others
+        speaking against it. No block counts for more than it needs to convince: where something else shakes both
+        models, as a blow on the load does, which of them is farther off says little.
         """
         if self._worse:
             return False
-        if self._clear:
+        if self._clear or (not self._powered and self.confirms):
             return True
-        part = PART * self.expected.limited
-        least = max(part, -self.margin) if self._powered else max(0.0, LIKELY - self.margin)
-        if self.singled and not self._powered:
-            least = min(least, part)
+        least = max(self._part, -self.margin) if self._powered else max(0.0, LIKELY - self.margin)
         return self.expected.total >= TELLS and self.gain.limited > least
+
+    @property
+    def confirms(self) -> bool:
+        """Whether chance would hardly have made both what the screen shows and what these recordings gain.
+
+        If nothing were left out, the gain would be minus the expected one, with a variance of twice that. The product
+        of two independent p values is judged by Fisher's rule.
+        """
+        both = max(self.p * self._chance, 1e-300)
+        return not self._worse and self.gain.limited > self._part and both * (1.0 - math.log(both)) <= RARE
 
     @property
     def refutes(self) -> bool:
@@ -97,6 +107,18 @@ class Proof:
         return above >= 2.0 * PART * expected and above > SMALLER_ERRORS * chance
 
     @property
+    def _part(self) -> float:
+        """Of what is expected, so much that it is not refuted."""
+        return PART * self.expected.limited
+
+    @property
+    def _chance(self) -> float:
+        """How often a gain reaches this one where nothing is left out."""
+        expected = self.expected.total
+        spread = max(self.gain.limited_error, math.sqrt(2.0 * expected), 1e-12)
+        return float(norm.sf((self.gain.limited + expected) / spread))
+
+    @property
     def _powered(self) -> bool:
         return self.expected.total >= POWERED
 
@@ -115,17 +137,24 @@ class Replay(NamedTuple):
     Attributes:
         mismatch: as it is.
         alike: with the noise of the acceleration that the model compared with holds.
+        added: what more noise of the angle adds on the load side; None where that cannot be told.
     """
 
     mismatch: Floats
     alike: Floats
+    added: Floats | None
 
 
 def replayed(bench: Bench, frozen: Fit, reference: Fit) -> Replay:
     """Simulate recordings with a frozen model, and with the noise that a reference's inertias have."""
     bench = bench.commanded(frozen)
     found = bench.mismatch(frozen.structure, frozen.coordinates[None])[0]
-    return Replay(found, found + exchanged(bench, frozen, reference))
+    alike = found + exchanged(bench, frozen, reference)
+    if rattles(frozen.structure):
+        return Replay(found, alike, None)
+    loud = frozen.stir.loud
+    added = bench.added(frozen.structure, frozen.coordinates[None], found[None])[0] if loud else np.zeros_like(found)
+    return Replay(found, alike, added)
 
 
 def weigh_up(
@@ -135,15 +164,20 @@ def weigh_up(
     after: Replay,
     floor: float,
     margin: float = 0.0,
-    singled: bool = False,
+    p: float = 1.0,
 ) -> Proof:
     """The proof from the replays of baseline and extended model, the latter's noise whitened by `white`.
 
-    Errors are those of the models as they are; the gain is between models that hold the same noise.
+    Errors are those of the models as they are; the gain is between models that hold the same noise, less what either
+    makes of it.
     """
     loud, quiet = (limited(white(layout, one.alike))[0] for one in (before, after))
+    told = 0.5 * white(layout, before.alike - after.alike) ** 2
+    gained = loud - quiet
+    if before.added is not None and after.added is not None:
+        louder, quieter = white(layout, before.added), white(layout, after.added)
+        told, gained = told - 0.5 * (louder - quieter) ** 2, gained - 0.5 * (louder**2 - quieter**2)
     errors = nrmse(layout, after.mismatch), nrmse(layout, before.mismatch)
-    expected = Gain(layout.sums(0.5 * white(layout, before.alike - after.alike) ** 2), errors)
+    expected = Gain(np.maximum(layout.sums(told), 0.0), errors)
     mismatch = before.mismatch, after.mismatch
-    gained = Gain(layout.sums(loud - quiet), errors)
-    return Proof(errors[1], errors[0], floor, gained, expected, margin, mismatch, singled)
+    return Proof(errors[1], errors[0], floor, Gain(layout.sums(gained), errors), expected, margin, mismatch, p)

@@ -9,9 +9,9 @@ import numpy as np
 
 from hdfast.checks import Floats
 from hdfast.diagnosis.evidence import Index, Layout, limited
-from hdfast.diagnosis.fit import Bench, Fit
+from hdfast.diagnosis.fit import Bench, Fit, information
 from hdfast.diagnosis.plant import Plant
-from hdfast.diagnosis.shaken import exchanged
+from hdfast.diagnosis.shaken import exchanged, known_beside
 from hdfast.diagnosis.whiten import Whitener
 
 FOLDS = 6
@@ -110,15 +110,17 @@ def left_out(fit: Fit, white: Whitener, layout: Layout, folds: Index) -> tuple[F
     _, share = limited(r)
     precision = fit.structure.sigma**-2
     pull = precision * (fit.coordinates - fit.structure.start)
-    information = A.T @ (A * share[:, None]) + np.diag(precision)
-    score = A.T @ (share * r) - pull
+    stir = fit.stir.whitened(layout, white)
+    whole = information(fit.structure, A * np.sqrt(share)[:, None], stir.slopes)
+    score = A.T @ (share * r) - pull - stir.slopes.T @ stir.added
     found, filtered = fit.mismatch.copy(), r.copy()
     for fold in np.unique(folds):
         rows = folds == fold
-        own = A[rows]
-        without = information - own.T @ (own * share[rows, None])
-        shift = np.linalg.solve(without, score - own.T @ (share[rows] * r[rows]))
-        reach = float(np.sqrt(shift @ information @ shift))
+        own, feigned = A[rows], stir.slopes[rows]
+        without = whole - own.T @ (own * share[rows, None]) + feigned.T @ feigned
+        told = own.T @ (share[rows] * r[rows]) - feigned.T @ stir.added[rows]
+        shift = np.linalg.solve(without, score - told)
+        reach = float(np.sqrt(shift @ whole @ shift))
         shift *= min(1.0, FARTHEST * np.sqrt(len(shift)) / max(reach, 1e-300))
         found[rows] -= fit.slopes[rows] @ shift
         filtered[rows] -= own @ shift
@@ -138,7 +140,10 @@ def gain(bench: Bench, better: Fit, lesser: Fit, folds: Index, simulated: Fit | 
     alike = replace(better, mismatch=better.mismatch + exchanged(bench, simulated or better, lesser))
     (after, quiet), (before, loud) = (left_out(one, better.white, layout, folds) for one in (alike, lesser))
     errors = nrmse(layout, after), nrmse(layout, before)
-    return Gain(layout.sums(limited(loud)[0] - limited(quiet)[0]), errors, fall(layout, after, before))
+    louder, quieter = (one.stir.whitened(layout, better.white).added for one in (lesser, better))
+    calmed = 0.5 * (louder**2 - quieter**2) * known_beside(bench, better, lesser)
+    gained = layout.sums(limited(loud)[0] - limited(quiet)[0] - calmed)
+    return Gain(gained, errors, fall(layout, after, before))
 
 
 def fall(layout: Layout, after: Floats, before: Floats) -> float:
@@ -164,6 +169,16 @@ def nrmse(layout: Layout, mismatch: Floats, channel: str | None = None) -> float
         if channel in (None, own)
     ]
     return float(np.sqrt(np.mean(np.square(shares)))) if shares else float("nan")
+
+
+def noise_floor(bench: Bench) -> float:
+    """Error that the sensor noise alone makes, as a share of the channels' spread."""
+    layout = bench.layout
+    shares = [
+        bench.floor[layout.channels.index(channel)] / max(float(layout.spread[where][0]), 1e-300)
+        for _, channel, where in layout.pieces
+    ]
+    return float(np.sqrt(np.mean(np.square(shares)))) if shares else 0.0
 
 
 def weights_of(gains: Sequence[Gain], rng: np.random.Generator, draws: int = 1000) -> Floats:

@@ -31,6 +31,7 @@ class Signature:
         gain: fall of half the whitened sum of squares at that amplitude.
         bulk: the same without whitening, in independent samples.
         visibility: share of the change that a refit does not absorb, 0 to 1.
+        feigned: length of the mismatch along `left` that noise of the angle in both of them makes, shape (d,).
     """
 
     candidate: Candidate
@@ -40,6 +41,7 @@ class Signature:
     gain: float
     bulk: float
     visibility: float
+    feigned: Floats
 
 
 @dataclass(frozen=True)
@@ -87,6 +89,7 @@ class _Signer:
     def __init__(self, bench: Bench, fit: Fit) -> None:
         self.fit, self.layout = fit, bench.layout
         self.projector, self.bulk = Projector(fit, bench.layout), _Bulk(fit, bench.layout)
+        self.stir = fit.stir.whitened(bench.layout, fit.white)
 
     def sign(self, change: Change) -> Signature | None:
         """The signature of a change; None where nothing changes on these recordings."""
@@ -98,10 +101,15 @@ class _Signer:
         left = raw - self.projector.A @ absorbed
         gram = left.T @ left
         ridge = 1e-9 * np.trace(gram) * np.eye(gram.shape[0])
-        score = left.T @ self.projector.residual_about(left)
+        feigned = np.zeros(gram.shape[0])
+        if change.feigned.any():
+            noise = np.nan_to_num(self.fit.white(self.layout, change.feigned)) - self.stir.slopes @ absorbed
+            feigned = noise.T @ self.stir.added
+        score = left.T @ self.projector.residual_about(left) - feigned
         shares = np.linalg.solve(gram + ridge, score)
         gain, visibility = float(0.5 * score @ shares), float(np.sum(left**2)) / size
-        return Signature(change.candidate, left, absorbed, shares, gain, self.bulk.gain(change.values), visibility)
+        bulk = self.bulk.gain(change.values)
+        return Signature(change.candidate, left, absorbed, shares, gain, bulk, visibility, feigned)
 
 
 def signatures(bench: Bench, fit: Fit, changed: Sequence[Change]) -> list[Signature]:
@@ -134,7 +142,7 @@ def screen(bench: Bench, fit: Fit, found: Sequence[Signature], rng: np.random.Ge
     projector = Projector(fit, bench.layout)
     left = [one.left for one in found]
     one_sided = [one.candidate.one_sided for one in found]
-    seen = statistics(bench.layout, projector, left, rng, one_sided)
+    seen = statistics(bench.layout, projector, left, rng, one_sided, [one.feigned for one in found])
     labels = [one.candidate.label for one in found]
     needed = seen.rare * np.quantile(seen.largest, 0.99)
     columns = (seen.observed, seen.p, needed, seen.spread)

@@ -41,12 +41,14 @@ class Trial:
         fit: the joint fit.
         gain: over the structure without it.
         failed: the acceptance rules it breaks, by name.
+        confirmed: whether it took what was held out to accept it.
     """
 
     candidate: Candidate
     fit: Fit = field(repr=False)
     gain: Gain
     failed: tuple[str, ...]
+    confirmed: bool = False
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,19 +8,20 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from hdfast.diagnosis.accept import SLOW, Rules, singled
+from hdfast.diagnosis.accept import Rules
 from hdfast.diagnosis.band import choose_band
 from hdfast.diagnosis.baseline import baseline, with_resonance
 from hdfast.diagnosis.candidate import Candidate
 from hdfast.diagnosis.evidence import lay_out
 from hdfast.diagnosis.fit import Bench, Fit, fit
-from hdfast.diagnosis.holdout import Proof, replayed, weigh_up
+from hdfast.diagnosis.holdout import Proof
 from hdfast.diagnosis.library import HIGHEST_INTEGER, Sizes, library
 from hdfast.diagnosis.lines import order_lines, several, snapped, tone_lines
 from hdfast.diagnosis.noise import COLUMNS, floors, stated
 from hdfast.diagnosis.plant import Plant, Structure
 from hdfast.diagnosis.prepare import prepare
-from hdfast.diagnosis.score import groups
+from hdfast.diagnosis.prove import proven
+from hdfast.diagnosis.score import groups, noise_floor
 from hdfast.diagnosis.select import Search, search
 from hdfast.diagnosis.source import Source, fitted
 from hdfast.diagnosis.stages import Stages
@@ -214,49 +215,8 @@ def run(campaign: Campaign, sources: Sequence[Source], seed: int, threads: int |
     proof: Proof | None = None
     shown: dict[str, float] = {}
     if held is not None:
-        found, proof, shown = proven(held, found)
+        found, proof, shown = proven(bench, held, found)
     return Session(setup.campaign, bench, held, calibrated, found, proof, shown, floor, setup.weaker)
-
-
-def proven(held: Bench, found: Search) -> tuple[Search, Proof, dict[str, float]]:
-    """The search up to the first later effect that does not hold on what was held out, its proof, and its gains there.
-
-    A first effect that is refuted there takes all others with it, unless they show together; one that does not show
-    alone is judged with those that came after it: two may hide each other. Every model is simulated there once.
-    """
-    floor = noise_floor(held)
-    taken = [one for one in found.rounds if one.accepted is not None]
-    models = [*(one.before for one in taken), found.final]
-    trials = [one.accepted for one in taken if one.accepted is not None]
-    alone = [
-        singled(one.gain, seen.screen.p[one.candidate.label]) and one.candidate.effect not in SLOW
-        for one, seen in zip(trials, taken, strict=True)
-    ]
-    replays = [replayed(held, model, models[0]) for model in models]
-
-    def between(first: int, last: int) -> Proof:
-        gains = [one.gain for one in trials[first:last]]
-        margin = sum(one.limited for one in gains) - 2.0 * float(np.linalg.norm([one.limited_error for one in gains]))
-        ends = replays[first], replays[last]
-        return weigh_up(held.layout, models[last].white, *ends, floor, margin, all(alone[first:last]))
-
-    last = len(models) - 1
-    steps = [between(n, n + 1) for n in range(last)]
-    if last and steps[0].refutes and not between(0, last).shows:
-        return found.until(0), between(0, 0), {}
-    kept = next((n for n in range(1, last) if not steps[n].holds), last)
-    shown = {one.candidate.label: step.gain.limited for one, step in zip(trials, steps[:kept], strict=False)}
-    return found if kept == last else found.until(kept), between(0, kept), shown
-
-
-def noise_floor(bench: Bench) -> float:
-    """Error that the sensor noise alone makes, as a share of the channels' spread."""
-    layout = bench.layout
-    shares = [
-        bench.floor[layout.channels.index(channel)] / max(float(layout.spread[where][0]), 1e-300)
-        for _, channel, where in layout.pieces
-    ]
-    return float(np.sqrt(np.mean(np.square(shares)))) if shares else 0.0
 
 
 def candidates(bench: Bench, current: Fit, ratio: float) -> list[Candidate]:

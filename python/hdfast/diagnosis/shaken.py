@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from hdfast.checks import Floats
-from hdfast.diagnosis.fit import ACCELERATED, SHAKEN, Bench, Fit, near
+from hdfast.diagnosis.fit import ACCELERATED, SHAKEN, Bench, Fit, near, rattles
 from hdfast.diagnosis.plant import TORQUE, Structure
+from hdfast.diagnosis.source import Mask
 
 NOTHING = -30.0
 
@@ -16,15 +17,22 @@ def calmer(bench: Bench, one: Fit, other: Fit) -> float:
 
     The recorded motion holds such noise, which shakes the simulated drive and not the real one: a spring or a damper in
     the right place calms it, and predicts better, whether the drive has one or not. What both models have of inertia,
-    stiffness and damping is the other model's: what a refit does to it is not the effect's.
+    stiffness and damping is the other model's: what a refit does to it is not the effect's. Where gains leave out what
+    noise adds, the load side does not count.
     """
+    counted = ~known_beside(bench, one, other)
 
     def disturbed(structure: Structure, coordinates: Floats) -> float:
         still, *moved = (own.mismatch(structure, coordinates[None])[0] for own in (bench, *bench.shaken))
-        added = [0.5 * float(np.sum(one.white(bench.layout, found - still) ** 2)) for found in moved]
+        added = [0.5 * float(np.sum(one.white(bench.layout, found - still)[counted] ** 2)) for found in moved]
         return float(np.mean(added))
 
     return disturbed(other.structure, other.coordinates) - disturbed(one.structure, _alike(bench, one, other))
+
+
+def known_beside(bench: Bench, one: Fit, other: Fit) -> Mask:
+    """Where both of two fits know what noise of the angle adds, shape (N,)."""
+    return bench.load_side & (not (rattles(one.structure) or rattles(other.structure)))
 
 
 def quieted(bench: Bench, one: Fit, other: Fit) -> Floats:

@@ -47,6 +47,7 @@ def statistics(
     left: Sequence[Floats],
     rng: np.random.Generator,
     one_sided: Sequence[bool] | None = None,
+    feigned: Sequence[Floats] | None = None,
 ) -> Statistics:
     """How far the mismatch reaches along each projected signature, in units of what noise does.
 
@@ -64,11 +65,16 @@ def statistics(
         left: the signatures (N, d).
         rng: of the null.
         one_sided: signatures of effects that cannot be negative, which a mismatch of the other sign does not support.
+        feigned: length of the mismatch along each signature that is known to be noise, (d,).
     """
     sides = np.zeros(len(left), dtype=bool) if one_sided is None else np.asarray(one_sided)
     unit = [_orthonormal(one) for one in left]
     residuals = [projector.residual_about(one) for one in unit]
     scores = [one.T @ own for one, own in zip(unit, residuals, strict=True)]
+    if feigned is not None:
+        known = zip(unit, left, feigned, strict=True)
+        lengths = [np.linalg.solve((one.T @ own).T, noise) if noise.any() else noise for one, own, noise in known]
+        scores = [score - length for score, length in zip(scores, lengths, strict=True)]
     plain = projector.levered(projector.residual)
     corrected = [plain if own is projector.residual else projector.levered(own) for own in residuals]
     spreads = [_inflation(layout, one, own) for one, own in zip(unit, corrected, strict=True)]

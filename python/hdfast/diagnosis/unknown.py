@@ -13,15 +13,14 @@ from hdfast.diagnosis.accept import CERTAIN, CERTAIN_ERRORS, RISE, SPARED, USELE
 from hdfast.diagnosis.changes import attentive
 from hdfast.diagnosis.evidence import limited
 from hdfast.diagnosis.features import Feature, features, slowed
-from hdfast.diagnosis.fit import Bench, Fit
+from hdfast.diagnosis.fit import Bench, Fit, Stir, information
 from hdfast.diagnosis.holdout import Proof, Replay, replayed, weigh_up
 from hdfast.diagnosis.plant import Free
 from hdfast.diagnosis.prepare import Unit
 from hdfast.diagnosis.projector import Projector
 from hdfast.diagnosis.regressors import TURN
 from hdfast.diagnosis.rivals import UNKNOWN_FLOOR
-from hdfast.diagnosis.score import CONVINCING, FOLDS, Gain, gain, weights_of
-from hdfast.diagnosis.session import noise_floor
+from hdfast.diagnosis.score import CONVINCING, FOLDS, Gain, gain, noise_floor, weights_of
 from hdfast.diagnosis.statistics import statistics
 
 SPREAD = 3.0
@@ -194,7 +193,7 @@ def _proven(held: Bench, fitted: Fit, unknown: Unknown) -> Proof:
     before, after = (replayed(held, one, fitted) for one in (fitted, named))
     columns = unknown.feature.columns(held.commanded(named), slowed(held), named)
     added = columns @ unknown.fit.coordinates[known:]
-    extended = Replay(after.mismatch - added, after.alike - added)
+    extended = Replay(after.mismatch - added, after.alike - added, after.added)
     margin = unknown.gain.limited - 2.0 * unknown.gain.limited_error
     proof = weigh_up(held.layout, unknown.fit.white, before, extended, noise_floor(held), margin)
     own = held.layout.sums(0.5 * unknown.fit.white(held.layout, added) ** 2)
@@ -232,12 +231,15 @@ def _augmented(bench: Bench, heard: Fit, columns: Floats) -> Fit:
     rough = np.concatenate([heard.rough, np.zeros_like(columns)], axis=1)
     start = np.concatenate([heard.coordinates, np.zeros(width)])
     precision = structure.sigma**-2
+    stir = Stir(heard.stir.added, np.concatenate([heard.stir.slopes, np.zeros_like(columns)], axis=1))
+    seen = stir.whitened(layout, heard.white)
     A, r = heard.white(layout, slopes), heard.white(layout, heard.mismatch)
     step: Floats = np.zeros(len(start))
     for _ in range(ROUNDS):
         _, share = limited(r - A @ step)
-        information = A.T @ (A * share[:, None]) + np.diag(precision)
-        score = A.T @ (share * r) - precision * (start - structure.start)
-        step = np.asarray(np.linalg.solve(information, score), dtype=np.float64)
+        score = A.T @ (share * r) - precision * (start - structure.start) - seen.slopes.T @ seen.added
+        whole = information(structure, A * np.sqrt(share)[:, None], seen.slopes)
+        step = np.asarray(np.linalg.solve(whole, score), dtype=np.float64)
     mismatch = heard.mismatch - (slopes + rough) @ step
-    return Fit(structure, start + step, mismatch, slopes, rough, heard.weights, heard.white)
+    stir = replace(stir, added=stir.added - stir.slopes @ step)
+    return Fit(structure, start + step, mismatch, slopes, rough, heard.weights, heard.white, stir)

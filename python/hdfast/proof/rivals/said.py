@@ -11,8 +11,8 @@ from hdfast.diagnosis.candidate import Candidate
 from hdfast.diagnosis.facts import FACTS
 from hdfast.diagnosis.fit import Bench, Fit
 from hdfast.diagnosis.holdout import Proof, replayed, weigh_up
-from hdfast.diagnosis.score import nrmse
-from hdfast.diagnosis.session import Setup, noise_floor
+from hdfast.diagnosis.score import noise_floor, nrmse
+from hdfast.diagnosis.session import Setup
 
 
 @dataclass(frozen=True)

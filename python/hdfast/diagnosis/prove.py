@@ -1,0 +1,95 @@
+"""The search held against recordings that no fit has seen."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from hdfast.diagnosis.accept import SHORT, SLOW, SPARED, STILL, TIMING
+from hdfast.diagnosis.fit import Bench, fit
+from hdfast.diagnosis.holdout import Proof, replayed, weigh_up
+from hdfast.diagnosis.score import noise_floor
+from hdfast.diagnosis.select import Round, Search, Trial
+
+Proven = tuple[Search, Proof, dict[str, float]]
+
+
+def proven(bench: Bench, held: Bench, found: Search) -> Proven:
+    """The search as far as it holds on what was held out, its proof, and the gains of its effects there.
+
+    Where it accepted nothing, the effect that came closest is looked at once more: what the fitted recordings show too
+    faintly for a name the others may confirm.
+
+    Args:
+        bench: the recordings that were fitted.
+        held: those that were held out.
+        found: the search.
+    """
+    if found.accepted:
+        return _holding(held, found)
+    faint = _faintest(found.rounds[0])
+    confirmed = None if faint is None else _confirmed(bench, held, found.rounds[0], faint)
+    return confirmed or _holding(held, found)
+
+
+def _holding(held: Bench, found: Search) -> Proven:
+    """The search up to the first later effect that does not hold.
+
+    A first effect that is refuted takes all others with it, unless they show together; one that does not show alone is
+    judged with those that came after it: two may hide each other. Every model is simulated once.
+    """
+    floor = noise_floor(held)
+    taken = [one for one in found.rounds if one.accepted is not None]
+    models = [*(one.before for one in taken), found.final]
+    trials = [one.accepted for one in taken if one.accepted is not None]
+    chances = [_chance(one, seen) for one, seen in zip(trials, taken, strict=True)]
+    replays = [replayed(held, model, models[0]) for model in models]
+
+    def between(first: int, last: int) -> Proof:
+        gains = [one.gain for one in trials[first:last]]
+        margin = sum(one.limited for one in gains) - 2.0 * float(np.linalg.norm([one.limited_error for one in gains]))
+        ends = replays[first], replays[last]
+        return weigh_up(held.layout, models[last].white, *ends, floor, margin, max(chances[first:last], default=1.0))
+
+    last = len(models) - 1
+    steps = [between(n, n + 1) for n in range(last)]
+    if last and steps[0].refutes and not between(0, last).shows:
+        return found.until(0), between(0, 0), {}
+    kept = next((n for n in range(1, last) if not steps[n].holds), last)
+    shown = {one.candidate.label: step.gain.limited for one, step in zip(trials, steps[:kept], strict=False)}
+    return found if kept == last else found.until(kept), between(0, kept), shown
+
+
+def _chance(trial: Trial, seen: Round) -> float:
+    """How often the screen shows as much where nothing is left out; 1 where one block decides.
+
+    What is slow is alike in all blocks of a recording, so that it always counts as chance.
+    """
+    one_block = trial.gain.spared < SPARED
+    return 1.0 if one_block or trial.candidate.effect in SLOW else seen.screen.p[trial.candidate.label]
+
+
+def _faintest(first: Round) -> Trial | None:
+    """The best effect whose gain, or whose fall of the error, alone was too small to be accepted.
+
+    Clocks, filters and drifts are alike in all recordings of a recorder, which would confirm them.
+    """
+    faint = [
+        one
+        for one in first.trials
+        if set(one.failed) <= {SHORT, STILL} and one.gain.limited > 0.0 and one.candidate.effect not in (*TIMING, *SLOW)
+    ]
+    return max(faint, key=lambda one: one.gain.limited, default=None)
+
+
+def _confirmed(bench: Bench, held: Bench, first: Round, trial: Trial) -> Proven | None:
+    """The search with one faint effect, where the held-out recordings confirm it."""
+    before, after = (replayed(held, model, first.before) for model in (first.before, trial.fit))
+    proof = weigh_up(held.layout, trial.fit.white, before, after, noise_floor(held), p=_chance(trial, first))
+    if not proof.confirms:
+        return None
+    accepted = replace(trial, failed=(), confirmed=True)
+    final = fit(bench.commanded(first.before), trial.fit.structure, trial.fit.coordinates)
+    trials = [accepted if one is trial else one for one in first.trials]
+    return _holding(held, Search([replace(first, trials=trials, accepted=accepted)], final, [accepted]))

@@ -6,7 +6,7 @@ use super::worker::{Shared, work};
 use crate::model::{Base, Extended, ExtendedRigid, OneInertia, TwoInertia};
 use crate::real::{Dual, Pair, Path, Real, Task};
 #[cfg(target_arch = "x86_64")]
-use crate::real::{F64x4, F64x8};
+use crate::real::{F64x4, F64x8, compiled};
 use crate::solve::{Bs3, Dop853, Dopri5, Method, Rodas5p, Tsit5};
 use std::marker::PhantomData;
 
@@ -24,7 +24,9 @@ pub enum SimdPath {
 }
 
 macro_rules! path {
-    ($(#[$doc:meta])* $name:ident, $lanes:ty, $label:literal, [$($feature:tt),+]) => {
+    ($(#[$doc:meta])* $name:ident, $module:ident, $lanes:ty, $label:literal, [$($feature:tt),+]) => {
+        compiled!($module, $($feature),+);
+
         $(#[$doc])*
         pub struct $name;
 
@@ -38,13 +40,9 @@ macro_rules! path {
             }
 
             fn enter<W: Task>(task: W) -> W::Output {
-                $(#[target_feature(enable = $feature)])+
-                fn compiled<W: Task>(task: W) -> W::Output {
-                    task.run()
-                }
                 assert!(Self::available(), "{} on a CPU without it", Self::NAME);
                 // SAFETY: the features were just checked.
-                unsafe { compiled(task) }
+                unsafe { $module::compiled(task) }
             }
         }
     };
@@ -53,27 +51,27 @@ macro_rules! path {
 #[cfg(target_arch = "x86_64")]
 path!(
     /// AVX-512.
-    Avx512, Pair<F64x8>, "avx512", ["avx512f", "avx512dq", "avx512vl", "avx2", "fma"]
+    Avx512, avx512, Pair<F64x8>, "avx512", ["avx512f", "avx512dq", "avx512vl", "avx2", "fma"]
 );
 #[cfg(target_arch = "x86_64")]
 path!(
     /// AVX2 and FMA.
-    Avx2, Pair<F64x4>, "avx2", ["avx2", "fma"]
+    Avx2, avx2, Pair<F64x4>, "avx2", ["avx2", "fma"]
 );
 #[cfg(all(target_arch = "x86_64", not(test)))]
 path!(
     /// AVX-512 for numbers that are large themselves.
-    Avx512Narrow, F64x8, "avx512", ["avx512f", "avx512dq", "avx512vl", "avx2", "fma"]
+    Avx512Narrow, avx512_narrow, F64x8, "avx512", ["avx512f", "avx512dq", "avx512vl", "avx2", "fma"]
 );
 #[cfg(all(target_arch = "x86_64", not(test)))]
 path!(
     /// AVX2 and FMA for numbers that are large themselves.
-    Avx2Narrow, F64x4, "avx2", ["avx2", "fma"]
+    Avx2Narrow, avx2_narrow, F64x4, "avx2", ["avx2", "fma"]
 );
 #[cfg(all(target_arch = "x86_64", not(test)))]
 path!(
     /// One lane with FMA.
-    ScalarFma, f64, "scalar", ["avx2", "fma"]
+    ScalarFma, scalar_fma, f64, "scalar", ["avx2", "fma"]
 );
 
 /// Plain code for any CPU.

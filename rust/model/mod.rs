@@ -162,6 +162,8 @@ pub trait Model<const N: usize> {
     const HIDDEN: usize = 0;
     /// Positions of the speeds at which dry friction may hold a shaft.
     const STICKING: &'static [usize] = &[];
+    /// Whether dry friction may hold a shaft; a constant, so that no kernel is compiled that the model never enters.
+    const STICKS: bool = !Self::STICKING.is_empty();
 
     /// States whose rates take no more than speeds, as a set of bits.
     const POSITIONS: u64 = 0;
@@ -170,12 +172,6 @@ pub trait Model<const N: usize> {
     #[inline(always)]
     fn position_rates<R: Real>(_constants: &Constants<R>, _state: &[R; N]) -> [R; N] {
         [R::splat(f64::NAN); N]
-    }
-
-    /// Whether dry friction may hold a shaft.
-    #[inline(always)]
-    fn sticks() -> bool {
-        !Self::STICKING.is_empty()
     }
 
     /// The state made of theta_m, omega_m, te, omega_l, z.

@@ -16,6 +16,7 @@ mod x86;
 pub use dual::Dual;
 pub use mask::{Mask, lanes_of};
 pub use pair::Pair;
+pub(crate) use path::compiled;
 pub use path::{Path, Task};
 #[cfg(target_arch = "x86_64")]
 pub use x86::{F64x4, F64x8};

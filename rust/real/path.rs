@@ -21,3 +21,19 @@ pub trait Path: 'static {
     /// Runs a task compiled for this path; panics where the CPU lacks the features.
     fn enter<W: Task>(task: W) -> W::Output;
 }
+
+/// A function that runs tasks with features of the CPU, in a module of its own: the compiler builds modules beside each other.
+macro_rules! compiled {
+    ($module:ident $(, $feature:tt)*) => {
+        mod $module {
+            use crate::real::Task;
+
+            #[inline(never)]
+            $(#[target_feature(enable = $feature)])*
+            pub fn compiled<W: Task>(task: W) -> W::Output {
+                task.run()
+            }
+        }
+    };
+}
+pub(crate) use compiled;

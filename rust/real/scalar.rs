@@ -1,6 +1,10 @@
 //! `f64` as the one-lane number.
 
-use super::{Real, Task, without_derivative};
+use super::{Real, Task, compiled, without_derivative};
+
+compiled!(plain);
+#[cfg(target_arch = "x86_64")]
+compiled!(fused, "fma");
 
 impl Real for f64 {
     type Mask = bool;
@@ -67,22 +71,11 @@ impl Real for f64 {
     }
     #[inline(always)]
     fn apart<W: Task>(task: W) -> W::Output {
-        #[inline(never)]
-        fn plain<W: Task>(task: W) -> W::Output {
-            task.run()
-        }
         #[cfg(target_arch = "x86_64")]
-        {
-            #[inline(never)]
-            #[target_feature(enable = "fma")]
-            fn fused<W: Task>(task: W) -> W::Output {
-                task.run()
-            }
-            if std::is_x86_feature_detected!("fma") {
-                // SAFETY: the feature was just checked.
-                return unsafe { fused(task) };
-            }
+        if std::is_x86_feature_detected!("fma") {
+            // SAFETY: the feature was just checked.
+            return unsafe { fused::compiled(task) };
         }
-        plain(task)
+        plain::compiled(task)
     }
 }

@@ -4,7 +4,7 @@
 //! inlined into a function entered through `batch::dispatch`, which enables those features and is
 //! called only where the CPU has them; that is the safety argument of every `unsafe` below.
 
-use super::{Mask, Real, Task, without_derivative};
+use super::{Mask, Real, Task, compiled, without_derivative};
 #[allow(clippy::wildcard_imports)] // one name per instruction
 use std::arch::x86_64::*;
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
@@ -144,20 +144,8 @@ macro_rules! memory_lanes {
     };
 }
 
-macro_rules! apart {
-    ($feature:literal) => {
-        #[inline(always)]
-        fn apart<W: Task>(task: W) -> W::Output {
-            #[inline(never)]
-            #[target_feature(enable = $feature)]
-            fn compiled<W: Task>(task: W) -> W::Output {
-                task.run()
-            }
-            // SAFETY: see the head of this file.
-            unsafe { compiled(task) }
-        }
-    };
-}
+compiled!(avx2, "avx2", "fma");
+compiled!(avx512, "avx512f", "avx512dq", "avx512vl", "avx2", "fma");
 
 impl Real for F64x4 {
     type Mask = Mask4;
@@ -166,7 +154,12 @@ impl Real for F64x4 {
 
     without_derivative!();
     memory_lanes!();
-    apart!("avx2,fma");
+
+    #[inline(always)]
+    fn apart<W: Task>(task: W) -> W::Output {
+        // SAFETY: see the head of this file.
+        unsafe { avx2::compiled(task) }
+    }
 
     #[inline(always)]
     fn splat(value: f64) -> Self {
@@ -238,7 +231,12 @@ impl Real for F64x8 {
 
     without_derivative!();
     memory_lanes!();
-    apart!("avx512f,avx512dq,avx512vl,avx2,fma");
+
+    #[inline(always)]
+    fn apart<W: Task>(task: W) -> W::Output {
+        // SAFETY: see the head of this file.
+        unsafe { avx512::compiled(task) }
+    }
 
     #[inline(always)]
     fn splat(value: f64) -> Self {

@@ -149,9 +149,9 @@ impl<'a, P: Path, M: Model<N>, T: Method, const N: usize> Advance<'a, P, M, T, N
         for lane in 0..P::Lanes::LANES {
             self.seat_next(lane, rows);
         }
-        if M::sticks() {
+        if M::STICKS {
             self.run_out::<true>(rows);
-        } else if self.stepper.held.is_some() {
+        } else if P::Lanes::DIFFERENTIATES || self.stepper.held.is_some() {
             P::Lanes::apart(RunHeld { lanes: self, rows });
         } else {
             self.run_out::<false>(rows);
@@ -206,10 +206,10 @@ impl<'a, P: Path, M: Model<N>, T: Method, const N: usize> Advance<'a, P, M, T, N
         }
         self.stepper.settle::<M>(<P::Lanes as Real>::Mask::from_bits(self.stale));
         let mut rates = self.stepper.refresh::<M>(<P::Lanes as Real>::Mask::from_bits(self.stale));
-        if M::sticks() && self.release(&rates) {
+        if M::STICKS && self.release(&rates) {
             rates = self.stepper.refresh::<M>(<P::Lanes as Real>::Mask::from_bits(self.stale));
         }
-        if M::sticks() && P::Lanes::DIFFERENTIATES && self.carry_from_event(&rates) {
+        if M::STICKS && P::Lanes::DIFFERENTIATES && self.carry_from_event(&rates) {
             rates = self.stepper.refresh::<M>(<P::Lanes as Real>::Mask::from_bits(self.stale));
         }
         for lane in lanes_of(self.stale) {

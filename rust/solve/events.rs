@@ -136,7 +136,7 @@ impl<P: Path, M: Model<N>, T: Method, const N: usize> Advance<'_, P, M, T, N> {
             let pulled = direction.abs().le(zero) & state.breakaway.lt(state.net.abs());
             crossed.shafts[shaft] = (accepted & sticky & (reversed | pulled)).to_bits();
         }
-        if M::sticks() {
+        if M::STICKS {
             crossed.jumping = (accepted & trial.rates.reserve.lt(zero)).to_bits();
         }
         let free = self.occupied & !self.events.lanes;

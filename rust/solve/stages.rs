@@ -48,7 +48,7 @@ impl<R: Real, const N: usize> Stepper<R, N> {
     pub(super) fn stage_state<M: Model<N>, T: Method>(&self, stage: usize, step: R::Plain) -> [R; N] {
         let mut state = self.state;
         let sum = StageState::<R, M, T, N> { stepper: self, stage, step, state: &mut state, types: PhantomData };
-        if R::DIFFERENTIATES || T::ROSENBROCK.is_some() {
+        if R::DIFFERENTIATES || T::IS_IMPLICIT {
             R::apart(sum);
         } else {
             sum.run();

@@ -141,7 +141,9 @@ impl<R: Real, const N: usize> Stepper<R, N> {
     #[inline(always)]
     pub fn attempt<M: Model<N>, T: Method, const HELD: bool>(&mut self, step: R::Plain) -> Trial<R, N> {
         let weights = T::COUPLING[T::STAGES - 1];
-        if let Some(method) = &T::ROSENBROCK {
+        if T::IS_IMPLICIT
+            && let Some(method) = &T::ROSENBROCK
+        {
             self.linearise::<M>(method, step);
         }
         for index in 0..self.integrands.count() {
@@ -161,12 +163,14 @@ impl<R: Real, const N: usize> Stepper<R, N> {
                 self.margins = [least.min(rates.margin), most.max(rates.margin)];
             }
             if stage == T::STAGES - 1 {
-                if T::ROSENBROCK.is_some() && self.integrands.count() > 0 {
+                if T::IS_IMPLICIT && self.integrands.count() > 0 {
                     self.integrate::<M, T>(step);
                 }
                 return Trial { t, state, rates };
             }
-            if let Some(method) = &T::ROSENBROCK {
+            if T::IS_IMPLICIT
+                && let Some(method) = &T::ROSENBROCK
+            {
                 self.solve_stage::<M>(method, stage, step);
             } else if self.integrands.count() > 0 && weights[stage] != 0.0 {
                 let weight = R::splat(weights[stage]);

@@ -24,7 +24,7 @@ impl<P: Path, M: Model<N>, T: Method, const N: usize> Advance<'_, P, M, T, N> {
         step: Plain<P>,
         trial: &Trial<P::Lanes, N>,
     ) -> u64 {
-        if !M::sticks() || !self.demand.find_stiff || T::STABILITY.is_infinite() {
+        if !M::STICKS || !self.demand.find_stiff || T::STABILITY.is_infinite() {
             return 0;
         }
         let short = accepted & step.lt(self.short_step);

@@ -33,6 +33,8 @@ pub trait Method {
     const COUPLING: &[&[f64]];
     /// What the stages between the first and the last solve, where they are not explicit.
     const ROSENBROCK: Option<Rosenbrock> = None;
+    /// Whether any stage is not explicit; a constant, so that what explicit methods have no use for is not compiled for them.
+    const IS_IMPLICIT: bool = Self::ROSENBROCK.is_some();
     /// Largest product of step and rate of decay that looks stable, where the last two stages stand at the same time.
     const STABILITY: f64 = f64::INFINITY;
     /// Weights of the error estimate.

@@ -14,7 +14,7 @@ import pytest
 EXPECTED = 1041
 COMPILER = "1.95"
 BAND = 0.02
-KERNEL = re.compile(r"hdfast::.*::enter::compiled")
+KERNEL = re.compile(r"hdfast::batch::dispatch::\w+::compiled")
 PROGRAM = """
 import sys
 import numpy as np

@@ -218,6 +218,24 @@ impl<'a> Writer<'a> {
         self.times
     }
 
+    /// Writes samples of a signal and row from the first place on the grid on.
+    ///
+    /// # Safety
+    /// No other thread may write the same row and direction.
+    pub unsafe fn samples<S: Scalar>(
+        &self,
+        (signal, row): (usize, usize),
+        direction: usize,
+        values: impl Iterator<Item = S>,
+    ) {
+        assert!(row < self.rows);
+        let first = (signal * self.rows + row) * self.times;
+        for (index, value) in (first..first + self.times).zip(values) {
+            // SAFETY: by the caller; the slots check the index.
+            unsafe { self.samples.put(index, direction, value) };
+        }
+    }
+
     /// Writes one sample, by signal, row and place on the grid.
     ///
     /// # Safety

@@ -185,8 +185,12 @@ impl<S: Scalar> Queue<'_, '_, S> {
             if states.first().is_some_and(|state| value(state).is_none()) {
                 derived.push((place, signal));
             }
-            for (moment, value) in states.iter().filter_map(value).enumerate() {
-                put(place, moment, value);
+            // SAFETY: as above.
+            unsafe {
+                match signal.state(base) {
+                    Some(index) => writer.samples((place, row), direction, states.iter().map(|state| state[index])),
+                    None => writer.samples((place, row), direction, states.iter().filter_map(value)),
+                }
             }
         }
         if !derived.is_empty() {

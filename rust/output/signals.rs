@@ -82,15 +82,22 @@ impl Signal {
         };
     }
 
+    /// The state that a signal is.
+    pub fn state(self, base: Base) -> Option<usize> {
+        match (self, base) {
+            (Self::ThetaM, _) => Some(0),
+            (Self::OmegaM, _) => Some(1),
+            (Self::Te, Base::TwoInertia) => Some(2),
+            (Self::OmegaL, Base::TwoInertia) => Some(3),
+            _ => None,
+        }
+    }
+
     /// A signal that is a state, or a sum of states.
     pub fn of_state<S: Scalar, const N: usize>(self, base: Base, state: &[S; N], inverse_ratio: S) -> Option<S> {
         match (self, base) {
-            (Self::ThetaM, _) => Some(state[0]),
-            (Self::OmegaM, _) => Some(state[1]),
             (Self::ThetaL, Base::TwoInertia) => Some(state[0] * inverse_ratio - state[2]),
-            (Self::Te, Base::TwoInertia) => Some(state[2]),
-            (Self::OmegaL, Base::TwoInertia) => Some(state[3]),
-            _ => None,
+            _ => self.state(base).map(|index| state[index]),
         }
     }
 

@@ -18,6 +18,14 @@ impl<R: Real, const N: usize> Stepper<R, N> {
         R::apart(Interpolate::<R, M, T, N> { stepper: self, step, wanted, types: PhantomData });
     }
 
+    /// Evaluates a stage that the dense output needs.
+    #[inline(always)]
+    fn further_stage<M: Model<N>, T: Method>(&mut self, stage: usize, step: R::Plain) {
+        let state = self.stage_state::<M, T>(stage, step);
+        let t = self.stage_time::<T>(stage, step);
+        self.slopes[stage] = self.rates::<M>(R::constant(t), &state).slope;
+    }
+
     /// The wanted states after a share of the step last interpolated; the others are NaN.
     #[inline(always)]
     pub fn inside(&self, share: R, wanted: u64) -> [R; N] {
@@ -57,15 +65,23 @@ impl<R: Real, M: Model<N>, T: Method, const N: usize> Task for Interpolate<'_, R
     #[inline(always)]
     fn run(self) {
         let Self { stepper, step, wanted, .. } = self;
-        for stage in T::STAGES..T::STAGES + T::DENSE_STAGES {
-            let state = stepper.stage_state::<M, T>(stage, step);
-            let t = stepper.stage_time::<T>(stage, step);
-            let is_last = stage == T::STAGES + T::DENSE_STAGES - 1;
-            stepper.slopes[stage] = if is_last && wanted & !M::POSITIONS == 0 {
-                M::position_rates(&stepper.constants, &state)
-            } else {
-                stepper.rates::<M>(R::constant(t), &state).slope
-            };
+        let last = T::STAGES + T::DENSE_STAGES - 1;
+        if M::HIDDEN > 0 {
+            for stage in T::STAGES..=last {
+                stepper.further_stage::<M, T>(stage, step);
+            }
+        } else {
+            // One by one: a loop computes the first terms of all of them in advance and keeps them in memory.
+            unrolled!(S => {
+                if const { S >= T::STAGES && S < T::STAGES + T::DENSE_STAGES } {
+                    if S == last && wanted & !M::POSITIONS == 0 {
+                        let state = stepper.stage_state::<M, T>(S, step);
+                        stepper.slopes[S] = M::position_rates(&stepper.constants, &state);
+                    } else {
+                        stepper.further_stage::<M, T>(S, step);
+                    }
+                }
+            });
         }
         for index in (0..stepper.used::<M>()).filter(|index| wanted >> index & 1 == 1) {
             let mut sums = [R::zero(); DENSE_TERMS];

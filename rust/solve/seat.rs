@@ -198,19 +198,19 @@ impl<S: Scalar, const N: usize> Seat<S, N> {
     }
 
     /// The state at [`Seat::next_sample`]; when it is wanted after that.
-    #[inline]
+    #[inline(always)]
     pub fn push_sample(&mut self, state: [S; N]) -> S {
-        let [own, probe] = self.due;
-        let which = usize::from(probe.plain() < own.plain());
-        self.samples[which].push(state);
-        let taken = self.samples[which].len();
-        let next = if which == 0 {
-            self.assignment.grid.get(taken).map(|&time| S::splat(time))
+        let [mut own, mut probe] = self.due;
+        let [states, probed] = &mut self.samples;
+        if probe.plain() < own.plain() {
+            keep(probed, state);
+            probe = self.assignment.probes.get(probed.len()).copied().unwrap_or(S::splat(f64::INFINITY));
         } else {
-            self.assignment.probes.get(taken).copied()
-        };
-        self.due[which] = next.unwrap_or(S::splat(f64::INFINITY));
-        self.next_sample()
+            keep(states, state);
+            own = self.assignment.grid.get(states.len()).map_or(S::splat(f64::INFINITY), |&time| S::splat(time));
+        }
+        self.due = [own, probe];
+        probe.min(own)
     }
 
     /// Position of a mark among the marks.
@@ -336,5 +336,13 @@ impl<S: Scalar, const N: usize> Seat<S, N> {
         for (lanes, &value) in stepper.state.iter_mut().zip(state) {
             lanes.set(lane, value);
         }
+    }
+}
+
+/// Adds a state for which there is room: lanes that call for memory keep nothing in registers meanwhile.
+#[inline(always)]
+fn keep<T>(states: &mut Vec<T>, state: T) {
+    if states.len() < states.capacity() {
+        states.push(state);
     }
 }

@@ -66,7 +66,7 @@ impl<R: Real, M: Model<N>, T: Method, const N: usize> Task for Interpolate<'_, R
     fn run(self) {
         let Self { stepper, step, wanted, .. } = self;
         let last = T::STAGES + T::DENSE_STAGES - 1;
-        if M::HIDDEN > 0 {
+        if const { M::HIDDEN > 0 } {
             for stage in T::STAGES..=last {
                 stepper.further_stage::<M, T>(stage, step);
             }

@@ -20,7 +20,7 @@ from hdfast.diagnosis.resolution import unresolved
 from hdfast.diagnosis.rivals import stand
 from hdfast.diagnosis.score import Gain
 from hdfast.diagnosis.screen import Screen, Signature
-from hdfast.diagnosis.select import Search
+from hdfast.diagnosis.select import Round, Search, Trial
 from hdfast.diagnosis.session import set_up_usable
 from hdfast.diagnosis.stages import Stages
 from hdfast.errors import InputError
@@ -162,6 +162,44 @@ def test_exact_a_search_is_taken_back_to_what_holds(monkeypatch, holds, refutes,
     assert list(shown) == [f"effect {number}" for number in range(kept)]
     assert (3 if found is whole else found) == kept
     assert proof.span == (0, kept)
+
+
+@pytest.mark.parametrize(
+    ("effect", "failed", "gained", "confirms", "named"),
+    [
+        ("coulomb_friction", ("A1 gain", "A2 error"), 9.0, True, True),
+        ("coulomb_friction", ("A2 error",), 9.0, True, True),
+        ("coulomb_friction", ("A1 gain",), 9.0, False, False),
+        ("coulomb_friction", ("A1 gain", "A9 noise"), 9.0, True, False),
+        ("coulomb_friction", ("A1 gain",), -9.0, True, False),
+        ("sensor_delay", ("A1 gain",), 9.0, True, False),
+        ("clock_skew", ("A1 gain",), 9.0, True, False),
+    ],
+)
+def test_exact_a_faint_effect_stands_where_what_is_held_out_confirms_it(
+    monkeypatch, effect, failed, gained, confirms, named
+):
+    """Its chance in the screen goes into that; what failed otherwise, or is alike in all recordings, is not asked."""
+    errors = (1.0, 1.0)
+    weighed = []
+
+    def weigh_up(layout, white, before, after, floor, margin=0.0, p=1.0):
+        weighed.append(p)
+        return Proof(1.0, 1.0, 0.1, Gain(np.full(9, 1.0), errors), Gain(np.full(9, 0.5 * confirms), errors), 0.0, (), p)
+
+    model = SimpleNamespace(white=None, structure=None, coordinates=None)
+    trial = Trial(SimpleNamespace(effect=effect, label=effect), model, Gain(np.full(9, gained / 9.0), errors), failed)
+    first = Round(model, [], [], SimpleNamespace(p={effect: 2e-3}), [trial], None)
+    for name in ("noise_floor", "replayed", "fit"):
+        monkeypatch.setattr(prove, name, lambda *given: model)
+    monkeypatch.setattr(prove, "weigh_up", weigh_up)
+    monkeypatch.setattr(Proof, "confirms", property(lambda proof: confirms))
+    bench = SimpleNamespace(commanded=lambda fitted: None, layout=None)
+    found = prove.proven(bench, bench, Search([first], model, []))[0]
+    assert [one.candidate.effect for one in found.accepted] == [effect] * named
+    assert all(one.confirmed and not one.failed for one in found.accepted)
+    asked = named or not confirms
+    assert weighed[0] == (2e-3 if asked else 1.0)
 
 
 @pytest.mark.parametrize(("stated", "complaint"), [("J_l = 0.0", "cannot be simulated"), ("ratio = 0", "ratio = 0")])

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 
@@ -34,6 +34,8 @@ SHAKES = 2
 FORM = 1.5
 #: What the noise of the angle adds to the load side [nats] below which it moves no parameter.
 LOUD = 2.0
+#: The least share that a slope without the noise is taken to have.
+LEAST_TOLD = 0.02
 ACCELERATED = ("J_m", "J_l", TORQUE_SCALE, "load_dependent_friction_c_drive", "load_dependent_friction_c_back")
 #: Where a signal of the load side tells of the resonance, what the torque alone would say of it is noise as well.
 SHAKEN = (*ACCELERATED, "k1", "K1", "K2", "K3", "B_sp")
@@ -46,19 +48,26 @@ class Stir:
     Attributes:
         added: to the mismatch, shape (N,).
         slopes: change of minus that per coordinate, shape (N, P).
+        firmness: how many times as much a coordinate's prior weighs, shape (P,). What is left of a slope without the
+            noise tells of the coordinate; the noise of the whole disturbs that.
     """
 
     added: Floats = field(repr=False)
     slopes: Floats = field(repr=False)
+    firmness: Floats = field(repr=False)
 
     @classmethod
     def none(cls, slopes: Floats) -> Stir:
         """Nothing, for a model with slopes (N, P)."""
-        return cls(np.zeros(len(slopes)), np.zeros_like(slopes))
+        return cls(np.zeros(len(slopes)), np.zeros_like(slopes), np.ones(slopes.shape[-1]))
+
+    def through(self, seen: Callable[[Floats], Floats]) -> Stir:
+        """The same as a filter of (N,) or (N, P) sees it."""
+        return replace(self, added=seen(self.added), slopes=seen(self.slopes)) if self.loud else self
 
     def whitened(self, layout: Layout, white: Whitener) -> Stir:
-        """The same through a filter."""
-        return Stir(white(layout, self.added), white(layout, self.slopes)) if self.loud else self
+        """The same through a whitening filter."""
+        return self.through(partial(white, layout))
 
     @property
     def loud(self) -> bool:
@@ -110,7 +119,7 @@ class Fit:
         """Covariance of the coordinates (P, P): block sandwich, never below the Fisher information's."""
         A, r = self.white(layout, self.slopes), self.white(layout, self.mismatch)
         stir = self.stir.whitened(layout, self.white)
-        bread = np.linalg.inv(information(self.structure, A, stir.slopes))
+        bread = np.linalg.inv(information(self.structure, A, stir))
         scores = layout.sums(A * r[:, None] - stir.slopes * stir.added[:, None])
         correction = layout.blocks / max(1, layout.blocks - 1)
         prior = np.diag(self.structure.sigma**-2)
@@ -242,13 +251,15 @@ class Metric:
         return np.asarray(np.concatenate([bulk, (np.sqrt(fine) * self.white(layout, stacked).T).T]))
 
     def cost(
-        self, layout: Layout, structure: Structure, x: Floats, mismatch: Floats, added: Floats | None = None
+        self, layout: Layout, structure: Structure, x: Floats, mismatch: Floats, stir: Stir | None = None
     ) -> float:
-        """Half the weighted sum of squares plus the prior's, less that of what the noise of the angle adds (N,)."""
+        """Half the weighted sum of squares plus the prior's, less that of what the noise of the angle adds."""
         half, _ = limited(self.of_columns(layout, mismatch))
         pull = (x - structure.start) / structure.sigma
-        noise = 0.0 if added is None else 0.5 * float(np.sum(self.of_columns(layout, added) ** 2))
-        return float(np.sum(half) + 0.5 * pull @ pull) - noise
+        if stir is None or not stir.loud:
+            return float(np.sum(half) + 0.5 * pull @ pull)
+        noise = 0.5 * float(np.sum(self.of_columns(layout, stir.added) ** 2))
+        return float(np.sum(half) + 0.5 * stir.firmness @ pull**2) - noise
 
 
 def near(bench: Bench, scale: Floats) -> Floats:
@@ -284,22 +295,24 @@ def fit(
     stir = Stir.none(slopes) if rattling else stirred(bench, structure, x, mismatch, slopes, known)
     for turn in range(ROUNDS):
         metric = Metric.of(bench, mismatch)
-        A, E = metric.of_columns(layout, slopes), metric.of_columns(layout, stir.slopes)
+        seen = partial(metric.of_columns, layout)
+        A = seen(slopes)
         moved = False
         for _ in range(CHORDS):
-            step = _step(structure, x, A, metric.of_columns(layout, mismatch), E, metric.of_columns(layout, stir.added))
+            step = _step(structure, x, A, seen(mismatch), stir.through(seen))
             trials = x + np.multiply.outer(CAREFUL if rattling else SHRINK, step)
             found = bench.mismatch(structure, trials)
             added = bench.added(structure, trials, found) if stir.loud else np.zeros_like(found)
             alike = found + (trials - x) @ rough.T
-            costs = [metric.cost(layout, structure, *row) for row in zip(trials, alike, added, strict=True)]
-            here = metric.cost(layout, structure, x, mismatch, stir.added)
+            stirs = [replace(stir, added=own) for own in added]
+            costs = [metric.cost(layout, structure, *row) for row in zip(trials, alike, stirs, strict=True)]
+            here = metric.cost(layout, structure, x, mismatch, stir)
             best = int(np.argmin(np.where(np.isfinite(costs), costs, np.inf)))
             if not costs[best] < here - SETTLED:
                 break
             moved = True
             x, mismatch = trials[best], found[best]
-            stir = replace(stir, added=added[best])
+            stir = stirs[best]
         if turn == ROUNDS - 1 or not (moved or kept):
             break
         if not moved:
@@ -340,7 +353,8 @@ def stirred(
     if not bench.plant.load_side or (known is not None and not known.stir.loud):
         return Stir.none(slopes)
     added = bench.added(structure, x[None], mismatch[None])[0]
-    if not np.sum(Metric.of(bench, mismatch).white(bench.layout, added) ** 2) > 2.0 * LOUD:
+    white = Metric.of(bench, mismatch).white
+    if not np.sum(white(bench.layout, added) ** 2) > 2.0 * LOUD:
         return Stir.none(slopes)
     kept = 0 if known is None else known.slopes.shape[1]
     felt = np.any(slopes[bench.load_side] != 0.0, axis=0)
@@ -348,13 +362,14 @@ def stirred(
     found = np.zeros_like(slopes)
     if known is not None:
         found[:, :kept] = known.stir.slopes
-    if not own:
-        return Stir(added, found)
-    steps = (STEP * _units(structure))[own]
-    moved = x + np.eye(len(x))[own] * steps[:, None]
-    still = mismatch - slopes[:, own].T * steps[:, None]
-    found[:, own] = np.nan_to_num((added - bench.added(structure, moved, still)) / steps[:, None]).T
-    return Stir(added, found)
+    if own:
+        steps = (STEP * _units(structure))[own]
+        moved = x + np.eye(len(x))[own] * steps[:, None]
+        still = mismatch - slopes[:, own].T * steps[:, None]
+        found[:, own] = np.nan_to_num((added - bench.added(structure, moved, still)) / steps[:, None]).T
+    whole, noise = (np.sum(white(bench.layout, one) ** 2, axis=0) for one in (slopes, found))
+    firmness = (whole + noise) / np.maximum(whole - noise, LEAST_TOLD * (whole + noise))
+    return Stir(added, found, np.where(noise > 0.0, firmness, 1.0))
 
 
 def _in_valley(bench: Bench, ahead: Fit, x: Floats, mismatch: Floats) -> bool:
@@ -405,27 +420,22 @@ def _units(structure: Structure) -> Floats:
     return np.array([1.0 if free.positive else free.sigma for free in structure.free])
 
 
-def information(structure: Structure, A: Floats, E: Floats | None = None) -> Floats:
-    """Of the coordinates (P, P), from weighted slopes (N, P) and the prior, less what the noise of the angle feigns.
-
-    Args:
-        structure: whose priors count.
-        A: slopes of what is simulated.
-        E: slopes of what the noise adds to it.
-    """
-    whole = np.asarray(A.T @ A + np.diag(structure.sigma**-2))
-    if E is None or not E.any():
+def information(structure: Structure, A: Floats, stir: Stir | None = None) -> Floats:
+    """Of the coordinates (P, P), from weighted slopes (N, P) and the prior, less what the noise of the angle feigns."""
+    firmness = np.ones(A.shape[1]) if stir is None else stir.firmness
+    whole = np.asarray(A.T @ A + np.diag(firmness * structure.sigma**-2))
+    if stir is None or not stir.loud:
         return whole
-    less: Floats = whole - E.T @ E
+    less: Floats = whole - stir.slopes.T @ stir.slopes
     return less if np.isfinite(less).all() and np.linalg.eigvalsh(less)[0] > 0.0 else whole
 
 
-def _step(
-    structure: Structure, x: Floats, A: Floats, r: Floats, E: Floats | None = None, added: Floats | None = None
-) -> Floats:
+def _step(structure: Structure, x: Floats, A: Floats, r: Floats, stir: Stir) -> Floats:
     """Gauss-Newton step of the coordinates from weighted slopes (2N, P) and mismatch (2N,), and from the noise's."""
     _, share = limited(r)
-    score = A.T @ (share * r) - structure.sigma**-2 * (x - structure.start)
-    if E is not None and added is not None:
-        score -= E.T @ added
-    return np.asarray(np.linalg.solve(information(structure, A * np.sqrt(share)[:, None], E), score), dtype=np.float64)
+    pull = stir.firmness * structure.sigma**-2 * (x - structure.start)
+    score = A.T @ (share * r) - pull
+    if stir.loud:
+        score -= stir.slopes.T @ stir.added
+    whole = information(structure, A * np.sqrt(share)[:, None], stir)
+    return np.asarray(np.linalg.solve(whole, score), dtype=np.float64)

@@ -108,10 +108,9 @@ def left_out(fit: Fit, white: Whitener, layout: Layout, folds: Index) -> tuple[F
     """
     A, r = white(layout, fit.slopes), white(layout, fit.mismatch)
     _, share = limited(r)
-    precision = fit.structure.sigma**-2
-    pull = precision * (fit.coordinates - fit.structure.start)
     stir = fit.stir.whitened(layout, white)
-    whole = information(fit.structure, A * np.sqrt(share)[:, None], stir.slopes)
+    pull = stir.firmness * fit.structure.sigma**-2 * (fit.coordinates - fit.structure.start)
+    whole = information(fit.structure, A * np.sqrt(share)[:, None], stir)
     score = A.T @ (share * r) - pull - stir.slopes.T @ stir.added
     found, filtered = fit.mismatch.copy(), r.copy()
     for fold in np.unique(folds):
@@ -139,11 +138,24 @@ def gain(bench: Bench, better: Fit, lesser: Fit, folds: Index, simulated: Fit | 
     layout = bench.layout
     alike = replace(better, mismatch=better.mismatch + exchanged(bench, simulated or better, lesser))
     (after, quiet), (before, loud) = (left_out(one, better.white, layout, folds) for one in (alike, lesser))
-    errors = nrmse(layout, after), nrmse(layout, before)
+    known = known_beside(bench, better, lesser)
     louder, quieter = (one.stir.whitened(layout, better.white).added for one in (lesser, better))
-    calmed = 0.5 * (louder**2 - quieter**2) * known_beside(bench, better, lesser)
+    calmed = 0.5 * (louder**2 - quieter**2) * known
     gained = layout.sums(limited(loud)[0] - limited(quiet)[0] - calmed)
+    after, before = (
+        without_noise(layout, own, one.stir.added * known) for own, one in ((after, better), (before, lesser))
+    )
+    errors = nrmse(layout, after), nrmse(layout, before)
     return Gain(gained, errors, fall(layout, after, before))
+
+
+def without_noise(layout: Layout, mismatch: Floats, added: Floats) -> Floats:
+    """A mismatch (N,) as large as it is, recording by recording and channel by channel, without what noise adds."""
+    found = mismatch.copy()
+    for _, _, where in layout.pieces:
+        noise = float(np.mean(added[where] ** 2) / max(float(np.mean(mismatch[where] ** 2)), 1e-300))
+        found[where] *= np.sqrt(max(1.0 - noise, 0.0))
+    return found
 
 
 def fall(layout: Layout, after: Floats, before: Floats) -> float:

@@ -186,7 +186,7 @@ def _try(
     others = [fits[0].coordinates] if starts[1:] and candidate.effect in known else starts[1:]
     fits += [fit(bench, structure, start, fits[0], fits[0]) for start in others]
     metric = Metric.of(bench, current.mismatch)
-    joint = min(fits, key=lambda one: metric.cost(bench.layout, structure, one.coordinates, one.mismatch))
+    joint = min(fits, key=lambda one: metric.cost(bench.layout, structure, one.coordinates, one.mismatch, one.stir))
     gained = gain(bench, joint, current, rules.folds)
     return Trial(candidate, joint, gained, failed_rules(bench, joint, current, candidate, gained, rules, seen))
 

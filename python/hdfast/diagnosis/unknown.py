@@ -230,15 +230,19 @@ def _augmented(bench: Bench, heard: Fit, columns: Floats) -> Fit:
     slopes = np.concatenate([heard.slopes, columns], axis=1)
     rough = np.concatenate([heard.rough, np.zeros_like(columns)], axis=1)
     start = np.concatenate([heard.coordinates, np.zeros(width)])
-    precision = structure.sigma**-2
-    stir = Stir(heard.stir.added, np.concatenate([heard.stir.slopes, np.zeros_like(columns)], axis=1))
+    stir = Stir(
+        heard.stir.added,
+        np.concatenate([heard.stir.slopes, np.zeros_like(columns)], axis=1),
+        np.concatenate([heard.stir.firmness, np.ones(width)]),
+    )
     seen = stir.whitened(layout, heard.white)
+    pull = stir.firmness * structure.sigma**-2 * (start - structure.start)
     A, r = heard.white(layout, slopes), heard.white(layout, heard.mismatch)
     step: Floats = np.zeros(len(start))
     for _ in range(ROUNDS):
         _, share = limited(r - A @ step)
-        score = A.T @ (share * r) - precision * (start - structure.start) - seen.slopes.T @ seen.added
-        whole = information(structure, A * np.sqrt(share)[:, None], seen.slopes)
+        score = A.T @ (share * r) - pull - seen.slopes.T @ seen.added
+        whole = information(structure, A * np.sqrt(share)[:, None], seen)
         step = np.asarray(np.linalg.solve(whole, score), dtype=np.float64)
     mismatch = heard.mismatch - (slopes + rough) @ step
     stir = replace(stir, added=stir.added - stir.slopes @ step)

@@ -11,7 +11,7 @@ import pytest
 import small_campaign
 from hdfast.diagnosis import diagnose, prove, session
 from hdfast.diagnosis.candidate import Candidate
-from hdfast.diagnosis.fit import Fit, Stir
+from hdfast.diagnosis.fit import Fit
 from hdfast.diagnosis.holdout import Proof
 from hdfast.diagnosis.library import OF_THE_WINDUP, Sizes, library
 from hdfast.diagnosis.limits import limits
@@ -23,6 +23,7 @@ from hdfast.diagnosis.screen import Screen, Signature
 from hdfast.diagnosis.select import Round, Search, Trial
 from hdfast.diagnosis.session import set_up_usable
 from hdfast.diagnosis.stages import Stages
+from hdfast.diagnosis.stir import Stir
 from hdfast.errors import InputError
 from hdfast.health import check
 from hdfast.model import Model

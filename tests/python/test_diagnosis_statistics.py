@@ -10,12 +10,13 @@ import numpy as np
 import pytest
 from hdfast.diagnosis.accept import convinces, repeats
 from hdfast.diagnosis.evidence import Layout, Weights
-from hdfast.diagnosis.fit import Fit, Stir
+from hdfast.diagnosis.fit import Fit
 from hdfast.diagnosis.lines import Line, snapped
 from hdfast.diagnosis.plant import Free, Structure
 from hdfast.diagnosis.projector import Projector
 from hdfast.diagnosis.score import Gain, folds_near, left_out, nrmse, weights_of
 from hdfast.diagnosis.statistics import statistics
+from hdfast.diagnosis.stir import Stir
 from hdfast.diagnosis.whiten import Whitener, whiten
 from hdfast.model import Model
 from scipy.linalg import toeplitz

@@ -24,7 +24,7 @@ NEAR_FLOOR = 1.3
 AMPLITUDE_SIGMAS = 2.0
 PRICE = 0.2
 CERTAIN_ERRORS = 3.0
-RISE, CERTAIN_RISE, TELLING, CERTAIN = 0.02, 0.05, 8.0, 20.0
+RISE, TELLING, CERTAIN = 0.02, 8.0, 20.0
 USELESS = 1.5
 CALMER = 0.1
 SHORT, STILL, HELD_OUT = "A1 gain", "A2 error", "A7 held out"
@@ -76,9 +76,8 @@ def failed_rules(
         failed.append(SHORT)
     after, before = gained.nrmse
     waived = rules.waived(seen, candidate, before) and gained.total >= TELLING
-    sure = certain(candidate, gained, seen)
-    enough = gained.fall >= FALL or waived or sure
-    if after > (1.0 + (CERTAIN_RISE if sure else RISE)) * before or not enough:
+    enough = gained.fall >= FALL or waived or certain(candidate, gained, seen)
+    if after > (1.0 + RISE) * before or not enough:
         failed.append(STILL)
     if after > USELESS:
         failed.append("A8 prediction")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 
@@ -13,6 +13,7 @@ from hdfast.diagnosis.band import low_pass
 from hdfast.diagnosis.evidence import Layout, Weights, limited, weigh
 from hdfast.diagnosis.plant import TORQUE, TORQUE_SCALE, Plant, Structure
 from hdfast.diagnosis.source import Mask
+from hdfast.diagnosis.stir import Stir, information
 from hdfast.diagnosis.whiten import Whitener, whiten
 from hdfast.scenario_parts import MAX_TORQUE
 
@@ -39,40 +40,6 @@ LEAST_TOLD = 0.02
 ACCELERATED = ("J_m", "J_l", TORQUE_SCALE, "load_dependent_friction_c_drive", "load_dependent_friction_c_back")
 #: Where a signal of the load side tells of the resonance, what the torque alone would say of it is noise as well.
 SHAKEN = (*ACCELERATED, "k1", "K1", "K2", "K3", "B_sp")
-
-
-@dataclass(frozen=True, eq=False)
-class Stir:
-    """What noise of the motor angle adds to what a model shows on the load side, of one more such noise.
-
-    Attributes:
-        added: to the mismatch, shape (N,).
-        slopes: change of minus that per coordinate, shape (N, P).
-        firmness: how many times as much a coordinate's prior weighs, shape (P,). What is left of a slope without the
-            noise tells of the coordinate; the noise of the whole disturbs that.
-    """
-
-    added: Floats = field(repr=False)
-    slopes: Floats = field(repr=False)
-    firmness: Floats = field(repr=False)
-
-    @classmethod
-    def none(cls, slopes: Floats) -> Stir:
-        """Nothing, for a model with slopes (N, P)."""
-        return cls(np.zeros(len(slopes)), np.zeros_like(slopes), np.ones(slopes.shape[-1]))
-
-    def through(self, seen: Callable[[Floats], Floats]) -> Stir:
-        """The same as a filter of (N,) or (N, P) sees it."""
-        return replace(self, added=seen(self.added), slopes=seen(self.slopes)) if self.loud else self
-
-    def whitened(self, layout: Layout, white: Whitener) -> Stir:
-        """The same through a whitening filter."""
-        return self.through(partial(white, layout))
-
-    @property
-    def loud(self) -> bool:
-        """Whether it adds anything that counts."""
-        return bool(self.added.any())
 
 
 @dataclass(frozen=True, eq=False)
@@ -368,8 +335,8 @@ def stirred(
         still = mismatch - slopes[:, own].T * steps[:, None]
         found[:, own] = np.nan_to_num((added - bench.added(structure, moved, still)) / steps[:, None]).T
     whole, noise = (np.sum(white(bench.layout, one) ** 2, axis=0) for one in (slopes, found))
-    firmness = (whole + noise) / np.maximum(whole - noise, LEAST_TOLD * (whole + noise))
-    return Stir(added, found, np.where(noise > 0.0, firmness, 1.0))
+    told = np.maximum(whole - noise, LEAST_TOLD * (whole + noise))
+    return Stir(added, found, np.where(noise > 0.0, (whole + noise) / np.maximum(told, 1e-300), 1.0))
 
 
 def _in_valley(bench: Bench, ahead: Fit, x: Floats, mismatch: Floats) -> bool:
@@ -418,16 +385,6 @@ def linearise(
 def _units(structure: Structure) -> Floats:
     """What steps of the coordinates are multiples of, shape (P,)."""
     return np.array([1.0 if free.positive else free.sigma for free in structure.free])
-
-
-def information(structure: Structure, A: Floats, stir: Stir | None = None) -> Floats:
-    """Of the coordinates (P, P), from weighted slopes (N, P) and the prior, less what the noise of the angle feigns."""
-    firmness = np.ones(A.shape[1]) if stir is None else stir.firmness
-    whole = np.asarray(A.T @ A + np.diag(firmness * structure.sigma**-2))
-    if stir is None or not stir.loud:
-        return whole
-    less: Floats = whole - stir.slopes.T @ stir.slopes
-    return less if np.isfinite(less).all() and np.linalg.eigvalsh(less)[0] > 0.0 else whole
 
 
 def _step(structure: Structure, x: Floats, A: Floats, r: Floats, stir: Stir) -> Floats:

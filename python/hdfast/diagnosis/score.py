@@ -9,9 +9,10 @@ import numpy as np
 
 from hdfast.checks import Floats
 from hdfast.diagnosis.evidence import Index, Layout, limited
-from hdfast.diagnosis.fit import Bench, Fit, information
+from hdfast.diagnosis.fit import Bench, Fit
 from hdfast.diagnosis.plant import Plant
 from hdfast.diagnosis.shaken import exchanged, known_beside
+from hdfast.diagnosis.stir import information
 from hdfast.diagnosis.whiten import Whitener
 
 FOLDS = 6

@@ -13,7 +13,7 @@ from hdfast.diagnosis.accept import CERTAIN, CERTAIN_ERRORS, RISE, SPARED, USELE
 from hdfast.diagnosis.changes import attentive
 from hdfast.diagnosis.evidence import limited
 from hdfast.diagnosis.features import Feature, features, slowed
-from hdfast.diagnosis.fit import Bench, Fit, Stir, information
+from hdfast.diagnosis.fit import Bench, Fit
 from hdfast.diagnosis.holdout import Proof, Replay, replayed, weigh_up
 from hdfast.diagnosis.plant import Free
 from hdfast.diagnosis.prepare import Unit
@@ -22,6 +22,7 @@ from hdfast.diagnosis.regressors import TURN
 from hdfast.diagnosis.rivals import UNKNOWN_FLOOR
 from hdfast.diagnosis.score import CONVINCING, FOLDS, Gain, gain, noise_floor, weights_of
 from hdfast.diagnosis.statistics import statistics
+from hdfast.diagnosis.stir import Stir, information
 
 SPREAD = 3.0
 ROUNDS = 3

@@ -1,0 +1,58 @@
+"""What noise of the motor angle adds to the load side of a model that is replayed on it, and what that feigns."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from functools import partial
+
+import numpy as np
+
+from hdfast.checks import Floats
+from hdfast.diagnosis.evidence import Layout
+from hdfast.diagnosis.plant import Structure
+from hdfast.diagnosis.whiten import Whitener
+
+
+@dataclass(frozen=True, eq=False)
+class Stir:
+    """What noise of the motor angle adds to what a model shows on the load side, of one more such noise.
+
+    Attributes:
+        added: to the mismatch, shape (N,).
+        slopes: change of minus that per coordinate, shape (N, P).
+        firmness: how many times as much a coordinate's prior weighs, shape (P,). What is left of a slope without the
+            noise tells of the coordinate; the noise of the whole disturbs that.
+    """
+
+    added: Floats = field(repr=False)
+    slopes: Floats = field(repr=False)
+    firmness: Floats = field(repr=False)
+
+    @classmethod
+    def none(cls, slopes: Floats) -> Stir:
+        """Nothing, for a model with slopes (N, P)."""
+        return cls(np.zeros(len(slopes)), np.zeros_like(slopes), np.ones(slopes.shape[-1]))
+
+    def through(self, seen: Callable[[Floats], Floats]) -> Stir:
+        """The same as a filter of (N,) or (N, P) sees it."""
+        return replace(self, added=seen(self.added), slopes=seen(self.slopes)) if self.loud else self
+
+    def whitened(self, layout: Layout, white: Whitener) -> Stir:
+        """The same through a whitening filter."""
+        return self.through(partial(white, layout))
+
+    @property
+    def loud(self) -> bool:
+        """Whether it adds anything that counts."""
+        return bool(self.added.any())
+
+
+def information(structure: Structure, A: Floats, stir: Stir | None = None) -> Floats:
+    """Of the coordinates (P, P), from weighted slopes (N, P) and the prior, less what the noise of the angle feigns."""
+    firmness = np.ones(A.shape[1]) if stir is None else stir.firmness
+    whole = np.asarray(A.T @ A + np.diag(firmness * structure.sigma**-2))
+    if stir is None or not stir.loud:
+        return whole
+    less: Floats = whole - stir.slopes.T @ stir.slopes
+    return less if np.isfinite(less).all() and np.linalg.eigvalsh(less)[0] > 0.0 else whole

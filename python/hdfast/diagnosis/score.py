@@ -120,7 +120,7 @@ def left_out(fit: Fit, white: Whitener, layout: Layout, folds: Index) -> tuple[F
         without = whole - own.T @ (own * share[rows, None]) + feigned.T @ feigned
         told = own.T @ (share[rows] * r[rows]) - feigned.T @ stir.added[rows]
         shift = np.linalg.solve(without, score - told)
-        reach = float(np.sqrt(shift @ whole @ shift))
+        reach = float(np.sqrt(np.maximum(shift @ whole @ shift, 0.0)))
         shift *= min(1.0, FARTHEST * np.sqrt(len(shift)) / max(reach, 1e-300))
         found[rows] -= fit.slopes[rows] @ shift
         filtered[rows] -= own @ shift

@@ -37,7 +37,7 @@ class Band:
         rate: working rate [Hz].
         motion: corner for the motor torque [Hz]; it takes two derivatives of the angle, whose noise sets it.
         sensed: corner for what the load's sensors show [Hz].
-        angle_noise: power density of the motor angle's noise, in half of the recordings more [rad^2/Hz].
+        angle_noise: power density of the motor angle's noise, median over the recordings [rad^2/Hz].
     """
 
     rate: float

@@ -140,7 +140,7 @@ def gain(bench: Bench, better: Fit, lesser: Fit, folds: Index, simulated: Fit | 
     alike = replace(better, mismatch=better.mismatch + exchanged(bench, simulated or better, lesser))
     (after, quiet), (before, loud) = (left_out(one, better.white, layout, folds) for one in (alike, lesser))
     known = known_beside(bench, better, lesser)
-    louder, quieter = (one.stir.whitened(layout, better.white).added for one in (lesser, better))
+    louder, quieter = (better.white(layout, one.stir.added) for one in (lesser, better))
     calmed = 0.5 * (louder**2 - quieter**2) * known
     gained = layout.sums(limited(loud)[0] - limited(quiet)[0] - calmed)
     after, before = (

@@ -146,6 +146,22 @@ def test_exact_a_clock_that_shakes_and_loses_samples_has_its_period(seed, jitter
     assert abs(period(kept) * rate - 1.0) * 699 <= 6.0 * jitter + 1e-9
 
 
+@pytest.mark.parametrize("rate", [500.0, 1000.0])
+def test_exact_one_more_noise_of_the_angle_is_as_large_and_as_wide_as_the_recorded_one(rate):
+    """A recorder at the working rate shows it whole where the band is the widest, a faster one below the corner."""
+    t = np.arange(round(4.0 * rate)) / rate
+    still = 20.0 * np.sin(2.0 * np.pi * t)
+    size = 1e-4 * np.sqrt(rate)
+    loud = still + size * np.random.default_rng(2).standard_normal(len(t))
+    band = Band(500.0, 200.0, 200.0, 2.0 * size**2 / rate)
+    exact, unit = (prepare(source(rate, motor_angle=angle), band, RATIO) for angle in (still, loud))
+    shown = [fft.rfft(one) for one in (unit.angle - exact.angle, unit.noise(band, np.random.default_rng(3)))]
+    frequency = fft.rfftfreq(len(unit.t), 1.0 / 500.0)
+    for low, high in ((0.0, 100.0), (100.0, 180.0), (210.0, 250.0)):
+        recorded, drawn = (np.sum(np.abs(one[(frequency > low) & (frequency < high)]) ** 2) for one in shown)
+        assert drawn == pytest.approx(recorded, rel=0.4)
+
+
 def test_exact_torques_are_simulated_as_densely_as_their_band_needs():
     slow, fast = Band(500.0, 40.0, 200.0), Band(500.0, 200.0, 200.0)
     assert (slow.density, fast.density) == (1, 4)

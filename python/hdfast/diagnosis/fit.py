@@ -9,7 +9,6 @@ from functools import cached_property, partial
 import numpy as np
 
 from hdfast.checks import Floats
-from hdfast.diagnosis.band import low_pass
 from hdfast.diagnosis.evidence import Layout, Weights, limited, weigh
 from hdfast.diagnosis.plant import TORQUE, TORQUE_SCALE, Plant, Structure
 from hdfast.diagnosis.source import Mask
@@ -145,11 +144,10 @@ class Bench:
         return tuple(self._shaken(draw) for draw in range(SHAKES))
 
     def _shaken(self, draw: int) -> Bench:
-        band, units = self.plant.band, []
-        for number, unit in enumerate(self.plant.units):
-            noise = np.random.default_rng([draw, number]).standard_normal(len(unit.t))
-            loud = np.sqrt(0.5 * band.angle_noise * band.rate) * noise
-            units.append(unit.moved(low_pass(loud, band.replayed, band.rate)))
+        units = [
+            unit.moved(unit.noise(self.plant.band, np.random.default_rng([draw, number])))
+            for number, unit in enumerate(self.plant.units)
+        ]
         return replace(self, plant=replace(self.plant, units=units))
 
     def mismatch(self, structure: Structure, coordinates: Floats) -> Floats:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import NamedTuple
 
 import numpy as np
 from scipy.stats import norm
@@ -12,9 +11,9 @@ from scipy.stats import norm
 from hdfast.checks import Floats
 from hdfast.diagnosis.accept import USELESS
 from hdfast.diagnosis.evidence import Layout, limited
-from hdfast.diagnosis.fit import Bench, Fit, rattles
+from hdfast.diagnosis.fit import Bench, Fit
 from hdfast.diagnosis.score import CONVINCING, Gain, nrmse
-from hdfast.diagnosis.shaken import exchanged
+from hdfast.diagnosis.shaken import Exchanged, exchanged
 from hdfast.diagnosis.whiten import Whitener
 
 PROOF_ERRORS = 2.0
@@ -131,37 +130,16 @@ class Proof:
         return self.gain.ratio > PROOF_ERRORS or self.extended < CLEARLY * self.baseline
 
 
-class Replay(NamedTuple):
-    """Mismatch (N,) of a frozen model on recordings it was not fitted to.
-
-    Attributes:
-        mismatch: as it is.
-        alike: with the noise of the acceleration that the model compared with holds.
-        added: what more noise of the angle adds on the load side; None where that cannot be told.
-    """
-
-    mismatch: Floats
-    alike: Floats
-    added: Floats | None
-
-
-def replayed(bench: Bench, frozen: Fit, reference: Fit) -> Replay:
+def replayed(bench: Bench, frozen: Fit, reference: Fit) -> Exchanged:
     """Simulate recordings with a frozen model, and with the noise that a reference's inertias have."""
-    bench = bench.commanded(frozen)
-    found = bench.mismatch(frozen.structure, frozen.coordinates[None])[0]
-    alike = found + exchanged(bench, frozen, reference)
-    if rattles(frozen.structure):
-        return Replay(found, alike, None)
-    loud = frozen.stir.loud
-    added = bench.added(frozen.structure, frozen.coordinates[None], found[None])[0] if loud else np.zeros_like(found)
-    return Replay(found, alike, added)
+    return exchanged(bench.commanded(frozen), frozen, reference)
 
 
 def weigh_up(
     layout: Layout,
     white: Whitener,
-    before: Replay,
-    after: Replay,
+    before: Exchanged,
+    after: Exchanged,
     floor: float,
     margin: float = 0.0,
     p: float = 1.0,
@@ -174,7 +152,7 @@ def weigh_up(
     loud, quiet = (limited(white(layout, one.alike))[0] for one in (before, after))
     told = 0.5 * white(layout, before.alike - after.alike) ** 2
     gained = loud - quiet
-    if before.added is not None and after.added is not None:
+    if before.known and after.known:
         louder, quieter = white(layout, before.added), white(layout, after.added)
         told, gained = told - 0.5 * (louder - quieter) ** 2, gained - 0.5 * (louder**2 - quieter**2)
     errors = nrmse(layout, after.mismatch), nrmse(layout, before.mismatch)

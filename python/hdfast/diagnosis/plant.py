@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -30,6 +30,8 @@ DRIVING = frozenset({
 })  # fmt: skip
 RTOL = 1e-6
 LARGEST = 700.0
+#: What no signal of a drive reaches [N m, rad]: filters of it overflow.
+ABSURD = 1e60
 
 
 @dataclass(frozen=True)
@@ -135,6 +137,21 @@ class Structure:
         kept = {name: value for name, value in {**self.fixed, **fixed}.items() if name not in freed}
         return Structure(model, kept, (*self.free, *free), stage)
 
+    def without(self, parts: Collection[str]) -> tuple[Structure, list[int]]:
+        """Without some terms, orders of the kinematic error or sensor effects, and the indices of what stays free."""
+        orders = [part for part in parts if part in self.model.orders]
+        own = tuple(f"{part}_" for part in parts if part not in orders)
+        gone = {f"te_{wave}_{order}" for order in orders for wave in ("cos", "sin")}
+        kept = [j for j, name in enumerate(self.names) if not name.startswith(own) and name not in gone]
+        model = replace(
+            self.model,
+            terms=tuple(term for term in self.model.terms if term not in parts),
+            orders=tuple(order for order in self.model.orders if order not in orders),
+        )
+        fixed = {name: value for name, value in self.fixed.items() if not name.startswith(own) and name not in gone}
+        sensors = tuple(pair for pair in self.sensors if f"{pair[1]}_{pair[0]}" not in parts)
+        return Structure(model, fixed, tuple(self.free[j] for j in kept), sensors), kept
+
 
 @dataclass(frozen=True, eq=False)
 class Plant:
@@ -202,8 +219,10 @@ class Plant:
         found = []
         for index, unit in enumerate(self.units):
             rows, n = slice(index * len(coordinates), (index + 1) * len(coordinates)), len(unit.fine)
-            wrong = (result.status[rows] != 0)[:, None]
-            fine = {name: np.where(wrong, 0.0, sample[rows, :n]) for name, sample in result.samples.items()}
+            told = {name: sample[rows, :n] for name, sample in result.samples.items()}
+            sane = [np.all(np.abs(sample) < ABSURD, axis=1) for sample in told.values()]
+            wrong = ~((result.status[rows] == 0) & np.all(sane, axis=0))[:, None]
+            fine = {name: np.where(wrong, 0.0, sample) for name, sample in told.items()}
             shown = {
                 name: unit.read(values) if name in SIGNALS.values() else self.band.simulated(values, unit.density)
                 for name, values in fine.items()

@@ -46,6 +46,7 @@ class Unit:
         load_torque: external torque on the load [N m], shape (n,).
         scenario: the prescribed motion with the recorded torques.
         density: how many times as dense as its samples it is simulated.
+        whole: whether its motion went through no low-pass: the noise of the angle is in all of it.
         reading: from there to what the load's sensors recorded, by their own times, (n, density (n - 1) + 1); None
             where the working rate is far below the recorder's, or its clock even.
     """
@@ -69,6 +70,7 @@ class Unit:
     scenario: Scenario = field(repr=False)
     density: int
     ratio: float
+    whole: bool = False
     reading: csr_array | None = field(default=None, repr=False)
 
     @property
@@ -108,6 +110,11 @@ class Unit:
         """The same recording replayed on a motion that differs by some angle [rad], shape (n,)."""
         return replace(self, scenario=imposed(self.t, self.angle + angle, self.command, self.load_torque))
 
+    def noise(self, band: Band, rng: np.random.Generator) -> Floats:
+        """One more noise of the motor angle [rad], (n,), through the low-pass that the recorded one went through."""
+        loud = np.sqrt(0.5 * band.angle_noise * band.rate) * rng.standard_normal(len(self.t))
+        return loud if self.whole else low_pass(loud, band.replayed, band.rate)
+
     def commanded(self, command: Floats) -> Unit:
         """The same recording with another torque before the actuator [N m], shape (n,)."""
         return replace(self, command=command, scenario=imposed(self.t, self.angle, command, self.load_torque))
@@ -128,19 +135,20 @@ def prepare(source: Source, band: Band, ratio: float) -> Unit:
     rate = 1.0 / step
     stride = max(1, round(rate / band.rate))
     alike = abs(rate / (stride * band.rate) - 1.0) <= CLOCK
+    widest = (1.0 - CLOCK) * PASS_SHARE * rate
     t = fine[::stride] if alike else np.arange(0.0, fine[-1], 1.0 / band.rate)
 
-    def bring(values: Floats, corner: float = band.motion, whole: float = (1.0 - CLOCK) * PASS_SHARE * rate) -> Floats:
+    def bring(values: Floats, corner: float = band.motion, widest: float = widest) -> Floats:
         known = np.isfinite(values)
         even = np.interp(fine, clock[known], values[known])
-        if corner < whole:
+        if corner < widest:
             even = low_pass(even, corner, rate)
         return np.ascontiguousarray(even[::stride] if alike else np.interp(t, fine, even))
 
     angle = bring(recording["motor_angle"], band.replayed)
     spline = CubicSpline(t, angle)
     speed, acceleration = spline(t, 1), spline(t, 2)
-    measured = {"motor_torque": bring(recording["motor_torque"], whole=math.inf)}
+    measured = {"motor_torque": bring(recording["motor_torque"], widest=math.inf)}
     if "load_angle" in recording:
         error = recording["motor_angle"] / ratio - recording["load_angle"]
         if np.isfinite(error).any():
@@ -185,6 +193,7 @@ def prepare(source: Source, band: Band, ratio: float) -> Unit:
         scenario=imposed(t, angle, command, load),
         density=density,
         ratio=ratio,
+        whole=band.replayed >= widest,
         reading=reading(denser(t, density), clock, t) if jittery else None,
     )
 

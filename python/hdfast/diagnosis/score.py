@@ -11,7 +11,7 @@ from hdfast.checks import Floats
 from hdfast.diagnosis.evidence import Index, Layout, limited
 from hdfast.diagnosis.fit import Bench, Fit
 from hdfast.diagnosis.plant import Plant
-from hdfast.diagnosis.shaken import exchanged, known_beside
+from hdfast.diagnosis.shaken import added, exchanged, known_beside
 from hdfast.diagnosis.stir import information
 from hdfast.diagnosis.whiten import Whitener
 
@@ -137,10 +137,14 @@ def gain(bench: Bench, better: Fit, lesser: Fit, folds: Index, simulated: Fit | 
         simulated: the part of the better fit that is simulated, where that is not the whole.
     """
     layout = bench.layout
-    alike = replace(better, mismatch=better.mismatch + exchanged(bench, simulated or better, lesser))
+    moved = exchanged(bench, simulated or better, lesser)
+    alike = replace(better, mismatch=better.mismatch + moved.change)
     (after, quiet), (before, loud) = (left_out(one, better.white, layout, folds) for one in (alike, lesser))
-    known = known_beside(bench, better, lesser)
-    louder, quieter = (better.white(layout, one.stir.added) for one in (lesser, better))
+    known = known_beside(better, lesser)
+    louder, quieter = (
+        better.white(layout, np.where(bench.load_side, one.stir.added, noise))
+        for one, noise in ((lesser, added(bench, lesser)), (better, moved.added))
+    )
     calmed = 0.5 * (louder**2 - quieter**2) * known
     gained = layout.sums(limited(loud)[0] - limited(quiet)[0] - calmed)
     after, before = (

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable, Sequence
+from collections.abc import Callable, Collection, Hashable, Sequence
 from collections.abc import Set as AbstractSet
 from dataclasses import dataclass, field, replace
 from functools import partial
@@ -229,22 +229,10 @@ def _sized(signature: Signature) -> list[tuple[Candidate, Floats]]:
     return [(candidate.started(shares), shares)] + [(candidate.scaled(times), times * typical) for times in AMPLITUDES]
 
 
-def without(current: Fit, parts: Sequence[str]) -> tuple[Structure, Floats]:
-    """The structure and coordinates of a fit without some terms or orders of the kinematic error."""
-    structure = current.structure
-    orders = [part for part in parts if part in structure.model.orders]
-    own = tuple(f"{part}_" for part in parts if part not in orders)
-    lines = {f"te_{wave}_{order}" for order in orders for wave in ("cos", "sin")}
-    keep = [j for j, free in enumerate(structure.free) if not free.name.startswith(own) and free.name not in lines]
-    model = replace(
-        structure.model,
-        terms=tuple(term for term in structure.model.terms if term not in parts),
-        orders=tuple(order for order in structure.model.orders if order not in orders),
-    )
-    fixed = {name: value for name, value in structure.fixed.items() if not name.startswith(own) and name not in lines}
-    sensors = tuple(pair for pair in structure.sensors if f"{pair[1]}_{pair[0]}" not in parts)
-    reduced = replace(structure, model=model, fixed=fixed, free=tuple(structure.free[j] for j in keep), sensors=sensors)
-    return reduced, current.coordinates[keep]
+def without(current: Fit, parts: Collection[str]) -> tuple[Structure, Floats]:
+    """The structure and coordinates of a fit without some terms, orders or sensor effects."""
+    reduced, kept = current.structure.without(parts)
+    return reduced, current.coordinates[kept]
 
 
 def _best(bench: Bench, trials: Sequence[Trial], accepted: Sequence[Trial], seen: Screen, rules: Rules) -> Trial | None:

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass, field
+
 import numpy as np
 
 from hdfast.checks import Floats
 from hdfast.diagnosis.fit import ACCELERATED, SHAKEN, Bench, Fit, near, rattles
 from hdfast.diagnosis.plant import TORQUE, Structure
-from hdfast.diagnosis.source import Mask
 
 NOTHING = -30.0
 
@@ -17,22 +18,29 @@ def calmer(bench: Bench, one: Fit, other: Fit) -> float:
 
     The recorded motion holds such noise, which shakes the simulated drive and not the real one: a spring or a damper in
     the right place calms it, and predicts better, whether the drive has one or not. What both models have of inertia,
-    stiffness and damping is the other model's: what a refit does to it is not the effect's. Where gains leave out what
-    noise adds, the load side does not count.
+    stiffness and damping is the other model's: what a refit does to it is not the effect's. Nothing where gains leave
+    out what noise adds.
     """
-    counted = ~known_beside(bench, one, other)
+    if known_beside(one, other):
+        return 0.0
 
     def disturbed(structure: Structure, coordinates: Floats) -> float:
         still, *moved = (own.mismatch(structure, coordinates[None])[0] for own in (bench, *bench.shaken))
-        added = [0.5 * float(np.sum(one.white(bench.layout, found - still)[counted] ** 2)) for found in moved]
+        added = [0.5 * float(np.sum(one.white(bench.layout, found - still) ** 2)) for found in moved]
         return float(np.mean(added))
 
     return disturbed(other.structure, other.coordinates) - disturbed(one.structure, _alike(bench, one, other))
 
 
-def known_beside(bench: Bench, one: Fit, other: Fit) -> Mask:
-    """Where both of two fits know what noise of the angle adds, shape (N,)."""
-    return bench.load_side & (not (rattles(one.structure) or rattles(other.structure)))
+def known_beside(one: Fit, other: Fit) -> bool:
+    """Whether what noise of the angle adds can be told for both of two fits."""
+    return not (rattles(one.structure) or rattles(other.structure))
+
+
+def added(bench: Bench, one: Fit) -> Floats:
+    """What more noise of the angle adds to the mismatch (N,) of a fit."""
+    still, moved = (own.mismatch(one.structure, one.coordinates[None])[0] for own in (bench, bench.shaken[0]))
+    return np.asarray(np.nan_to_num(moved - still))
 
 
 def quieted(bench: Bench, one: Fit, other: Fit) -> Floats:
@@ -53,28 +61,50 @@ def quieted(bench: Bench, one: Fit, other: Fit) -> Floats:
     return found
 
 
-def exchanged(bench: Bench, one: Fit, other: Fit) -> Floats:
-    """What the mismatch (N,) of a fit changes by where it holds the noise of the acceleration of another fit's model.
+@dataclass(frozen=True, eq=False)
+class Exchanged:
+    """A simulated fit with the noise of the acceleration that another fit's model holds.
+
+    Attributes:
+        mismatch: of the fit itself, shape (N,).
+        change: of that by the exchange, shape (N,).
+        added: what more noise of the angle adds to the changed mismatch, shape (N,).
+        known: whether that is more than chance.
+    """
+
+    mismatch: Floats = field(repr=False)
+    change: Floats = field(repr=False)
+    added: Floats = field(repr=False)
+    known: bool
+
+    @property
+    def alike(self) -> Floats:
+        """The changed mismatch (N,)."""
+        return self.mismatch + self.change
+
+
+def exchanged(bench: Bench, one: Fit, other: Fit) -> Exchanged:
+    """A fit with the noise of another fit's acceleration, as far as it can be told from motion.
 
     That noise is in the fast part of the torque, and so is motion where the load strikes or swings. Block by block, as
-    much of the fast part is exchanged as noise of the angle makes of it; nothing where there is no such drive.
+    much of the fast part is exchanged as noise of the angle makes of it; nothing where there is no such drive. What is
+    left of it is known by its size alone.
     """
     rows = np.stack([one.coordinates, quieted(bench, one, other)])
-    if np.array_equal(*rows):
-        return np.zeros(bench.layout.size)
-    change = _fast(bench, one.structure, rows)
+    (found, change), *shaken = (_fast(own, one.structure, rows) for own in (bench, *bench.shaken))
+    noise, known = np.nan_to_num(shaken[0][0] - found), not rattles(one.structure)
     if not np.isfinite(change).all():
-        return np.zeros(bench.layout.size)
-    shakes = [np.nan_to_num(_fast(own, one.structure, rows) - change) for own in bench.shaken]
-    noise, whole = np.mean([bench.layout.sums(shake**2) for shake in shakes], axis=0), bench.layout.sums(change**2)
-    share = np.minimum(1.0, noise / np.maximum(whole, 1e-300))
-    return np.asarray(share[bench.layout.block] * change)
+        return Exchanged(found, np.zeros(bench.layout.size), noise, known)
+    shakes = [np.nan_to_num(fast - change) for _, fast in shaken]
+    shaking = np.mean([bench.layout.sums(shake**2) for shake in shakes], axis=0)
+    share = np.minimum(1.0, shaking / np.maximum(bench.layout.sums(change**2), 1e-300))[bench.layout.block]
+    return Exchanged(found, share * change, noise + share * shakes[0], known)
 
 
-def _fast(bench: Bench, structure: Structure, rows: Floats) -> Floats:
-    """By how much the fast part of the torque differs (N,) from the first to the second of coordinates (2, P)."""
+def _fast(bench: Bench, structure: Structure, rows: Floats) -> tuple[Floats, Floats]:
+    """Mismatch (N,) at the first of coordinates (2, P), and by how much the fast part of the torque differs (N,)."""
     found, slow = bench.both(structure, rows, [0, 1])
-    return np.asarray(np.diff(found - slow, axis=0)[0])
+    return found[0], np.asarray(np.diff(found - slow, axis=0)[0])
 
 
 def _alike(bench: Bench, one: Fit, other: Fit) -> Floats:

@@ -14,7 +14,7 @@ from hdfast.diagnosis.changes import attentive
 from hdfast.diagnosis.evidence import limited
 from hdfast.diagnosis.features import Feature, features, slowed
 from hdfast.diagnosis.fit import Bench, Fit
-from hdfast.diagnosis.holdout import Proof, Replay, replayed, weigh_up
+from hdfast.diagnosis.holdout import Proof, replayed, weigh_up
 from hdfast.diagnosis.plant import Free
 from hdfast.diagnosis.prepare import Unit
 from hdfast.diagnosis.projector import Projector
@@ -194,7 +194,7 @@ def _proven(held: Bench, fitted: Fit, unknown: Unknown) -> Proof:
     before, after = (replayed(held, one, fitted) for one in (fitted, named))
     columns = unknown.feature.columns(held.commanded(named), slowed(held), named)
     added = columns @ unknown.fit.coordinates[known:]
-    extended = Replay(after.mismatch - added, after.alike - added, after.added)
+    extended = replace(after, mismatch=after.mismatch - added)
     margin = unknown.gain.limited - 2.0 * unknown.gain.limited_error
     proof = weigh_up(held.layout, unknown.fit.white, before, extended, noise_floor(held), margin)
     own = held.layout.sums(0.5 * unknown.fit.white(held.layout, added) ** 2)

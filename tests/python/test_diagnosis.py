@@ -215,6 +215,31 @@ def test_exact_a_second_start_in_the_same_valley_ends_at_the_same_fit_sooner(
     assert counts[1] < counts[0]
 
 
+def test_exact_a_fit_that_ends_beside_a_known_one_has_its_slopes(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Only those of what was added are new, and it ends where a fit of its own does."""
+    setup = set_up_usable(load_campaign(small_campaign.write(tmp_path, angle_noise=1e-4)), None)
+    bench, structure = setup.bench, nominal(setup)
+    known = fit(bench, structure)
+    waves = [Free(f"te_{wave}_4", 1e-7, 1e-5, False, "rad") for wave in ("cos", "sin")]
+    wider = structure.with_terms([], ["4"], [], {}, waves)
+    start = np.append(known.coordinates, 1e-7 * np.ones(2))
+    kept = []
+
+    def counted(*arguments: Any) -> Any:
+        kept.append(arguments[3])
+        return linearise(*arguments)
+
+    monkeypatch.setattr("hdfast.diagnosis.fit.linearise", counted)
+    beside, own = fit(bench, wider, start, known), fit(bench, wider, start)
+    first = len(structure.names)
+    assert kept[: kept.index(0)] == [first] * kept.index(0)
+    np.testing.assert_array_equal(beside.slopes[:, :first], known.slopes)
+    away = (beside.coordinates - own.coordinates) / np.sqrt(np.diag(own.covariance(bench.layout)))
+    assert np.max(np.abs(away)) < 0.3
+
+
 def fast_part_taken(bench: Bench, one: Fit, other: Fit) -> Floats:
     """Fast part of what a fit's torque loses, (N,), with the other's inertias."""
     rows = np.stack([one.coordinates, quieted(bench, one, other)])

@@ -29,6 +29,8 @@ SETTLED = 0.05
 NEAR = 1.5
 VALLEY = 0.5
 SHAKES = 2
+#: Squared distance in standard deviations within which slopes are alike.
+BESIDE = 1.0
 #: By how much a law that is not quite the drive's widens an interval: on 110 opened blind cases those of the covariance
 #: alone held 79 % of the effects' sizes and 67 % of the drive's parameters where 90 % are meant.
 FORM = 1.5
@@ -172,6 +174,16 @@ class Bench:
         """What more noise of the angle adds to mismatches (M, N) of the load side at coordinates (M, P)."""
         return np.where(self.load_side, self.shaken[0].mismatch(structure, coordinates) - mismatch, 0.0)
 
+    def disturbed(self, structure: Structure, coordinates: Floats) -> tuple[Floats, Floats]:
+        """Mismatches (M, N) at coordinates (M, P), and what more noise of the angle adds to them, simulated at once."""
+        found, units = self._with_noise.mismatch(structure, coordinates), len(self.plant.units)
+        still, moved = (self.layout.stack(half) for half in (found[:units], found[units:]))
+        return still, moved - still
+
+    @cached_property
+    def _with_noise(self) -> Plant:
+        return replace(self.plant, units=[*self.plant.units, *self.shaken[0].plant.units])
+
     def both(self, structure: Structure, coordinates: Floats, rows: Sequence[int]) -> tuple[Floats, Floats]:
         """Mismatches (M, N) at coordinates (M, P), and those of some rows (R, N) as `steady` has them."""
         found = self.plant.mismatch(structure, coordinates)
@@ -246,7 +258,7 @@ def fit(
         structure: equations and free parameters.
         start: first coordinates (P,); default the prior centre.
         known: an earlier fit whose parameters come first in `structure`; its slopes are kept, and those of the added
-            parameters computed alone, until no step with them finds better.
+            parameters computed alone, until no step with them finds better, and beyond where the fit ends beside it.
         ahead: a fit of the same structure from elsewhere; once in its valley, this one goes on from there.
     """
     layout = bench.layout
@@ -266,10 +278,12 @@ def fit(
         for _ in range(CHORDS):
             step = _step(structure, x, A, seen(mismatch), stir.through(seen))
             trials = x + np.multiply.outer(CAREFUL if rattling else SHRINK, step)
-            found = bench.mismatch(structure, trials)
-            added = bench.added(structure, trials, found) if stir.loud else np.zeros_like(found)
+            if stir.loud:
+                found, added = bench.disturbed(structure, trials)
+                stirs = [replace(stir, added=np.where(bench.load_side, own, 0.0)) for own in added]
+            else:
+                found, stirs = bench.mismatch(structure, trials), [stir] * len(trials)
             alike = found + (trials - x) @ rough.T
-            stirs = [replace(stir, added=own) for own in added]
             costs = [metric.cost(layout, structure, *row) for row in zip(trials, alike, stirs, strict=True)]
             here = metric.cost(layout, structure, x, mismatch, stir)
             best = int(np.argmin(np.where(np.isfinite(costs), costs, np.inf)))
@@ -279,6 +293,8 @@ def fit(
             x, mismatch = trials[best], found[best]
             stir = stirs[best]
         if turn == ROUNDS - 1 or not (moved or kept):
+            break
+        if not moved and known is not None and _beside(known, x, information(structure, A, stir.through(seen))):
             break
         if not moved:
             kept = 0
@@ -335,6 +351,13 @@ def stirred(
     whole, noise = (np.sum(white(bench.layout, one) ** 2, axis=0) for one in (slopes, found))
     told = np.maximum(whole - noise, LEAST_TOLD * (whole + noise))
     return Stir(added, found, np.where(noise > 0.0, (whole + noise) / np.maximum(told, 1e-300), 1.0))
+
+
+def _beside(known: Fit, x: Floats, precision: Floats) -> bool:
+    """Whether coordinates (P,), of this precision (P, P), are so near an earlier fit's that its slopes are theirs."""
+    kept = len(known.coordinates)
+    away = x[:kept] - known.coordinates
+    return bool(away @ precision[:kept, :kept] @ away < BESIDE)
 
 
 def _in_valley(bench: Bench, ahead: Fit, x: Floats, mismatch: Floats) -> bool:

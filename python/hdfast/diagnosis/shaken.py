@@ -39,8 +39,8 @@ def known_beside(one: Fit, other: Fit) -> bool:
 
 def added(bench: Bench, one: Fit) -> Floats:
     """What more noise of the angle adds to the mismatch (N,) of a fit."""
-    still, moved = (own.mismatch(one.structure, one.coordinates[None])[0] for own in (bench, bench.shaken[0]))
-    return np.asarray(np.nan_to_num(moved - still))
+    _, found = bench.disturbed(one.structure, one.coordinates[None])
+    return np.asarray(np.nan_to_num(found[0]))
 
 
 def quieted(bench: Bench, one: Fit, other: Fit) -> Floats:

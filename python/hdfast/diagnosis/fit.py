@@ -147,7 +147,7 @@ class Bench:
 
     def _shaken(self, draw: int) -> Bench:
         units = [
-            unit.moved(unit.noise(self.plant.band, np.random.default_rng([draw, number])))
+            unit.shaken(self.plant.band, np.random.default_rng([draw, number]))
             for number, unit in enumerate(self.plant.units)
         ]
         return replace(self, plant=replace(self.plant, units=units))

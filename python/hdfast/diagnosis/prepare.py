@@ -110,10 +110,12 @@ class Unit:
         """The same recording replayed on a motion that differs by some angle [rad], shape (n,)."""
         return replace(self, scenario=imposed(self.t, self.angle + angle, self.command, self.load_torque))
 
-    def noise(self, band: Band, rng: np.random.Generator) -> Floats:
-        """One more noise of the motor angle [rad], (n,), through the low-pass that the recorded one went through."""
-        loud = np.sqrt(0.5 * band.angle_noise * band.rate) * rng.standard_normal(len(self.t))
-        return loud if self.whole else low_pass(loud, band.replayed, band.rate)
+    def shaken(self, band: Band, rng: np.random.Generator) -> Unit:
+        """The same recording with one more noise of the motor angle, through the low-pass that its own went through."""
+        noise = np.sqrt(0.5 * band.angle_noise * band.rate) * rng.standard_normal(len(self.t))
+        noise = noise if self.whole else low_pass(noise, band.replayed, band.rate)
+        speed = self.speed + CubicSpline(self.t, noise)(self.t, 1)
+        return replace(self.moved(noise), angle=self.angle + noise, speed=speed)
 
     def commanded(self, command: Floats) -> Unit:
         """The same recording with another torque before the actuator [N m], shape (n,)."""

@@ -15,12 +15,15 @@ import numpy as np
 import pytest
 import small_campaign
 from hdfast.checks import Floats
-from hdfast.diagnosis.fit import STEP, Bench, Fit, fit, linearise
+from hdfast.diagnosis.fit import fit
+from hdfast.diagnosis.fitted import Fit
 from hdfast.diagnosis.holdout import replayed, weigh_up
 from hdfast.diagnosis.lines import Line
-from hdfast.diagnosis.plant import DRIVING, Free
+from hdfast.diagnosis.plant import DRIVING, Free, Structure
+from hdfast.diagnosis.replay import Replay
 from hdfast.diagnosis.session import candidates, nominal, set_up_usable, turned
 from hdfast.diagnosis.shaken import calmer, exchanged, quieted
+from hdfast.diagnosis.slopes import STEP, linearise
 from hdfast.errors import InputError
 from hdfast.recordings import load_campaign
 
@@ -81,8 +84,8 @@ def test_exact_the_motors_side_shows_the_resonance_of_a_load_that_is_stated(tmp_
         file.write_text(text.replace("[drive]\n", f"[drive]\n{stated}"))
         setup = set_up_usable(load_campaign(file), None)
         assert setup.campaign.base == base
-        found = fit(setup.bench, nominal(setup))
-        left[base] = float(np.sqrt(np.mean(found.mismatch**2))) / setup.bench.floor[0]
+        found = fit(setup.replay, nominal(setup))
+        left[base] = float(np.sqrt(np.mean(found.mismatch**2))) / setup.replay.floor[0]
     assert left["two_inertia"] < 1.1
     assert left["one_inertia"] > 2.0
     for unknown in ("k1", "J_l"):
@@ -113,7 +116,7 @@ def test_exact_a_load_that_stands_still_is_not_shaken(tmp_path: Path) -> None:
     assert turned(free, 0.99 * period) == 3e-4
     file.write_text(text.replace("J_l = 0.5", "J_l = 1e9"))
     locked = set_up_usable(load_campaign(file), None)
-    assert locked.bench.floor[0] < 2.0 * set_up_usable(free, None).bench.floor[0]
+    assert locked.replay.floor[0] < 2.0 * set_up_usable(free, None).replay.floor[0]
 
 
 @pytest.mark.parametrize(("name", "value"), [("k1", 0.0), ("k1", -5.0), ("J_l", -1.0), ("J_m", 0.0)])
@@ -131,10 +134,10 @@ def test_exact_a_line_at_an_order_of_no_drive_has_to_stand_in_two_recordings(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     setup = set_up_usable(load_campaign(small_campaign.write(tmp_path)), None)
-    found = fit(setup.bench, nominal(setup))
+    found = fit(setup.replay, nominal(setup))
     lines = [Line(37.3, 90.0, 0.01, 1), Line(41.3, 60.0, 0.01, 2), Line(4.0, 40.0, 0.01, 1)]
     monkeypatch.setattr("hdfast.diagnosis.session.order_lines", lambda *_: lines)
-    orders = {one.order for one in candidates(setup.bench, found, 121.0) if one.effect == "te_harmonic"}
+    orders = {one.order for one in candidates(setup.replay, found, 121.0) if one.effect == "te_harmonic"}
     assert {4.0, 41.3} < orders
     assert 37.3 not in orders
 
@@ -161,15 +164,15 @@ def test_exact_the_slope_of_what_multiplies_an_acceleration_holds_none_of_its_no
     campaign = small_campaign.write(tmp_path, angle_noise=1e-4)
     campaign.write_text(campaign.read_text().replace("J_m = 0.0003", "J_m = { value = 2.4e-4, sigma = 0.3 }"))
     setup = set_up_usable(load_campaign(campaign), None)
-    bench, structure = setup.bench, nominal(setup)
+    replay, structure = setup.replay, nominal(setup)
     if name != "J_m":
         structure = structure.with_terms(["load_dependent_friction"], [], [], {}, SHARES)
-    mismatch, slopes, rough = linearise(bench, structure, structure.start)
+    mismatch, slopes, rough = linearise(replay, structure, structure.start)
     j = structure.names.index(name)
     moved = structure.start + STEP * np.eye(len(structure.names))[j]
-    whole = (mismatch - bench.mismatch(structure, moved[None])[0]) / STEP
+    whole = (mismatch - replay.mismatch(structure, moved[None])[0]) / STEP
     np.testing.assert_allclose(slopes[:, j] + rough[:, j], whole, rtol=1e-9, atol=1e-12)
-    where = next(where for _, channel, where in bench.layout.pieces if channel == "motor_torque")
+    where = next(where for _, channel, where in replay.layout.pieces if channel == "motor_torque")
     bends = [np.median(np.abs(np.diff(column[where, j], 2))) for column in (slopes, rough)]
     assert bends[0] < 0.4 * bends[1]
 
@@ -180,23 +183,23 @@ def test_exact_noise_of_the_angle_is_not_taken_for_damping(tmp_path: Path) -> No
     true = small_campaign.DRIVE["B_sp"]
     campaign.write_text(campaign.read_text().replace(f"B_sp = {true}", f"B_sp = {{ value = {true}, sigma = 1.0 }}"))
     setup = set_up_usable(load_campaign(campaign), None)
-    bench, structure = setup.bench, nominal(setup)
-    silent = replace(bench, plant=replace(bench.plant, band=replace(bench.plant.band, angle_noise=0.0)))
-    aware, unaware = (fit(one, structure) for one in (bench, silent))
+    replay, structure = setup.replay, nominal(setup)
+    silent = replace(replay, plant=replace(replay.plant, band=replace(replay.plant.band, angle_noise=0.0)))
+    aware, unaware = (fit(one, structure) for one in (replay, silent))
     assert aware.stir.loud
     assert not unaware.stir.loud
     assert abs(np.log(aware.value("B_sp") / true)) < 0.3
     assert unaware.value("B_sp") > 1.5 * true
-    changed = bench.shaken[0].mismatch(structure, aware.coordinates[None])[0] - aware.mismatch
-    np.testing.assert_allclose(aware.stir.added, np.where(bench.load_side, changed, 0.0), rtol=1e-9, atol=1e-15)
+    changed = replay.shaken[0].mismatch(structure, aware.coordinates[None])[0] - aware.mismatch
+    np.testing.assert_allclose(aware.stir.noise, np.where(replay.load_side, changed, 0.0), rtol=1e-9, atol=1e-15)
 
 
 def test_exact_a_second_start_in_the_same_valley_ends_at_the_same_fit_sooner(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     setup = set_up_usable(load_campaign(small_campaign.write(tmp_path)), None)
-    bench, structure = setup.bench, nominal(setup)
-    first = fit(bench, structure)
+    replay, structure = setup.replay, nominal(setup)
+    first = fit(replay, structure)
     far = first.coordinates - 3.0 * structure.sigma
     taken = []
 
@@ -208,9 +211,9 @@ def test_exact_a_second_start_in_the_same_valley_ends_at_the_same_fit_sooner(
     counts = []
     for ahead in (None, first):
         taken.clear()
-        again = fit(bench, structure, far, ahead=ahead)
+        again = fit(replay, structure, far, ahead=ahead)
         counts.append(len(taken))
-        away = (again.coordinates - first.coordinates) / np.sqrt(np.diag(first.covariance(bench.layout)))
+        away = (again.coordinates - first.coordinates) / np.sqrt(np.diag(first.covariance(replay.layout)))
         assert np.max(np.abs(away)) < 0.3
     assert counts[1] < counts[0]
 
@@ -220,8 +223,8 @@ def test_exact_a_fit_that_ends_beside_a_known_one_has_its_slopes(
 ) -> None:
     """Only those of what was added are new, and it ends where a fit of its own does."""
     setup = set_up_usable(load_campaign(small_campaign.write(tmp_path, angle_noise=1e-4)), None)
-    bench, structure = setup.bench, nominal(setup)
-    known = fit(bench, structure)
+    replay, structure = setup.replay, nominal(setup)
+    known = fit(replay, structure)
     waves = [Free(f"te_{wave}_4", 1e-7, 1e-5, False, "rad") for wave in ("cos", "sin")]
     wider = structure.with_terms([], ["4"], [], {}, waves)
     start = np.append(known.coordinates, 1e-7 * np.ones(2))
@@ -232,28 +235,28 @@ def test_exact_a_fit_that_ends_beside_a_known_one_has_its_slopes(
         return linearise(*arguments)
 
     monkeypatch.setattr("hdfast.diagnosis.fit.linearise", counted)
-    beside, own = fit(bench, wider, start, known), fit(bench, wider, start)
+    beside, own = fit(replay, wider, start, known), fit(replay, wider, start)
     first = len(structure.names)
     assert kept[: kept.index(0)] == [first] * kept.index(0)
     np.testing.assert_array_equal(beside.slopes[:, :first], known.slopes)
-    away = (beside.coordinates - own.coordinates) / np.sqrt(np.diag(own.covariance(bench.layout)))
+    away = (beside.coordinates - own.coordinates) / np.sqrt(np.diag(own.covariance(replay.layout)))
     assert np.max(np.abs(away)) < 0.3
 
 
-def fast_part_taken(bench: Bench, one: Fit, other: Fit) -> Floats:
+def fast_part_taken(replay: Replay, one: Fit, other: Fit) -> Floats:
     """Fast part of what a fit's torque loses, (N,), with the other's inertias."""
-    rows = np.stack([one.coordinates, quieted(bench, one, other)])
+    rows = np.stack([one.coordinates, quieted(replay, one, other)])
     return np.asarray(
-        np.subtract(*bench.mismatch(one.structure, rows)) - np.subtract(*bench.steady(one.structure, rows))
+        np.subtract(*replay.mismatch(one.structure, rows)) - np.subtract(*replay.steady(one.structure, rows))
     )
 
 
-def noise_taken(bench: Bench, change: Floats, taken: Floats) -> Floats:
+def noise_taken(replay: Replay, change: Floats, taken: Floats) -> Floats:
     """Mean square of what a change (N,) takes back of a fast part (N,), in the blocks where that is more."""
-    whole, counted = bench.layout.sums(taken**2), bench.layout.sums((taken != 0.0).astype(np.float64))
-    share = -bench.layout.sums(change * taken) / np.maximum(whole, 1e-300)
+    whole, counted = replay.layout.sums(taken**2), replay.layout.sums((taken != 0.0).astype(np.float64))
+    share = -replay.layout.sums(change * taken) / np.maximum(whole, 1e-300)
     assert np.max(share) <= 1.0 + 1e-12
-    np.testing.assert_allclose(change, -share[bench.layout.block] * taken, atol=1e-9 * np.max(np.abs(taken)))
+    np.testing.assert_allclose(change, -share[replay.layout.block] * taken, atol=1e-9 * np.max(np.abs(taken)))
     more = (share < 1.0 - 1e-9) & (counted > 20)
     return np.asarray(share[more] * whole[more] / counted[more])
 
@@ -261,46 +264,46 @@ def noise_taken(bench: Bench, change: Floats, taken: Floats) -> Floats:
 def test_exact_models_with_other_inertias_are_compared_with_the_same_noise(tmp_path: Path) -> None:
     """Of what another inertia changes in the fast part of the torque is taken back what noise makes of it."""
     setup = set_up_usable(load_campaign(small_campaign.write(tmp_path, angle_noise=1e-4)), None)
-    bench, structure = setup.bench, nominal(setup)
-    one = fit(bench, structure)
+    replay, structure = setup.replay, nominal(setup)
+    one = fit(replay, structure)
     heavier = one.coordinates + 0.2 * (np.array(structure.names) == "J_m")
-    other = replace(one, coordinates=heavier, mismatch=bench.mismatch(structure, heavier[None])[0])
-    assert np.max(heavier - quieted(bench, other, one)) > 0.02
-    taken = fast_part_taken(bench, other, one)
-    noise = noise_taken(bench, exchanged(bench, other, one).change, taken)
+    other = replace(one, coordinates=heavier, mismatch=replay.mismatch(structure, heavier[None])[0])
+    assert np.max(heavier - quieted(replay, other, one)) > 0.02
+    taken = fast_part_taken(replay, other, one)
+    noise = noise_taken(replay, exchanged(replay, other, one).change, taken)
     assert len(noise) > 10
     assert np.max(noise) < 3.0 * np.min(noise)
-    found, own = replayed(bench, other, one), bench.commanded(other)
+    found, own = replayed(replay, other, one), replay.commanded(other)
     change = found.alike - found.mismatch
     np.testing.assert_allclose(noise_taken(own, change, fast_part_taken(own, other, one)), noise, rtol=0.5)
-    silent = replace(bench, plant=replace(bench.plant, band=replace(bench.plant.band, angle_noise=0.0)))
+    silent = replace(replay, plant=replace(replay.plant, band=replace(replay.plant.band, angle_noise=0.0)))
     assert not exchanged(silent, other, one).change.any()
 
 
 def test_exact_a_lighter_motor_gains_nothing_by_being_shaken_less(tmp_path: Path) -> None:
     """Beside the best fit a model loses what is expected: what the exchange leaves of the noise is known by size."""
     setup = set_up_usable(load_campaign(small_campaign.write(tmp_path, angle_noise=2e-5)), None)
-    bench, structure = setup.bench, nominal(setup)
-    one = fit(bench, structure)
+    replay, structure = setup.replay, nominal(setup)
+    one = fit(replay, structure)
     lighter = one.coordinates - 0.02 * (np.array(structure.names) == "J_m")
-    other = replace(one, coordinates=lighter, mismatch=bench.mismatch(structure, lighter[None])[0])
-    before, after = replayed(bench, one, one), replayed(bench, other, one)
-    proof = weigh_up(bench.layout, one.white, before, after, 0.0)
+    other = replace(one, coordinates=lighter, mismatch=replay.mismatch(structure, lighter[None])[0])
+    before, after = replayed(replay, one, one), replayed(replay, other, one)
+    proof = weigh_up(replay.layout, one.white, before, after, 0.0)
     assert proof.expected.total > 50.0
     assert abs(proof.gain.total + proof.expected.total) < 2.0
-    unaware = weigh_up(bench.layout, one.white, *(replace(one, added=0.0 * one.added) for one in (before, after)), 0.0)
+    unaware = weigh_up(replay.layout, one.white, *(replace(one, noise=0.0 * one.noise) for one in (before, after)), 0.0)
     assert unaware.gain.total + unaware.expected.total > 3.0
 
 
 def test_exact_a_share_that_is_a_multiple_of_another_is_left_out_with_it_once(tmp_path: Path) -> None:
     setup = set_up_usable(load_campaign(small_campaign.write(tmp_path, angle_noise=1e-4)), None)
-    bench, structure = setup.bench, nominal(setup)
-    one = fit(bench, structure)
+    replay, structure = setup.replay, nominal(setup)
+    one = fit(replay, structure)
     law = structure.with_terms(["load_dependent_friction"], [], [], {}, SHARES)
     shared = np.append(one.coordinates, np.log([0.2, 1.0]))
-    other = replace(one, structure=law, coordinates=shared, mismatch=bench.mismatch(law, shared[None])[0])
-    assert quieted(bench, other, one)[-1] == shared[-1]
-    assert np.all(noise_taken(bench, exchanged(bench, other, one).change, fast_part_taken(bench, other, one)) > 0.0)
+    other = replace(one, structure=law, coordinates=shared, mismatch=replay.mismatch(law, shared[None])[0])
+    assert quieted(replay, other, one)[-1] == shared[-1]
+    assert np.all(noise_taken(replay, exchanged(replay, other, one).change, fast_part_taken(replay, other, one)) > 0.0)
 
 
 def test_exact_a_spring_that_answers_noise_of_the_angle_less_is_calmer(
@@ -311,19 +314,19 @@ def test_exact_a_spring_that_answers_noise_of_the_angle_less_is_calmer(
     That of a law counts, what a refit does to the drive's own does not; where a gap rattles, since gains know it else.
     """
     setup = set_up_usable(load_campaign(small_campaign.write(tmp_path, angle_noise=1e-4)), None)
-    bench, structure = setup.bench, nominal(setup)
-    one = fit(bench, structure)
+    replay, structure = setup.replay, nominal(setup)
+    one = fit(replay, structure)
     j = structure.names.index("k1")
     given = structure.fixed | {"k1": 10.0 * one.value("k1")}
     law = replace(structure, free=(*structure.free[:j], *structure.free[j + 1 :]), fixed=given)
     stiffer = replace(one, structure=law, coordinates=np.delete(one.coordinates, j))
     refitted = replace(one, coordinates=one.coordinates + np.log(10.0) * (np.arange(len(structure.names)) == j))
-    assert calmer(bench, stiffer, one) == 0.0
-    monkeypatch.setattr("hdfast.diagnosis.shaken.rattles", lambda _: True)
-    assert calmer(bench, one, one) == 0.0
-    assert calmer(bench, refitted, one) == 0.0
-    assert calmer(bench, stiffer, one) > 10.0
-    silent = replace(bench, plant=replace(bench.plant, band=replace(bench.plant.band, angle_noise=0.0)))
+    assert calmer(replay, stiffer, one) == 0.0
+    monkeypatch.setattr(Structure, "rattles", True)
+    assert calmer(replay, one, one) == 0.0
+    assert calmer(replay, refitted, one) == 0.0
+    assert calmer(replay, stiffer, one) > 10.0
+    silent = replace(replay, plant=replace(replay.plant, band=replace(replay.plant.band, angle_noise=0.0)))
     assert calmer(silent, stiffer, one) == 0.0
 
 
@@ -332,17 +335,17 @@ def test_exact_a_torque_that_no_drive_has_is_no_simulation(tmp_path: Path) -> No
     setup = set_up_usable(load_campaign(small_campaign.write(tmp_path)), None)
     structure = nominal(setup)
     absurd = np.where(np.array(structure.names) == "B_m", np.log(1e200), structure.start)
-    found = setup.bench.mismatch(structure, np.stack([absurd, structure.start]))
+    found = setup.replay.mismatch(structure, np.stack([absurd, structure.start]))
     assert np.isnan(found[0]).all()
     assert np.isfinite(found[1]).all()
 
 
 def test_exact_wide_slopes_are_differences_to_both_sides(tmp_path: Path) -> None:
     setup = set_up_usable(load_campaign(small_campaign.write(tmp_path)), None)
-    bench, structure = setup.bench, nominal(setup)
+    replay, structure = setup.replay, nominal(setup)
     wide = 0.05 * structure.sigma
-    _, slopes, rough = linearise(bench, structure, structure.start, kept=1, wide=wide)
-    higher, lower = (bench.mismatch(structure, structure.start + side * np.diag(wide)) for side in (1.0, -1.0))
+    _, slopes, rough = linearise(replay, structure, structure.start, kept=1, wide=wide)
+    higher, lower = (replay.mismatch(structure, structure.start + side * np.diag(wide)) for side in (1.0, -1.0))
     expected = -((higher - lower) / (2.0 * wide[:, None])).T
     np.testing.assert_allclose((slopes + rough)[:, 1:], expected[:, 1:], rtol=1e-9, atol=1e-12)
     assert not slopes[:, 0].any()

@@ -11,7 +11,7 @@ import pytest
 import small_campaign
 from hdfast.diagnosis import diagnose, prove, session
 from hdfast.diagnosis.candidate import Candidate
-from hdfast.diagnosis.fit import Fit
+from hdfast.diagnosis.fitted import Fit
 from hdfast.diagnosis.holdout import Proof
 from hdfast.diagnosis.library import OF_THE_WINDUP, Sizes, library
 from hdfast.diagnosis.limits import limits
@@ -41,7 +41,7 @@ def test_exact_held_out_channels_that_nothing_was_fitted_on_are_left_aside(tmp_p
     for number in range(3):
         without_column(path, f"r{number}.npz", "load_angle")
     setup = set_up_usable(load_campaign(path), None)
-    assert setup.held.layout.channels == setup.bench.layout.channels == ("motor_torque",)
+    assert setup.held.layout.channels == setup.replay.layout.channels == ("motor_torque",)
     assert {channel for _, channel, _ in setup.held.layout.pieces} == {"motor_torque"}
 
 
@@ -195,8 +195,8 @@ def test_exact_a_faint_effect_stands_where_what_is_held_out_confirms_it(
         monkeypatch.setattr(prove, name, lambda *given: model)
     monkeypatch.setattr(prove, "weigh_up", weigh_up)
     monkeypatch.setattr(Proof, "confirms", property(lambda proof: confirms))
-    bench = SimpleNamespace(commanded=lambda fitted: None, layout=None)
-    found = prove.proven(bench, bench, Search([first], model, []))[0]
+    replay = SimpleNamespace(commanded=lambda fitted: None, layout=None)
+    found = prove.proven(replay, replay, Search([first], model, []))[0]
     assert [one.candidate.effect for one in found.accepted] == [effect] * named
     assert all(one.confirmed and not one.failed for one in found.accepted)
     asked = named or not confirms
@@ -233,9 +233,9 @@ def test_exact_effects_of_the_windup_are_those_a_rigid_drive_has_none_of():
 def test_exact_a_ripple_takes_two_periods_to_be_one(turns, resolved):
     """In less of the motor's motion any slow curve looks the same."""
     unit = SimpleNamespace(angle=np.linspace(0.0, 2.0 * np.pi * turns, 9))
-    bench = SimpleNamespace(plant=SimpleNamespace(units=[unit]))
+    replay = SimpleNamespace(plant=SimpleNamespace(units=[unit]))
     ripples = [Candidate("torque_ripple", "actuator", (), (), "r_2", order=order) for order in (4.0, 5.0, 8.0)]
-    assert {one.order for one in ripples if not unresolved(one, None, bench)} == resolved
+    assert {one.order for one in ripples if not unresolved(one, None, replay)} == resolved
 
 
 def test_exact_drifts_need_a_second_recording():
@@ -306,7 +306,7 @@ def test_exact_a_rival_that_cannot_be_simulated_in_the_place_of_a_name_is_none(t
         return [{channel: np.where(lost, np.nan, own) for channel, own in unit.items()} for unit in found]
 
     monkeypatch.setattr(Plant, "mismatch", failing)
-    standing = stand(done.bench, search, done.floor, {}, np.random.default_rng(1))[0]
+    standing = stand(done.replay, search, done.floor, {}, np.random.default_rng(1))[0]
     assert standing.trial is own
     assert "stribeck_friction" not in [one.effect for one in standing.rivals]
 
@@ -323,7 +323,7 @@ def test_exact_where_no_drive_without_the_effect_can_be_simulated_the_one_before
         return [{channel: np.where(lost, np.nan, own) for channel, own in unit.items()} for unit in found]
 
     monkeypatch.setattr(Plant, "mismatch", failing)
-    standing = stand(done.bench, done.search, done.floor, {}, np.random.default_rng(1))[0]
+    standing = stand(done.replay, done.search, done.floor, {}, np.random.default_rng(1))[0]
     assert standing.lesser is next(one for one in done.search.rounds if one.accepted is not None).before
 
 

@@ -59,7 +59,7 @@ def friction(tmp_path_factory):
 def test_regress_the_proposal_tells_friction_from_nothing(friction):
     final = friction.search.final
     contest = Contest(("coulomb_friction", NOTHING), (final, friction.baseline))
-    found = propose(friction.bench, contest, np.random.default_rng(0))
+    found = propose(friction.replay, contest, np.random.default_rng(0))
     assert found.odds >= max(5.0, 1.2 * found.usual)
     content = found.to_dict()
     assert content["decides"]
@@ -69,4 +69,4 @@ def test_regress_the_proposal_tells_friction_from_nothing(friction):
 
 def test_exact_models_that_agree_are_not_told_apart(friction):
     contest = Contest(("one", "the other"), (friction.baseline, friction.baseline))
-    assert propose(friction.bench, contest, np.random.default_rng(0)) is None
+    assert propose(friction.replay, contest, np.random.default_rng(0)) is None

@@ -128,7 +128,7 @@ def test_exact_what_rests_on_fitted_recordings_says_so_beside_the_errors(found):
 def test_exact_an_undecided_page_begins_with_what_to_record_next(found):
     session = found.evidence.session
     contest = Contest(("coulomb_friction", NOTHING), (session.search.final, session.baseline))
-    experiment = propose(session.bench, contest, np.random.default_rng(0)).to_dict()
+    experiment = propose(session.replay, contest, np.random.default_rng(0)).to_dict()
     finding = {"file": "r0.npz", "check": "torque_sign", "severity": "warning", "sentence": "s", "t0": 0.5, "t1": None}
     changed = {"verdict": "undecided", "next_experiment": experiment, "health": [finding], "notes": ["a weaker proof"]}
     text = diagnosis_page.page(replace(found, content={**found.content, **changed}))
@@ -176,8 +176,8 @@ def test_exact_telling_window_is_of_a_recording_kept_for_the_proof(found):
 
 def test_exact_prediction_is_measured_minus_mismatch(found):
     session = found.evidence.session
-    trace = next(one for one in traces(found.evidence) if one.unit.name == session.bench.plant.units[0].name)
-    where = session.bench.layout.pieces[0][2]
+    trace = next(one for one in traces(found.evidence) if one.unit.name == session.replay.plant.units[0].name)
+    where = session.replay.layout.pieces[0][2]
     known = np.isfinite(trace.missing)
     np.testing.assert_allclose(trace.missing[known], session.baseline.mismatch[where], atol=1e-12)
     np.testing.assert_allclose(trace.left[known], session.search.final.mismatch[where], atol=1e-12)
@@ -209,10 +209,10 @@ def test_exact_sizes_are_written_with_two_digits_of_their_deviation(value, sigma
 
 def test_exact_samples_that_follow_each_other_are_neighbours_in_pictures(tmp_path):
     """Where the band leaves every other sample out, lines through the rest are drawn all the same."""
-    bench = set_up_usable(load_campaign(small_campaign.write(tmp_path, angle_noise=1e-4)), None).bench
-    assert bench.plant.band.stride("motor_torque") > 1
-    nothing = np.zeros(bench.layout.size)
-    for trace in traces_of(bench, (nothing, nothing), ("nominal", "")):
+    replay = set_up_usable(load_campaign(small_campaign.write(tmp_path, angle_noise=1e-4)), None).replay
+    assert replay.plant.band.stride("motor_torque") > 1
+    nothing = np.zeros(replay.layout.size)
+    for trace in traces_of(replay, (nothing, nothing), ("nominal", "")):
         known = np.isfinite(trace.measured)
         assert np.mean(known[1:] & known[:-1]) > 0.5
         assert len(trace.t) == len(trace.unit.speed) == len(trace.measured)

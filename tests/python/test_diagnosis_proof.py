@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 import small_campaign
 from hdfast.diagnosis import diagnose
-from hdfast.diagnosis.fit import Bench
 from hdfast.diagnosis.holdout import Proof
+from hdfast.diagnosis.replay import Replay
 from hdfast.diagnosis.rivals import confidence
 from hdfast.diagnosis.score import Gain
 
@@ -147,14 +147,14 @@ def test_exact_a_model_that_predicts_worse_never_holds() -> None:
 def test_exact_a_candidate_that_cannot_be_simulated_is_no_crash(tmp_path, monkeypatch):
     """Rows of a candidate that fail at every amplitude end its trial, not the diagnosis."""
     small_campaign.shorten_library(monkeypatch)
-    whole = Bench.mismatch
+    whole = Replay.mismatch
 
-    def failing(bench, structure, coordinates):
-        found = whole(bench, structure, coordinates)
+    def failing(replay, structure, coordinates):
+        found = whole(replay, structure, coordinates)
         broken = "coulomb_friction" in structure.model.terms and len(coordinates) > 1
         return np.full_like(found, np.nan) if broken else found
 
-    monkeypatch.setattr(Bench, "mismatch", failing)
+    monkeypatch.setattr(Replay, "mismatch", failing)
     found = diagnose(small_campaign.write(tmp_path, ["coulomb_friction"], {"T_c": 0.05}))
     trials = found.evidence.session.search.rounds[0].trials
     assert next(one.failed for one in trials if one.candidate.effect == "coulomb_friction") == ("A0 simulation",)

@@ -89,10 +89,10 @@ def test_exact_a_late_actuator_has_to_gain_beside_what_a_refit_with_it_moves(tmp
     found = diagnose(path)
     assert [one["effect"] for one in found.content["effects"]] == ["actuator_lag"]
     seen = found.evidence.session.search.rounds[0]
-    bench, joint = found.evidence.session.bench.commanded(seen.before), seen.accepted.fit
-    folds = groups(bench.plant, bench.layout)
-    assert of_its_own(bench, joint, seen.before, folds)
+    replay, joint = found.evidence.session.replay.commanded(seen.before), seen.accepted.fit
+    folds = groups(replay.plant, replay.layout)
+    assert of_its_own(replay, joint, seen.before, folds)
     moved = joint.coordinates.copy()
     moved[joint.structure.names.index("actuator_lag_tau_e")] = np.log(1e-6)
-    none = replace(joint, coordinates=moved, mismatch=bench.mismatch(joint.structure, moved[None])[0])
-    assert not of_its_own(bench, none, seen.before, folds)
+    none = replace(joint, coordinates=moved, mismatch=replay.mismatch(joint.structure, moved[None])[0])
+    assert not of_its_own(replay, none, seen.before, folds)

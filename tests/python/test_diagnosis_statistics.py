@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from hdfast.diagnosis.accept import convinces, repeats
 from hdfast.diagnosis.evidence import Layout, Weights
-from hdfast.diagnosis.fit import Fit
+from hdfast.diagnosis.fitted import Fit
 from hdfast.diagnosis.lines import Line, snapped
 from hdfast.diagnosis.plant import Free, Structure
 from hdfast.diagnosis.projector import Projector
@@ -121,12 +121,12 @@ def test_exact_near_the_noise_an_effect_in_two_blocks_of_thirty_predicts_one_fro
     """Wherever the two stand: with folds of several blocks they may fall into one."""
     rng = np.random.default_rng(5)
     layout, fit = linear(600, 30, 3, rng)
-    bench = SimpleNamespace(layout=layout)
+    replay = SimpleNamespace(layout=layout)
     for first, second in ((3, 9), (3, 10), (12, 24)):
         signature = rng.standard_normal(600) * np.isin(layout.block, (first, second))
         slopes = np.column_stack([fit.slopes[:, :2], signature])
         hidden = replace(fit, slopes=slopes, mismatch=fit.mismatch + 2.0 * signature)
-        found, _ = left_out(hidden, fit.white, layout, folds_near(bench, 1.0, 1.0))
+        found, _ = left_out(hidden, fit.white, layout, folds_near(replay, 1.0, 1.0))
         for block in (first, second):
             own = layout.block == block
             assert np.std(found[own]) < 0.8 * np.std(hidden.mismatch[own])

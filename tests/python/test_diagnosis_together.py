@@ -13,7 +13,7 @@ from threading import Barrier
 
 import pytest
 import small_campaign
-from hdfast.diagnosis.fit import Bench
+from hdfast.diagnosis.replay import Replay
 from hdfast.diagnosis.session import nominal, set_up_usable
 from hdfast.diagnosis.together import side_by_side
 from hdfast.recordings import load_campaign
@@ -23,30 +23,30 @@ EXAMPLE = Path(__file__).parents[2] / "examples" / "concealed-friction" / "campa
 
 
 @pytest.fixture(scope="module")
-def bench(tmp_path_factory: pytest.TempPathFactory) -> Bench:
-    return set_up_usable(load_campaign(small_campaign.write(tmp_path_factory.mktemp("small"))), None).bench
+def replay(tmp_path_factory: pytest.TempPathFactory) -> Replay:
+    return set_up_usable(load_campaign(small_campaign.write(tmp_path_factory.mktemp("small"))), None).replay
 
 
 @pytest.mark.parametrize(("threads", "parts", "share"), [(1, 3, 1), (2, 3, 1), (8, 3, 2), (4, 1, 4), (4, 0, None)])
 def test_exact_parts_keep_their_order_and_share_the_threads(
-    bench: Bench, threads: int, parts: int, share: int | None
+    replay: Replay, threads: int, parts: int, share: int | None
 ) -> None:
-    many = replace(bench, plant=replace(bench.plant, threads=threads))
+    many = replace(replay, plant=replace(replay.plant, threads=threads))
 
-    def work(own: Bench, part: int) -> tuple[int, int | None]:
+    def work(own: Replay, part: int) -> tuple[int, int | None]:
         time.sleep(0.02 * (parts - part))
         return part, own.plant.threads
 
     assert list(side_by_side(many, work, range(parts))) == [(part, share) for part in range(parts)]
 
 
-def test_exact_when_one_fails_the_others_end(bench: Bench) -> None:
+def test_exact_when_one_fails_the_others_end(replay: Replay) -> None:
     """All but the first simulate on and on until they are told to end."""
-    two = replace(bench, plant=replace(bench.plant, threads=2))
+    two = replace(replay, plant=replace(replay.plant, threads=2))
     structure = nominal(set_up_usable(load_campaign(EXAMPLE), None))
     together, begun, ended = Barrier(2), [], []
 
-    def work(own: Bench, part: int) -> None:
+    def work(own: Replay, part: int) -> None:
         begun.append(part)
         if part < 2:
             together.wait(timeout=60.0)

@@ -32,10 +32,10 @@ TRUE = {
 
 @pytest.fixture(scope="module")
 def complete(tmp_path_factory):
-    """Bench and fit of a complete drive."""
+    """Replay and fit of a complete drive."""
     campaign = load_campaign(small_campaign.write(tmp_path_factory.mktemp("complete")))
     setup = set_up_usable(campaign, None)
-    return setup.bench, fit(setup.bench, nominal(setup))
+    return setup.replay, fit(setup.replay, nominal(setup))
 
 
 @pytest.mark.parametrize("law", LAWS)
@@ -104,11 +104,11 @@ def test_exact_a_description_that_shows_may_miss_by_two_percent_more(after, gain
 
 def test_exact_a_slow_torque_behind_the_gear_is_felt_everywhere_at_once(complete):
     """Simulated through the drive, a torque over the position arrives at the motor, in the windup and in between."""
-    bench, fitted = complete
-    slow = slowed(bench)
-    one = next(one for one in features(bench, slow, fitted) if one.name == "load_phase" and one.place == "load")
-    whole, quick = (of(bench, slow, fitted) for of in (one.columns, one.sketch))
-    for unit, channel, where in bench.layout.pieces:
+    replay, fitted = complete
+    slow = slowed(replay)
+    one = next(one for one in features(replay, slow, fitted) if one.name == "load_phase" and one.place == "load")
+    whole, quick = (of(replay, slow, fitted) for of in (one.columns, one.sketch))
+    for unit, channel, where in replay.layout.pieces:
         if unit == 2:
             far = np.abs(whole[where] - quick[where])
             assert np.median(far) < 0.1 * np.ptp(whole[where]), channel
@@ -116,8 +116,8 @@ def test_exact_a_slow_torque_behind_the_gear_is_felt_everywhere_at_once(complete
 
 def test_exact_a_torque_at_one_place_is_described_as_one(complete):
     """A doublet 0.02 rad wide that the output passes, twelve noise deviations of the windup high."""
-    bench, fitted = complete
-    slow = slowed(bench)
+    replay, fitted = complete
+    slow = slowed(replay)
     whole = np.concatenate([unit.turned for unit in slow])
     place = float(np.quantile(whole, 0.6))
 
@@ -126,10 +126,10 @@ def test_exact_a_torque_at_one_place_is_described_as_one(complete):
         return (x * np.exp(0.5 - 0.5 * x * x))[:, None]
 
     one = Feature("load_phase", "none", "load", None, doublet, np.ones(1))
-    added = one.columns(bench, slow, fitted)[:, 0]
-    seen = np.max(np.abs(fitted.white(bench.layout, added)))
+    added = one.columns(replay, slow, fitted)[:, 0]
+    seen = np.max(np.abs(fitted.white(replay.layout, added)))
     shown = replace(fitted, mismatch=fitted.mismatch + 12.0 / seen * added)
-    found = describe(bench, None, shown, np.random.default_rng(1))
+    found = describe(replay, None, shown, np.random.default_rng(1))
     assert found.accepted
     assert (found.feature.name, found.feature.memory, found.feature.place) == ("load_phase", "none", "load")
     angle, torque = found.curve
@@ -138,8 +138,8 @@ def test_exact_a_torque_at_one_place_is_described_as_one(complete):
 
 
 def test_exact_shapes_at_one_place(complete):
-    bench, _ = complete
-    units = bench.plant.units
+    replay, _ = complete
+    units = replay.plant.units
     near = bumps(units, 24)
     low, high = (pick(pick(unit.turned) for unit in units) for pick in (min, max))
     width = (high - low) / 24
@@ -154,8 +154,8 @@ def test_exact_shapes_at_one_place(complete):
 
 
 def test_exact_what_is_built_up_at_rest_wears_off_in_motion(complete):
-    bench, _ = complete
-    unit = bench.plant.units[0]
+    replay, _ = complete
+    unit = replay.plant.units[0]
     t = np.arange(2000) / RATE
     moving = replace(unit, t=t, speed=np.where(t < 1.0, 0.0, -3.0))
     found = aged(0.2, RATE)(moving)[:, 0]
@@ -164,9 +164,9 @@ def test_exact_what_is_built_up_at_rest_wears_off_in_motion(complete):
 
 
 def test_against_lsoda_a_mass_on_a_spring_answers_a_shake(complete):
-    bench, _ = complete
+    replay, _ = complete
     t = np.arange(1000) / RATE
-    shaken = replace(bench.plant.units[0], t=t, acceleration=np.sin(9.0 * t))
+    shaken = replace(replay.plant.units[0], t=t, acceleration=np.sin(9.0 * t))
     w = 2.0 * np.pi * 2.0
 
     def swing(time, y):
@@ -179,8 +179,8 @@ def test_against_lsoda_a_mass_on_a_spring_answers_a_shake(complete):
 
 
 def test_exact_positions_share_out_one_everywhere(complete):
-    bench, _ = complete
-    units = bench.plant.units
+    replay, _ = complete
+    units = replay.plant.units
     over = positions(units, 6)
     for unit in units:
         np.testing.assert_allclose(over(unit).sum(axis=1), 1.0, rtol=1e-12)

@@ -34,7 +34,7 @@ def campaign(tmp_path_factory):
 @pytest.fixture(scope="module")
 def calibrated(campaign):
     setup = set_up_usable(load_campaign(campaign), None)
-    return setup, fit(setup.bench, nominal(setup))
+    return setup, fit(setup.replay, nominal(setup))
 
 
 def test_exact_size_of_the_residual_tests():
@@ -64,7 +64,7 @@ def test_exact_resampled_regressions_keep_the_columns_that_made_the_target():
 
 def test_exact_criterion_grows_by_the_logarithm_of_the_samples_for_a_parameter_that_does_nothing(calibrated):
     setup, known = calibrated
-    layout, structure = setup.bench.layout, known.structure
+    layout, structure = setup.replay.layout, known.structure
     wider = structure.with_terms((), (), (), {}, (structure.free[0],))
     idle = replace(known, structure=wider, coordinates=np.append(known.coordinates, 0.0))
     grown = forward_bic.bic(layout, idle) - forward_bic.bic(layout, known)

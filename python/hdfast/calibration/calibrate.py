@@ -15,7 +15,9 @@ from hdfast import files
 from hdfast.checks import Floats
 from hdfast.comparison.compare import ERROR, warned
 from hdfast.diagnosis.extended import extended_model
-from hdfast.diagnosis.fit import Bench, Fit, fit
+from hdfast.diagnosis.fit import fit
+from hdfast.diagnosis.fitted import Fit
+from hdfast.diagnosis.replay import Replay
 from hdfast.diagnosis.score import nrmse
 from hdfast.diagnosis.session import Setup, nominal, set_up_usable
 from hdfast.recordings import Campaign, load_campaign
@@ -38,7 +40,7 @@ class Calibration:
     @property
     def parameters(self) -> list[dict[str, Any]]:
         """Prior, estimate, standard deviation and pull (in standard deviations of the prior) of every fitted value."""
-        sigma = self.fit.sigma_of(self.setup.bench.layout)
+        sigma = self.fit.sigma_of(self.setup.replay.layout)
         structure = self.fit.structure
         pulls = (self.fit.coordinates - structure.start) / structure.sigma
         return [
@@ -58,15 +60,15 @@ class Calibration:
     def model(self) -> str:
         """The calibrated drive as the text of a drive file."""
         values = {name: self.fit.value(name) for name in self.fit.structure.names}
-        sigma = self.fit.sigma_of(self.setup.bench.layout)
+        sigma = self.fit.sigma_of(self.setup.replay.layout)
         return extended_model(self.setup.campaign, self.fit.structure, values, sigma, "calibrated")
 
     @property
     def nrmse(self) -> dict[str, dict[str, float]]:
         """Error over all recordings and channels by role, of the drive as given and as calibrated."""
         return {
-            role: {name: nrmse(bench.layout, stacked) for name, stacked in zip(MODELS, mismatches, strict=True)}
-            for role, (bench, mismatches) in self.mismatches.items()
+            role: {name: nrmse(replay.layout, stacked) for name, stacked in zip(MODELS, mismatches, strict=True)}
+            for role, (replay, mismatches) in self.mismatches.items()
         }
 
     @property
@@ -84,12 +86,14 @@ class Calibration:
         }
 
     @cached_property
-    def mismatches(self) -> dict[str, tuple[Bench, Floats]]:
+    def mismatches(self) -> dict[str, tuple[Replay, Floats]]:
         """Measured minus simulated by role: the recordings, and (2, N) stacked for the given and the fitted drive."""
         structure = self.fit.structure
         both = np.stack([structure.start, self.fit.coordinates])
-        benches = {"fit": self.setup.bench, "heldout": self.setup.held}
-        return {role: (bench, bench.mismatch(structure, both)) for role, bench in benches.items() if bench is not None}
+        replays = {"fit": self.setup.replay, "heldout": self.setup.held}
+        return {
+            role: (replay, replay.mismatch(structure, both)) for role, replay in replays.items() if replay is not None
+        }
 
     def report(self, folder: str | Path) -> Path:
         """Write the page, model.toml, the numbers and a copy of the campaign; returns the page's path.
@@ -127,4 +131,4 @@ def calibrate(campaign: str | Path | Campaign, *, threads: int | None = None) ->
     """
     with threadpool_limits(1):
         setup = set_up_usable(campaign if isinstance(campaign, Campaign) else load_campaign(campaign), threads)
-        return Calibration(setup, fit(setup.bench, nominal(setup)))
+        return Calibration(setup, fit(setup.replay, nominal(setup)))

@@ -10,7 +10,7 @@ from typing import Any
 
 from hdfast import files
 from hdfast.checks import Floats
-from hdfast.diagnosis.fit import Bench
+from hdfast.diagnosis.replay import Replay
 from hdfast.diagnosis.score import nrmse
 from hdfast.diagnosis.session import Setup, nominal, set_up_usable
 from hdfast.recordings import Campaign, load_campaign
@@ -32,17 +32,17 @@ class Comparison:
     """
 
     setup: Setup = field(repr=False)
-    mismatch: tuple[tuple[Bench, Floats], ...] = field(repr=False)
+    mismatch: tuple[tuple[Replay, Floats], ...] = field(repr=False)
 
     @property
     def errors(self) -> list[dict[str, Any]]:
         """Error by recording and channel: root mean square over the standard deviation of what was measured."""
         rows = []
-        for bench, stacked in self.mismatch:
-            for index, channel, where in bench.layout.pieces:
-                unit = bench.plant.units[index]
+        for replay, stacked in self.mismatch:
+            for index, channel, where in replay.layout.pieces:
+                unit = replay.plant.units[index]
                 size = float((stacked[where] ** 2).mean() ** 0.5)
-                spread = float(bench.layout.spread[where][0])
+                spread = float(replay.layout.spread[where][0])
                 rows.append(
                     {"recording": unit.name, "role": unit.role, "channel": channel, "rms": size, "nrmse": size / spread}
                 )
@@ -51,7 +51,7 @@ class Comparison:
     @property
     def nrmse(self) -> dict[str, float]:
         """Error over all recordings and channels, by role."""
-        return {bench.plant.units[0].role: nrmse(bench.layout, stacked) for bench, stacked in self.mismatch}
+        return {replay.plant.units[0].role: nrmse(replay.layout, stacked) for replay, stacked in self.mismatch}
 
     @property
     def warnings(self) -> list[str]:
@@ -102,5 +102,7 @@ def compare(campaign: str | Path | Campaign, *, threads: int | None = None) -> C
     """
     setup = set_up_usable(campaign if isinstance(campaign, Campaign) else load_campaign(campaign), threads)
     structure = nominal(setup)
-    benches = [bench for bench in (setup.bench, setup.held) if bench is not None]
-    return Comparison(setup, tuple((bench, bench.mismatch(structure, structure.start[None])[0]) for bench in benches))
+    replays = [replay for replay in (setup.replay, setup.held) if replay is not None]
+    return Comparison(
+        setup, tuple((replay, replay.mismatch(structure, structure.start[None])[0]) for replay in replays)
+    )

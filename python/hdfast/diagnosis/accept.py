@@ -9,9 +9,10 @@ from scipy.stats import t as student
 
 from hdfast.diagnosis.candidate import Candidate
 from hdfast.diagnosis.evidence import Index
-from hdfast.diagnosis.fit import Bench, Fit
+from hdfast.diagnosis.fitted import Fit
 from hdfast.diagnosis.masking import FAR
 from hdfast.diagnosis.plant import TORQUE_SCALE
+from hdfast.diagnosis.replay import Replay
 from hdfast.diagnosis.resolution import unresolved
 from hdfast.diagnosis.score import NEAR_NOISE, Gain, folds_near, gain, nrmse
 from hdfast.diagnosis.screen import Screen
@@ -48,9 +49,9 @@ class Rules:
     noisy: float
     folds: Index = field(repr=False)
 
-    def near(self, bench: Bench, current: Fit) -> Rules:
+    def near(self, replay: Replay, current: Fit) -> Rules:
         """The rules for what a fit leaves."""
-        return replace(self, folds=folds_near(bench, nrmse(bench.layout, current.mismatch), self.floor))
+        return replace(self, folds=folds_near(replay, nrmse(replay.layout, current.mismatch), self.floor))
 
     def waived(self, seen: Screen, candidate: Candidate, error: float) -> bool:
         """Whether an error need not fall much: the screen singles the candidate out, and it is not far from noise.
@@ -64,15 +65,15 @@ class Rules:
 
 
 def failed_rules(
-    bench: Bench, joint: Fit, current: Fit, candidate: Candidate, gained: Gain, rules: Rules, seen: Screen
+    replay: Replay, joint: Fit, current: Fit, candidate: Candidate, gained: Gain, rules: Rules, seen: Screen
 ) -> tuple[str, ...]:
     """The rules that an effect breaks, by name."""
     if not np.isfinite(joint.mismatch).all():
         return ("A0 simulation",)
     failed = []
-    slow = candidate.effect in DRIFTS or (candidate.effect == ECCENTRIC and len(bench.plant.units) > 1)
+    slow = candidate.effect in DRIFTS or (candidate.effect == ECCENTRIC and len(replay.plant.units) > 1)
     p = seen.p.get(candidate.label, 1.0)
-    if not (repeats(gained, p, bench.layout.unit_of_block) if slow else convinces(gained, p)):
+    if not (repeats(gained, p, replay.layout.unit_of_block) if slow else convinces(gained, p)):
         failed.append(SHORT)
     after, before = gained.nrmse
     waived = rules.waived(seen, candidate, before) and gained.total >= TELLING
@@ -81,16 +82,16 @@ def failed_rules(
         failed.append(STILL)
     if after > USELESS:
         failed.append("A8 prediction")
-    if not _sizeable(bench, joint, candidate):
+    if not _sizeable(replay, joint, candidate):
         failed.append("A3 amplitude")
-    if unresolved(candidate, joint, bench):
+    if unresolved(candidate, joint, replay):
         failed.append("A5 resolution")
     if special(candidate, joint):
         failed.append("A6 special case")
     failed += [f"A4 {name}" for name in [*_at_bounds(candidate, joint), *_strained(joint, current, gained)][:1]]
-    if not (failed or calmer(bench, joint, current) <= CALMER * gained.total):
+    if not (failed or calmer(replay, joint, current) <= CALMER * gained.total):
         failed.append("A9 noise")
-    if not failed and candidate.effect in TIMING and not of_its_own(bench, joint, current, rules.folds):
+    if not failed and candidate.effect in TIMING and not of_its_own(replay, joint, current, rules.folds):
         failed.append("A10 own gain")
     return tuple(failed)
 
@@ -133,14 +134,14 @@ def repeats(gained: Gain, p: float, recordings: Index) -> bool:
     return convinces(gained.over(recordings), p if gained.ratio > CERTAIN_ERRORS else 1.0, SLOW_CHANCE)
 
 
-def of_its_own(bench: Bench, joint: Fit, current: Fit, folds: Index) -> bool:
+def of_its_own(replay: Replay, joint: Fit, current: Fit, folds: Index) -> bool:
     """Whether an effect gains beside the model without it, once that has the parameters that were refitted with it.
 
     What is late by a little moves phases, and takes the credit for whatever else its refit moves: where a controller
     answers to disturbances, a lower inertia predicts better, with a lag or without.
 
     Args:
-        bench: recordings.
+        replay: recordings.
         joint: the model with the effect.
         current: the model without it.
         folds: fold of every stacked sample.
@@ -148,15 +149,15 @@ def of_its_own(bench: Bench, joint: Fit, current: Fit, folds: Index) -> bool:
     theirs = dict(zip(joint.structure.names, joint.coordinates.tolist(), strict=True))
     shared = zip(current.structure.names, current.coordinates.tolist(), strict=True)
     alike = np.array([theirs.get(name, own) for name, own in shared])
-    mismatch = bench.mismatch(current.structure, alike[None])[0]
-    return convinces(gain(bench, joint, replace(current, coordinates=alike, mismatch=mismatch), folds), 1.0)
+    mismatch = replay.mismatch(current.structure, alike[None])[0]
+    return convinces(gain(replay, joint, replace(current, coordinates=alike, mismatch=mismatch), folds), 1.0)
 
 
-def _sizeable(bench: Bench, joint: Fit, candidate: Candidate) -> bool:
+def _sizeable(replay: Replay, joint: Fit, candidate: Candidate) -> bool:
     """Whether its amplitude is more than its error, in the recorded torque: how much that is may not be known."""
     names = joint.structure.names
     where, scale = [names.index(name) for name in candidate.sizes], names.index(TORQUE_SCALE)
-    covariance = joint.covariance(bench.layout)
+    covariance = joint.covariance(replay.layout)
     shared = covariance[where, scale]
     own = covariance[np.ix_(where, where)] - np.multiply.outer(shared, shared) / covariance[scale, scale]
     positive = [joint.structure.free[j].positive for j in where]

@@ -9,8 +9,8 @@ import numpy as np
 
 from hdfast.checks import Floats
 from hdfast.diagnosis.facts import FACTS
-from hdfast.diagnosis.fit import Bench
 from hdfast.diagnosis.masking import pulled
+from hdfast.diagnosis.replay import Replay
 from hdfast.diagnosis.rivals import ALIKE, FAINT, Standing
 from hdfast.diagnosis.score import Gain, nrmse
 from hdfast.diagnosis.unknown import Unknown
@@ -84,7 +84,7 @@ def rejected(health: Health, seed: int, version: str) -> dict[str, Any]:
 def as_dict(verdict: Verdict, health: Health, seed: int, version: str) -> dict[str, Any]:
     """The content of verdict.json."""
     session = verdict.session
-    sigma = session.search.final.sigma_of(session.bench.layout)
+    sigma = session.search.final.sigma_of(session.replay.layout)
     effects = [_effect(one, verdict, sigma) for one in verdict.told]
     if verdict.described is not None:
         effects.append(_unknown_effect(verdict.described))
@@ -221,14 +221,14 @@ def _where(verdict: Verdict) -> dict[str, Any]:
 
 def _fit(verdict: Verdict) -> dict[str, Any]:
     session, proof = verdict.session, verdict.proof
-    layout = session.bench.layout
+    layout = session.replay.layout
     extended = verdict.extended or session.search.final
     return {
         "fit": {
             "baseline_nrmse": nrmse(layout, session.baseline.mismatch),
             "extended_nrmse": nrmse(layout, extended.mismatch),
             "noise_floor_nrmse": session.floor,
-            "channels": _channels(session.bench, session.baseline.mismatch, extended.mismatch),
+            "channels": _channels(session.replay, session.baseline.mismatch, extended.mismatch),
         },
         "heldout": {
             "baseline_nrmse": proof.baseline if proof else None,
@@ -239,14 +239,14 @@ def _fit(verdict: Verdict) -> dict[str, Any]:
     }
 
 
-def _channels(bench: Bench, before: Floats, after: Floats) -> dict[str, dict[str, float]]:
+def _channels(replay: Replay, before: Floats, after: Floats) -> dict[str, dict[str, float]]:
     """Errors by channel, the corner of the low-pass through which they are seen, and what an error of 1 stands for."""
     return {
         channel: {
-            "band_hz": bench.plant.band.of(channel),
-            "measured_std": 1.0 / nrmse(bench.layout, np.ones(bench.layout.size), channel),
-            "baseline_nrmse": nrmse(bench.layout, before, channel),
-            "extended_nrmse": nrmse(bench.layout, after, channel),
+            "band_hz": replay.plant.band.of(channel),
+            "measured_std": 1.0 / nrmse(replay.layout, np.ones(replay.layout.size), channel),
+            "baseline_nrmse": nrmse(replay.layout, before, channel),
+            "extended_nrmse": nrmse(replay.layout, after, channel),
         }
-        for channel in bench.layout.channels
+        for channel in replay.layout.channels
     }

@@ -60,7 +60,7 @@ class Diagnosis:
         final = session.search.final
         values = {name: final.value(name) for name in final.structure.names}
         with threadpool_limits(1):
-            sigma = final.sigma_of(session.bench.layout)
+            sigma = final.sigma_of(session.replay.layout)
         unnamed = None if unknown is None else unknown.noted
         return extended_model(self.campaign, final.structure, values, sigma, unnamed=unnamed)
 

@@ -10,8 +10,10 @@ import numpy as np
 
 from hdfast.checks import Floats
 from hdfast.diagnosis.evidence import lay_out
-from hdfast.diagnosis.fit import Bench, Fit, linearise
+from hdfast.diagnosis.fitted import Fit
 from hdfast.diagnosis.manoeuvres import Limits, Manoeuvre, drawn, known, varied
+from hdfast.diagnosis.replay import Replay
+from hdfast.diagnosis.slopes import linearise
 
 RANDOM = 12
 ROUNDS, KEPT, NEIGHBOURS = 3, 2, 3
@@ -74,53 +76,53 @@ class Experiment:
         }  # fmt: skip
 
 
-def propose(bench: Bench, contest: Contest, rng: np.random.Generator) -> Experiment | None:
+def propose(replay: Replay, contest: Contest, rng: np.random.Generator) -> Experiment | None:
     """Search motions within the limits of the recordings for the one that separates the models best; None if none does.
 
     What counts is the smaller of the two expected log Bayes factors, each after the false model's parameters were
     refitted to the new recording as far as the old ones let them.
 
     Args:
-        bench: the recordings at hand.
+        replay: the recordings at hand.
         contest: the models.
         rng: for random motions.
     """
-    limits = Limits.of(bench.plant.units)
+    limits = Limits.of(replay.plant.units)
     chance = drawn(limits, RANDOM, rng)
     pool = known(limits) + chance
-    odds = _odds(bench, contest, pool)
+    odds = _odds(replay, contest, pool)
     usual = float(np.median(odds[-RANDOM:]))
     for _ in range(ROUNDS):
         leading = np.argsort(-odds, kind="stable")[:KEPT]
         near = [varied(pool[index], limits, rng) for index in leading for _ in range(NEIGHBOURS)]
         pool = [pool[index] for index in leading] + near
-        odds = np.concatenate([odds[leading], _odds(bench, contest, near)])
+        odds = np.concatenate([odds[leading], _odds(replay, contest, near)])
     best = int(np.argmax(odds))
     if odds[best] <= 0.0:
         return None
-    telling, unit = _telling(bench, contest, pool[best])
+    telling, unit = _telling(replay, contest, pool[best])
     return Experiment(contest, pool[best], limits, float(odds[best]), usual, telling, unit)
 
 
-def _imagined(bench: Bench, contest: Contest, manoeuvres: Sequence[Manoeuvre]) -> Bench:
-    """A bench on which the motions are recorded."""
-    plant = bench.plant
+def _imagined(replay: Replay, contest: Contest, manoeuvres: Sequence[Manoeuvre]) -> Replay:
+    """A replay of the motions as if they had been recorded."""
+    plant = replay.plant
     like = max(plant.units, key=lambda unit: len(unit.measured))
     ratio = contest.fits[0].value("ratio")
-    slowest = _slowest(bench)
+    slowest = _slowest(replay)
     plant = replace(plant, units=[one.unit(plant.band, ratio, like, slowest) for one in manoeuvres])
-    return Bench(plant, lay_out(plant, bench.stated), bench.floor, bench.stated).commanded(contest.fits[0])
+    return Replay(plant, lay_out(plant, replay.stated), replay.floor, replay.stated).commanded(contest.fits[0])
 
 
-def _slowest(bench: Bench) -> float:
+def _slowest(replay: Replay) -> float:
     """Speed below which the recordings' torque is not judged [rad/s]."""
-    judged = [np.abs(unit.speed[unit.judged["motor_torque"]]) for unit in bench.plant.units]
+    judged = [np.abs(unit.speed[unit.judged["motor_torque"]]) for unit in replay.plant.units]
     return min((float(own.min()) for own in judged if own.size), default=0.0)
 
 
-def _odds(bench: Bench, contest: Contest, manoeuvres: Sequence[Manoeuvre]) -> Floats:
+def _odds(replay: Replay, contest: Contest, manoeuvres: Sequence[Manoeuvre]) -> Floats:
     """Expected log Bayes factor of each motion, shape (n,); 0 where a model cannot follow it."""
-    imagined = _imagined(bench, contest, manoeuvres)
+    imagined = _imagined(replay, contest, manoeuvres)
     layout = imagined.layout
     if not layout.size:
         return np.zeros(len(manoeuvres))
@@ -130,7 +132,7 @@ def _odds(bench: Bench, contest: Contest, manoeuvres: Sequence[Manoeuvre]) -> Fl
     found = np.full((2, len(manoeuvres)), np.inf)
     weights = contest.fits[0].weights
     for row, fit in enumerate(contest.fits):
-        already = np.linalg.inv(fit.covariance(bench.layout))
+        already = np.linalg.inv(fit.covariance(replay.layout))
         A = weights.normalise(layout, slopes[row].T).T
         r = weights.normalise(layout, mismatch[row] - mismatch[1 - row])
         for index in range(len(manoeuvres)):
@@ -141,8 +143,8 @@ def _odds(bench: Bench, contest: Contest, manoeuvres: Sequence[Manoeuvre]) -> Fl
     return np.asarray(np.nan_to_num(found.min(axis=0), nan=0.0, posinf=0.0))
 
 
-def _telling(bench: Bench, contest: Contest, manoeuvre: Manoeuvre) -> tuple[tuple[str, float, float, float], str]:
-    imagined = _imagined(bench, contest, [manoeuvre])
+def _telling(replay: Replay, contest: Contest, manoeuvre: Manoeuvre) -> tuple[tuple[str, float, float, float], str]:
+    imagined = _imagined(replay, contest, [manoeuvre])
     layout, unit = imagined.layout, imagined.plant.units[0]
     first, second = (imagined.mismatch(one.structure, one.coordinates[None])[0] for one in contest.fits)
     apart = np.abs(contest.fits[0].weights.normalise(layout, second - first))

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hdfast.checks import Floats
-from hdfast.diagnosis.fit import Bench, Fit
+from hdfast.diagnosis.fitted import Fit
 from hdfast.diagnosis.plant import TORQUE
 from hdfast.diagnosis.prepare import Unit, imposed
 from hdfast.diagnosis.regressors import (
@@ -25,6 +25,7 @@ from hdfast.diagnosis.regressors import (
     splines,
     waves,
 )
+from hdfast.diagnosis.replay import Replay
 
 PUSH = 0.1
 POSITIONS = (6, 12, 24)
@@ -55,33 +56,33 @@ class Feature:
     regressors: Variable = field(repr=False)
     size: Floats = field(repr=False)
 
-    def columns(self, bench: Bench, slow: Sequence[Unit], fitted: Fit) -> Floats:
+    def columns(self, replay: Replay, slow: Sequence[Unit], fitted: Fit) -> Floats:
         """What 1 N m of each at the motor, or as much behind the gear, changes in the simulated signals, (N, d').
 
         Args:
-            bench: recordings.
+            replay: recordings.
             slow: their slow motion.
             fitted: the model through which a torque on the load is felt.
         """
         if self.place == "load":
-            return _behind_the_gear(bench, fitted, self._torques(slow))
-        return self.sketch(bench, slow, fitted)
+            return _behind_the_gear(replay, fitted, self._torques(slow))
+        return self.sketch(replay, slow, fitted)
 
-    def sketch(self, bench: Bench, slow: Sequence[Unit], fitted: Fit) -> Floats:
+    def sketch(self, replay: Replay, slow: Sequence[Unit], fitted: Fit) -> Floats:
         """The same well below the resonance, where a torque on the load is felt everywhere at once."""
         shares = {TORQUE: 1.0}
         if self.place == "load" and fitted.structure.model.base == "two_inertia":
             ratio = fitted.value("ratio")
             shares |= {"te": ratio / fitted.stiffness, "output_torque": ratio}
-        smooth = bench.plant.band.smooth
+        smooth = replay.plant.band.smooth
         found = [
             {
                 channel: shares.get(channel, 0.0) * smooth(np.ascontiguousarray(torque.T), channel)
                 for channel in unit.measured
             }
-            for unit, torque in zip(bench.plant.units, self._torques(slow), strict=True)
+            for unit, torque in zip(replay.plant.units, self._torques(slow), strict=True)
         ]
-        return bench.layout.stack(found).T
+        return replay.layout.stack(found).T
 
     def torque(self, unit: Unit, coordinates: Floats) -> Floats:
         """What acts for coordinates (d',) in slow motion, in N m at the motor, (n,)."""
@@ -106,18 +107,18 @@ class Feature:
         return self.size > NOTHING
 
 
-def features(bench: Bench, slow: Sequence[Unit], fitted: Fit) -> list[Feature]:
+def features(replay: Replay, slow: Sequence[Unit], fitted: Fit) -> list[Feature]:
     """Instantaneous, rate-independent and fading regressors.
 
     The acceleration itself is not among them: whatever torque is missing has accelerated the drive. What a mass on a
     spring makes of it is.
 
     Args:
-        bench: recordings.
+        replay: recordings.
         slow: their slow motion.
         fitted: the model, for the transmitted torque; where a load side is seen, a torque may act on that.
     """
-    band = bench.plant.band
+    band = replay.plant.band
     ratio, inertia = fitted.value("ratio"), fitted.value("J_l")
 
     def transmitted(unit: Unit) -> Floats:
@@ -139,7 +140,7 @@ def features(bench: Bench, slow: Sequence[Unit], fitted: Fit) -> list[Feature]:
         "load_phase": lambda unit: unit.turned,
         "lobe_phase": lambda unit: unit.angle - unit.turned,
     }
-    places = ("motor", "load") if bench.plant.load_side else ("motor",)
+    places = ("motor", "load") if replay.plant.load_side else ("motor",)
     groups: list[Group] = [
         ((name, "none", place), of, splines(slow, of)) for name, of in smooth.items() for place in places
     ]
@@ -159,9 +160,9 @@ def features(bench: Bench, slow: Sequence[Unit], fitted: Fit) -> list[Feature]:
     return [one for one in found if one.width]
 
 
-def slowed(bench: Bench) -> list[Unit]:
+def slowed(replay: Replay) -> list[Unit]:
     """The recordings' slow motion: the noise of an acceleration would explain itself in the torque."""
-    slow = bench.plant.band.slow
+    slow = replay.plant.band.slow
     return [
         replace(
             unit,
@@ -169,7 +170,7 @@ def slowed(bench: Bench) -> list[Unit]:
             speed=np.where(unit.speed == 0.0, 0.0, slow(unit.speed)),
             acceleration=slow(unit.acceleration),
         )
-        for unit in bench.plant.units
+        for unit in replay.plant.units
     ]
 
 
@@ -178,9 +179,9 @@ def _size(columns: Sequence[Floats]) -> Floats:
     return np.asarray(np.sqrt(np.mean(np.concatenate(columns) ** 2, axis=0)))
 
 
-def _behind_the_gear(bench: Bench, fitted: Fit, torques: Sequence[Floats]) -> Floats:
+def _behind_the_gear(replay: Replay, fitted: Fit, torques: Sequence[Floats]) -> Floats:
     """Change of the simulated signals by torques (n, d) that resist the load, in N m at the motor, shape (N, d)."""
-    plant, count = bench.plant, torques[0].shape[1]
+    plant, count = replay.plant, torques[0].shape[1]
     push = PUSH * plant.torque_spread
     behind = push * fitted.value("ratio")
     pushed = [
@@ -191,7 +192,7 @@ def _behind_the_gear(bench: Bench, fitted: Fit, torques: Sequence[Floats]) -> Fl
     every = replace(plant, units=[*plant.units, *pushed])
     found = every.mismatch(fitted.structure, fitted.coordinates[None])
     size = len(plant.units)
-    rows = [bench.layout.stack(found[k : k + size])[0] for k in range(0, len(found), size)]
+    rows = [replay.layout.stack(found[k : k + size])[0] for k in range(0, len(found), size)]
     return np.asarray(rows[0][:, None] - np.transpose(rows[1:])) / push
 
 

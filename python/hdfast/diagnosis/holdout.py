@@ -11,7 +11,8 @@ from scipy.stats import norm
 from hdfast.checks import Floats
 from hdfast.diagnosis.accept import USELESS
 from hdfast.diagnosis.evidence import Layout, limited
-from hdfast.diagnosis.fit import Bench, Fit
+from hdfast.diagnosis.fitted import Fit
+from hdfast.diagnosis.replay import Replay
 from hdfast.diagnosis.score import CONVINCING, Gain, nrmse
 from hdfast.diagnosis.shaken import Exchanged, exchanged
 from hdfast.diagnosis.whiten import Whitener
@@ -130,9 +131,9 @@ class Proof:
         return self.gain.ratio > PROOF_ERRORS or self.extended < CLEARLY * self.baseline
 
 
-def replayed(bench: Bench, frozen: Fit, reference: Fit) -> Exchanged:
+def replayed(replay: Replay, frozen: Fit, reference: Fit) -> Exchanged:
     """Simulate recordings with a frozen model, and with the noise that a reference's inertias have."""
-    return exchanged(bench.commanded(frozen), frozen, reference)
+    return exchanged(replay.commanded(frozen), frozen, reference)
 
 
 def weigh_up(
@@ -152,8 +153,8 @@ def weigh_up(
     loud, quiet = (limited(white(layout, one.alike))[0] for one in (before, after))
     told = 0.5 * white(layout, before.alike - after.alike) ** 2
     gained = loud - quiet
-    if before.known and after.known:
-        louder, quieter = white(layout, before.added), white(layout, after.added)
+    if not (before.rattles or after.rattles):
+        louder, quieter = white(layout, before.noise), white(layout, after.noise)
         told, gained = told - 0.5 * (louder - quieter) ** 2, gained - 0.5 * (louder**2 - quieter**2)
     errors = nrmse(layout, after.mismatch), nrmse(layout, before.mismatch)
     expected = Gain(np.maximum(layout.sums(told), 0.0), errors)

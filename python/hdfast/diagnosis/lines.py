@@ -10,7 +10,7 @@ import numpy as np
 from scipy.ndimage import median_filter
 
 from hdfast.checks import Floats
-from hdfast.diagnosis.fit import Bench
+from hdfast.diagnosis.replay import Replay
 
 PROMINENCE = 20.0
 NEIGHBOURS = 61
@@ -38,42 +38,42 @@ class Line:
     recordings: int = 1
 
 
-def order_lines(bench: Bench, mismatch: Floats) -> list[Line]:
+def order_lines(replay: Replay, mismatch: Floats) -> list[Line]:
     """Lines per motor revolution in a stacked mismatch (N,), strongest first."""
     found = []
-    for unit, channel, where in bench.layout.pieces:
-        source = bench.plant.units[unit]
-        turns = source.angle[bench.layout.sample[where]] / (2.0 * math.pi)
-        speed = float(np.median(np.abs(source.speed[bench.layout.sample[where]]))) / (2.0 * math.pi)
-        highest = min(HIGHEST_ORDER, INSIDE * bench.plant.band.of(channel) / max(speed, 1e-9))
+    for unit, channel, where in replay.layout.pieces:
+        source = replay.plant.units[unit]
+        turns = source.angle[replay.layout.sample[where]] / (2.0 * math.pi)
+        speed = float(np.median(np.abs(source.speed[replay.layout.sample[where]]))) / (2.0 * math.pi)
+        highest = min(HIGHEST_ORDER, INSIDE * replay.plant.band.of(channel) / max(speed, 1e-9))
         found += [(unit, line) for line in _lines(turns, mismatch[where], highest)]
     return _merged(found)
 
 
-def torque_lines(bench: Bench) -> list[Line]:
+def torque_lines(replay: Replay) -> list[Line]:
     """Lines per motor revolution in the motor torque above the band of the motion, strongest first."""
     found = []
-    for number, unit in enumerate(bench.plant.units):
+    for number, unit in enumerate(replay.plant.units):
         fast = float(np.quantile(np.abs(unit.speed), 0.9)) / (2.0 * math.pi)
-        highest = min(HIGHEST_ORDER, INSIDE * bench.plant.band.sensed / max(fast, 1e-9))
+        highest = min(HIGHEST_ORDER, INSIDE * replay.plant.band.sensed / max(fast, 1e-9))
         lines = _lines(unit.angle / (2.0 * math.pi), unit.beyond, highest)
-        found += [(number, line) for line in lines if line.position * fast > bench.plant.band.motion]
+        found += [(number, line) for line in lines if line.position * fast > replay.plant.band.motion]
     return _merged(found)
 
 
-def tone_lines(bench: Bench, mismatch: Floats) -> list[Line]:
+def tone_lines(replay: Replay, mismatch: Floats) -> list[Line]:
     """Lines per second in a stacked mismatch (N,), strongest first."""
     found = []
-    for unit, channel, where in bench.layout.pieces:
-        t = bench.plant.units[unit].t[bench.layout.sample[where]]
-        lines = _lines(t, mismatch[where], INSIDE * bench.plant.band.of(channel))
+    for unit, channel, where in replay.layout.pieces:
+        t = replay.plant.units[unit].t[replay.layout.sample[where]]
+        lines = _lines(t, mismatch[where], INSIDE * replay.plant.band.of(channel))
         found += [(unit, line) for line in lines]
     return _merged(found)
 
 
-def several(bench: Bench) -> int:
+def several(replay: Replay) -> int:
     """In how many recordings a line has to stand: in two where there are so many."""
-    return min(2, len(bench.plant.units))
+    return min(2, len(replay.plant.units))
 
 
 def snapped(line: Line, expected: Sequence[float]) -> float:

@@ -8,9 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from hdfast.checks import Floats
-from hdfast.diagnosis.fit import Bench, Fit
+from hdfast.diagnosis.fitted import Fit
 from hdfast.diagnosis.lines import Line, order_lines, several, snapped, tone_lines, torque_lines
 from hdfast.diagnosis.prepare import Unit
+from hdfast.diagnosis.replay import Replay
 from hdfast.diagnosis.swings import Swing, swings
 
 PHASES = ("standstill", "start", "run", "stop", "reversal")
@@ -67,18 +68,18 @@ def phases(unit: Unit) -> Floats:
     return found
 
 
-def locate(bench: Bench, held: Bench | None, before: Fit, after: Fit, named: Sequence[float]) -> Where:
+def locate(replay: Replay, held: Replay | None, before: Fit, after: Fit, named: Sequence[float]) -> Where:
     """Where the mismatch of `before` is that `after` explains; all of it where `after` explains nothing.
 
     Args:
-        bench: recordings.
+        replay: recordings.
         held: those that are held out, whose motion is looked at with that of the others, or None.
         before: the lesser fit.
         after: the better fit.
         named: orders of the effects that make the difference; lines at other orders are listed after them.
     """
-    layout = bench.layout
-    scale = np.maximum(bench.floor, SILENT * before.weights.scale)[layout.channel]
+    layout = replay.layout
+    scale = np.maximum(replay.floor, SILENT * before.weights.scale)[layout.channel]
     explained = before.mismatch - after.mismatch
     if after is not before and np.any(explained):
         missing, telling = explained / scale, after.white(layout, explained)
@@ -90,21 +91,21 @@ def locate(bench: Bench, held: Bench | None, before: Fit, after: Fit, named: Seq
     for unit_index, channel, where in layout.pieces:
         own = missing[where]
         energy += np.bincount(
-            phases(bench.plant.units[unit_index])[layout.sample[where]], own**2, minlength=len(PHASES)
+            phases(replay.plant.units[unit_index])[layout.sample[where]], own**2, minlength=len(PHASES)
         )
         share[channel] = share.get(channel, 0.0) + float(np.sum(own**2))
     total, whole = float(energy.sum()), sum(share.values())
     shares = {phase: float(value / total) if total else 0.0 for phase, value in zip(PHASES, energy, strict=True)}
     top = max(shares, key=lambda phase: shares[phase])
-    orders, tones = _sorted_out(bench, before)
+    orders, tones = _sorted_out(replay, before)
     known = [*named, *_apart(orders, named)]
-    swinging = swings([one.plant for one in (bench, held) if one is not None])
+    swinging = swings([one.plant for one in (replay, held) if one is not None])
     more = [one for one in swinging if all(abs(one.frequency - own.position) > one.resolution for own in tones)]
     return Where(
-        windows=_windows(bench, telling),
+        windows=_windows(replay, telling),
         phase=top if shares[top] >= NAMED_SHARE else "all",
         shares=shares,
-        orders=tuple(round(position, 4) for position in [*known, *_apart(_beyond(bench), known)]),
+        orders=tuple(round(position, 4) for position in [*known, *_apart(_beyond(replay), known)]),
         frequencies=tuple(
             round(own, 3) for own in [*(line.position for line in tones), *(one.frequency for one in more)]
         ),
@@ -118,36 +119,36 @@ def _apart(lines: Sequence[Line], named: Sequence[float]) -> list[float]:
     return [line.position for line in lines if snapped(line, named) not in named]
 
 
-def _beyond(bench: Bench) -> list[Line]:
+def _beyond(replay: Replay) -> list[Line]:
     """The strongest lines of the motor torque above the band of the motion: they are seen, not simulated."""
-    lines = [line for line in torque_lines(bench) if line.recordings >= several(bench)]
+    lines = [line for line in torque_lines(replay) if line.recordings >= several(replay)]
     return [line for line in lines if line.prominence >= CLEAR * lines[0].prominence]
 
 
-def _sorted_out(bench: Bench, before: Fit) -> tuple[list[Line], list[Line]]:
+def _sorted_out(replay: Replay, before: Fit) -> tuple[list[Line], list[Line]]:
     """Lines that keep their order, and lines that keep their frequency, over recordings of different speed.
 
     With one recording of constant speed the two cannot be told apart, and a line is listed as an order.
     """
-    least = several(bench)
-    orders = [line for line in order_lines(bench, before.mismatch) if line.recordings >= least]
-    speeds = [float(np.median(np.abs(unit.speed))) / (2.0 * np.pi) for unit in bench.plant.units]
+    least = several(replay)
+    orders = [line for line in order_lines(replay, before.mismatch) if line.recordings >= least]
+    speeds = [float(np.median(np.abs(unit.speed))) / (2.0 * np.pi) for unit in replay.plant.units]
 
     def geared(tone: Line) -> bool:
         width = max(2.0 * tone.resolution, 0.02 * tone.position)
         return any(abs(line.position * speed - tone.position) < width for line in orders for speed in speeds)
 
-    tones = [line for line in tone_lines(bench, before.mismatch) if line.recordings >= least and not geared(line)]
+    tones = [line for line in tone_lines(replay, before.mismatch) if line.recordings >= least and not geared(line)]
     strong = [line for line in orders if line.prominence >= FAINT * orders[0].prominence]
     return strong, [line for line in tones if line.prominence >= FAINT * tones[0].prominence]
 
 
-def _windows(bench: Bench, telling: Floats) -> tuple[tuple[float, float, str], ...]:
+def _windows(replay: Replay, telling: Floats) -> tuple[tuple[float, float, str], ...]:
     """The fewest cells of time that hold most of a signal's (N,) energy, joined where they nearly touch."""
-    layout = bench.layout
+    layout = replay.layout
     loud: dict[tuple[int, int], float] = {}
     for number, _, where in layout.pieces:
-        cell = (bench.plant.units[number].t[layout.sample[where]] / CELL_S).astype(np.int64)
+        cell = (replay.plant.units[number].t[layout.sample[where]] / CELL_S).astype(np.int64)
         for index, energy in enumerate(np.bincount(cell, telling[where] ** 2)):
             if energy > 0.0:
                 loud[number, index] = loud.get((number, index), 0.0) + float(energy)
@@ -160,10 +161,10 @@ def _windows(bench: Bench, telling: Floats) -> tuple[tuple[float, float, str], .
         chosen.append(place)
     found: list[tuple[int, float, float]] = []
     for number, index in sorted(chosen):
-        unit = bench.plant.units[number]
+        unit = replay.plant.units[number]
         begin, end = unit.offset + index * CELL_S, unit.offset + (index + 1) * CELL_S
         if found and found[-1][0] == number and begin - found[-1][2] <= JOIN_S:
             begin = found.pop()[1]
         found.append((number, round(begin, 4), round(end, 4)))
-    named = [(begin, end, bench.plant.units[number].name) for number, begin, end in found]
+    named = [(begin, end, replay.plant.units[number].name) for number, begin, end in found]
     return tuple(sorted(named, key=lambda window: (window[2], window[0])))

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from hdfast.diagnosis.evidence import Layout
-from hdfast.diagnosis.fit import Fit
+from hdfast.diagnosis.fitted import Fit
 from hdfast.diagnosis.plant import NUISANCE
 
 FAR = 3.0

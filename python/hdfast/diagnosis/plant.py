@@ -28,6 +28,8 @@ NUISANCE = (TORQUE_SCALE, TORQUE_LEAD, REVERSAL)
 DRIVING = frozenset({
     "actuator_lag", "cogging", "delay", "input_compliance", "torque_gain", "torque_ripple", "torque_saturation",
 })  # fmt: skip
+#: Terms in whose gap a load moves as chance has it: what noise adds there cannot be told.
+RATTLING = frozenset({"backlash"})
 RTOL = 1e-6
 LARGEST = 700.0
 #: What no signal of a drive reaches [N m, rad]: filters of it overflow.
@@ -90,6 +92,11 @@ class Structure:
     def names(self) -> list[str]:
         """Names of the free parameters."""
         return [free.name for free in self.free]
+
+    @property
+    def rattles(self) -> bool:
+        """Whether a load moves in a gap."""
+        return bool(RATTLING & set(self.model.terms))
 
     @property
     def sensed(self) -> list[str]:

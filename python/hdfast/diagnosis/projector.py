@@ -8,7 +8,7 @@ import numpy as np
 
 from hdfast.checks import Floats
 from hdfast.diagnosis.evidence import CAP, Layout
-from hdfast.diagnosis.fit import Fit
+from hdfast.diagnosis.fitted import Fit
 
 REPEATS, FELT = 8, 1.0
 

@@ -7,33 +7,34 @@ from dataclasses import replace
 import numpy as np
 
 from hdfast.diagnosis.accept import SHORT, SLOW, SPARED, STILL, TIMING
-from hdfast.diagnosis.fit import Bench, fit
+from hdfast.diagnosis.fit import fit
 from hdfast.diagnosis.holdout import Proof, replayed, weigh_up
+from hdfast.diagnosis.replay import Replay
 from hdfast.diagnosis.score import noise_floor
 from hdfast.diagnosis.select import Round, Search, Trial
 
 Proven = tuple[Search, Proof, dict[str, float]]
 
 
-def proven(bench: Bench, held: Bench, found: Search) -> Proven:
+def proven(replay: Replay, held: Replay, found: Search) -> Proven:
     """The search as far as it holds on what was held out, its proof, and the gains of its effects there.
 
     Where it accepted nothing, the effect that came closest is looked at once more: what the fitted recordings show too
     faintly for a name the others may confirm.
 
     Args:
-        bench: the recordings that were fitted.
+        replay: the recordings that were fitted.
         held: those that were held out.
         found: the search.
     """
     if found.accepted:
         return _holding(held, found)
     faint = _faintest(found.rounds[0])
-    confirmed = None if faint is None else _confirmed(bench, held, found.rounds[0], faint)
+    confirmed = None if faint is None else _confirmed(replay, held, found.rounds[0], faint)
     return confirmed or _holding(held, found)
 
 
-def _holding(held: Bench, found: Search) -> Proven:
+def _holding(held: Replay, found: Search) -> Proven:
     """The search up to the first later effect that does not hold.
 
     A first effect that is refuted takes all others with it, unless they show together; one that does not show alone is
@@ -83,13 +84,13 @@ def _faintest(first: Round) -> Trial | None:
     return max(faint, key=lambda one: one.gain.limited, default=None)
 
 
-def _confirmed(bench: Bench, held: Bench, first: Round, trial: Trial) -> Proven | None:
+def _confirmed(replay: Replay, held: Replay, first: Round, trial: Trial) -> Proven | None:
     """The search with one faint effect, where the held-out recordings confirm it."""
     before, after = (replayed(held, model, first.before) for model in (first.before, trial.fit))
     proof = weigh_up(held.layout, trial.fit.white, before, after, noise_floor(held), p=_chance(trial, first))
     if not proof.confirms:
         return None
     accepted = replace(trial, failed=(), confirmed=True)
-    final = fit(bench.commanded(first.before), trial.fit.structure, trial.fit.coordinates)
+    final = fit(replay.commanded(first.before), trial.fit.structure, trial.fit.coordinates)
     trials = [accepted if one is trial else one for one in first.trials]
     return _holding(held, Search([replace(first, trials=trials, accepted=accepted)], final, [accepted]))

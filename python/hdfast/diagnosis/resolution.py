@@ -7,14 +7,15 @@ import math
 import numpy as np
 
 from hdfast.diagnosis.candidate import Candidate
-from hdfast.diagnosis.fit import Bench, Fit
+from hdfast.diagnosis.fitted import Fit
+from hdfast.diagnosis.replay import Replay
 
 SAMPLES = 3.0
 REPEATED = 2.0
 NEAR_STANDSTILL = 0.1
 
 
-def unresolved(candidate: Candidate, fitted: Fit, bench: Bench) -> bool:
+def unresolved(candidate: Candidate, fitted: Fit, replay: Replay) -> bool:
     """True where a filter of the recording's band, or a slow curve, would look the same as the effect.
 
     A bristle has to take longer to bend than the band's slowest rise, and to give way within the motion, or it is a
@@ -22,24 +23,25 @@ def unresolved(candidate: Candidate, fitted: Fit, bench: Bench) -> bool:
     has to be seen to repeat.
     """
     effect = candidate.effect
-    travel = max(float(np.ptp(unit.angle)) for unit in bench.plant.units)
+    travel = max(float(np.ptp(unit.angle)) for unit in replay.plant.units)
     if effect == "torque_ripple" and candidate.order is not None:
         return candidate.order * travel < REPEATED * 2.0 * math.pi
     if effect == "presliding_friction":
         angle = fitted.value(f"{effect}_T_c") / fitted.value(f"{effect}_sigma_0")
-        return angle > travel or math.sqrt(2.0 * angle / _acceleration(bench)) < SAMPLES / bench.plant.band.motion
+        return angle > travel or math.sqrt(2.0 * angle / _acceleration(replay)) < SAMPLES / replay.plant.band.motion
     if effect == "stribeck_friction":
         slow = [
-            float(np.min(np.abs(unit.speed[unit.judged["motor_torque"]]), initial=np.inf)) for unit in bench.plant.units
+            float(np.min(np.abs(unit.speed[unit.judged["motor_torque"]]), initial=np.inf))
+            for unit in replay.plant.units
         ]
         return fitted.value(f"{effect}_omega_s") < min(slow)
     return False
 
 
-def _acceleration(bench: Bench) -> float:
+def _acceleration(replay: Replay) -> float:
     """Typical acceleration of the motor where it is slow [rad/s^2]."""
     found = []
-    for unit in bench.plant.units:
+    for unit in replay.plant.units:
         slow = np.abs(unit.speed) < NEAR_STANDSTILL * float(np.max(np.abs(unit.speed)))
         found.append(np.abs(unit.acceleration[slow]))
     together = np.concatenate(found)

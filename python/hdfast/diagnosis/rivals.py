@@ -13,8 +13,10 @@ import numpy as np
 from hdfast.checks import Floats
 from hdfast.diagnosis.accept import special
 from hdfast.diagnosis.evidence import Index
-from hdfast.diagnosis.fit import Bench, Fit, fit
+from hdfast.diagnosis.fit import fit
+from hdfast.diagnosis.fitted import Fit
 from hdfast.diagnosis.plant import Structure
+from hdfast.diagnosis.replay import Replay
 from hdfast.diagnosis.score import Gain, folds_near, gain, nrmse, weights_of
 from hdfast.diagnosis.screen import Signature
 from hdfast.diagnosis.select import Round, Search, Trial, without
@@ -82,36 +84,36 @@ class Standing:
 
 
 def stand(
-    bench: Bench, search: Search, floor: float, shown: Mapping[str, float], rng: np.random.Generator
+    replay: Replay, search: Search, floor: float, shown: Mapping[str, float], rng: np.random.Generator
 ) -> list[Standing]:
     """Put rivals in the place of each accepted effect, refit, and weigh them.
 
     Args:
-        bench: recordings.
+        replay: recordings.
         search: its accepted effects.
         floor: nrmse of the sensor noise.
         shown: gain of each accepted effect on what was held out, by its label.
         rng: of the weights.
     """
     found = []
-    error = nrmse(bench.layout, search.final.mismatch)
-    bench, folds = bench.commanded(search.final), folds_near(bench, error, floor)
+    error = nrmse(replay.layout, search.final.mismatch)
+    replay, folds = replay.commanded(search.final), folds_near(replay, error, floor)
     names = {trial.candidate.effect for trial in search.accepted}
     for trial in search.accepted:
         if trial.candidate.refines:
             continue
         seen = next(one for one in search.rounds if one.accepted is trial)
-        lesser = _without(bench, search, trial, seen)
+        lesser = _without(replay, search, trial, seen)
         challengers = _challengers(trial, seen, names, lesser)
-        substitutes = side_by_side(bench, partial(_instead, lesser=lesser), challengers)
+        substitutes = side_by_side(replay, partial(_instead, lesser=lesser), challengers)
         compared = [
-            _compare(bench, search.final, other, substitute, trial, seen, folds, rng)
+            _compare(replay, search.final, other, substitute, trial, seen, folds, rng)
             for other, substitute in zip(challengers, substitutes, strict=True)
             if substitute is not None
         ]
         rivals = sorted(compared, key=lambda rival: -rival.weight)
         name = trial.candidate.effect
-        alone = gain(bench, search.final, lesser, folds)
+        alone = gain(replay, search.final, lesser, folds)
         evidence = max(alone.limited, trial.gain.limited) + shown.get(trial.candidate.label, 0.0)
         probability = confidence([rival.weight for rival in rivals], evidence)
         kin = [rival for rival in rivals if set(rival.contains) & set(trial.candidate.contains)]
@@ -134,12 +136,12 @@ def confidence(weights: Sequence[float], evidence: float) -> float:
     return (1.0 - UNKNOWN_FLOOR) * (1.0 - math.exp(-max(evidence, 0.0) / THIN)) / (1.0 + odds)
 
 
-def _without(bench: Bench, search: Search, trial: Trial, seen: Round) -> Fit:
+def _without(replay: Replay, search: Search, trial: Trial, seen: Round) -> Fit:
     """The final model without an effect; where no such drive can be simulated, the one to which it was added."""
     structure, here = _less(search, trial)
     starts = np.stack([here, structure.start])
-    simulated = np.isfinite(bench.mismatch(structure, starts)).all(axis=1)
-    return fit(bench, structure, starts[np.argmax(simulated)]) if simulated.any() else seen.before
+    simulated = np.isfinite(replay.mismatch(structure, starts)).all(axis=1)
+    return fit(replay, structure, starts[np.argmax(simulated)]) if simulated.any() else seen.before
 
 
 def _less(search: Search, trial: Trial) -> tuple[Structure, Floats]:
@@ -178,20 +180,20 @@ def _challengers(trial: Trial, seen: Round, names: set[str], lesser: Fit) -> lis
     return sorted(others, key=lambda one: -one.gain.total)[:MOST_RIVALS]
 
 
-def _instead(bench: Bench, other: Trial, *, lesser: Fit) -> Fit | None:
+def _instead(replay: Replay, other: Trial, *, lesser: Fit) -> Fit | None:
     """The model with another effect in the place of one; None where the drive cannot be simulated with it."""
     contained = [term for term in lesser.structure.model.terms if term in other.candidate.contains]
     reduced, here = without(lesser, contained)
     found = dict(zip(other.fit.structure.names, other.fit.coordinates.tolist(), strict=True))
     begin = [found.get(one.name, float(one.coordinate(one.value))) for one in other.candidate.free]
     structure, start = other.candidate.added_to(reduced), np.concatenate([here, begin])
-    if not np.isfinite(bench.mismatch(structure, start[None])).all():
+    if not np.isfinite(replay.mismatch(structure, start[None])).all():
         return None
-    return fit(bench, structure, start, None if contained else lesser)
+    return fit(replay, structure, start, None if contained else lesser)
 
 
 def _compare(
-    bench: Bench,
+    replay: Replay,
     final: Fit,
     other: Trial,
     substitute: Fit,
@@ -201,7 +203,7 @@ def _compare(
     rng: np.random.Generator,
 ) -> Rival:
     """Another effect in the place of one, weighed against it."""
-    lead = gain(bench, final, substitute, folds)
+    lead = gain(replay, final, substitute, folds)
     none = Gain(np.zeros_like(lead.by_block), lead.nrmse)
     weight = float(weights_of([lead, none], rng)[1])
     theirs, ours = (SELDOM.get(one.candidate.effect, 1.0) for one in (other, trial))

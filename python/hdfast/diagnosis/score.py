@@ -9,9 +9,10 @@ import numpy as np
 
 from hdfast.checks import Floats
 from hdfast.diagnosis.evidence import Index, Layout, limited
-from hdfast.diagnosis.fit import Bench, Fit
+from hdfast.diagnosis.fitted import Fit
 from hdfast.diagnosis.plant import Plant
-from hdfast.diagnosis.shaken import added, exchanged, known_beside
+from hdfast.diagnosis.replay import Replay
+from hdfast.diagnosis.shaken import exchanged, noise_of
 from hdfast.diagnosis.stir import information
 from hdfast.diagnosis.whiten import Whitener
 
@@ -79,7 +80,7 @@ class Gain:
         return np.clip(self.by_block, -CONVINCING, CONVINCING)
 
 
-def folds_near(bench: Bench, error: float, floor: float) -> Index:
+def folds_near(replay: Replay, error: float, floor: float) -> Index:
     """Fold of every stacked sample by how far an nrmse is from that of the noise.
 
     Near it every block is one: what tells an effect from the parameters that swallow it may stand in two or three of
@@ -87,8 +88,8 @@ def folds_near(bench: Bench, error: float, floor: float) -> Index:
     wrong with a model differs from one to the next.
     """
     if error <= NEAR_NOISE * floor:
-        return bench.layout.block
-    return groups(bench.plant, bench.layout)
+        return replay.layout.block
+    return groups(replay.plant, replay.layout)
 
 
 def groups(plant: Plant, layout: Layout) -> Index:
@@ -112,13 +113,13 @@ def left_out(fit: Fit, white: Whitener, layout: Layout, folds: Index) -> tuple[F
     stir = fit.stir.whitened(layout, white)
     pull = stir.firmness * fit.structure.sigma**-2 * (fit.coordinates - fit.structure.start)
     whole = information(fit.structure, A * np.sqrt(share)[:, None], stir)
-    score = A.T @ (share * r) - pull - stir.slopes.T @ stir.added
+    score = A.T @ (share * r) - pull - stir.slopes.T @ stir.noise
     found, filtered = fit.mismatch.copy(), r.copy()
     for fold in np.unique(folds):
         rows = folds == fold
         own, feigned = A[rows], stir.slopes[rows]
         without = whole - own.T @ (own * share[rows, None]) + feigned.T @ feigned
-        told = own.T @ (share[rows] * r[rows]) - feigned.T @ stir.added[rows]
+        told = own.T @ (share[rows] * r[rows]) - feigned.T @ stir.noise[rows]
         shift = np.linalg.solve(without, score - told)
         reach = float(np.sqrt(np.maximum(shift @ whole @ shift, 0.0)))
         shift *= min(1.0, FARTHEST * np.sqrt(len(shift)) / max(reach, 1e-300))
@@ -127,39 +128,37 @@ def left_out(fit: Fit, white: Whitener, layout: Layout, folds: Index) -> tuple[F
     return found, filtered
 
 
-def gain(bench: Bench, better: Fit, lesser: Fit, folds: Index, simulated: Fit | None = None) -> Gain:
+def gain(replay: Replay, better: Fit, lesser: Fit, folds: Index, simulated: Fit | None = None) -> Gain:
     """Gain of one fit over another on left-out folds, both seen through the filter that whitens the better one.
 
     Args:
-        bench: recordings.
+        replay: recordings.
         better, lesser: the fits.
         folds: fold of every stacked sample.
         simulated: the part of the better fit that is simulated, where that is not the whole.
     """
-    layout = bench.layout
-    moved = exchanged(bench, simulated or better, lesser)
+    layout = replay.layout
+    moved = exchanged(replay, simulated or better, lesser)
     alike = replace(better, mismatch=better.mismatch + moved.change)
     (after, quiet), (before, loud) = (left_out(one, better.white, layout, folds) for one in (alike, lesser))
-    known = known_beside(better, lesser)
-    louder, quieter = (
-        better.white(layout, np.where(bench.load_side, one.stir.added, noise))
-        for one, noise in ((lesser, added(bench, lesser)), (better, moved.added))
-    )
-    calmed = 0.5 * (louder**2 - quieter**2) * known
-    gained = layout.sums(limited(loud)[0] - limited(quiet)[0] - calmed)
-    after, before = (
-        without_noise(layout, own, one.stir.added * known) for own, one in ((after, better), (before, lesser))
-    )
+    gained = limited(loud)[0] - limited(quiet)[0]
+    if not (better.structure.rattles or lesser.structure.rattles):
+        louder, quieter = (
+            better.white(layout, np.where(replay.load_side, one.stir.noise, noise))
+            for one, noise in ((lesser, noise_of(replay, lesser)), (better, moved.noise))
+        )
+        gained -= 0.5 * (louder**2 - quieter**2)
+        after, before = (without_noise(layout, own, one.stir.noise) for own, one in ((after, better), (before, lesser)))
     errors = nrmse(layout, after), nrmse(layout, before)
-    return Gain(gained, errors, fall(layout, after, before))
+    return Gain(layout.sums(gained), errors, fall(layout, after, before))
 
 
-def without_noise(layout: Layout, mismatch: Floats, added: Floats) -> Floats:
+def without_noise(layout: Layout, mismatch: Floats, noise: Floats) -> Floats:
     """A mismatch (N,) as large as it is, recording by recording and channel by channel, without what noise adds."""
     found = mismatch.copy()
     for _, _, where in layout.pieces:
-        noise = float(np.mean(added[where] ** 2) / max(float(np.mean(mismatch[where] ** 2)), 1e-300))
-        found[where] *= np.sqrt(max(1.0 - noise, 0.0))
+        share = float(np.mean(noise[where] ** 2) / max(float(np.mean(mismatch[where] ** 2)), 1e-300))
+        found[where] *= np.sqrt(max(1.0 - share, 0.0))
     return found
 
 
@@ -188,11 +187,11 @@ def nrmse(layout: Layout, mismatch: Floats, channel: str | None = None) -> float
     return float(np.sqrt(np.mean(np.square(shares)))) if shares else float("nan")
 
 
-def noise_floor(bench: Bench) -> float:
+def noise_floor(replay: Replay) -> float:
     """Error that the sensor noise alone makes, as a share of the channels' spread."""
-    layout = bench.layout
+    layout = replay.layout
     shares = [
-        bench.floor[layout.channels.index(channel)] / max(float(layout.spread[where][0]), 1e-300)
+        replay.floor[layout.channels.index(channel)] / max(float(layout.spread[where][0]), 1e-300)
         for _, channel, where in layout.pieces
     ]
     return float(np.sqrt(np.mean(np.square(shares)))) if shares else 0.0

@@ -11,8 +11,9 @@ from hdfast.checks import Floats
 from hdfast.diagnosis.candidate import Candidate
 from hdfast.diagnosis.changes import Change, Changer
 from hdfast.diagnosis.evidence import Layout
-from hdfast.diagnosis.fit import Bench, Fit
+from hdfast.diagnosis.fitted import Fit
 from hdfast.diagnosis.projector import Projector
+from hdfast.diagnosis.replay import Replay
 from hdfast.diagnosis.statistics import statistics
 
 NEGLIGIBLE = 1e-3
@@ -86,10 +87,10 @@ class _Bulk:
 class _Signer:
     """Takes signatures about a fitted model."""
 
-    def __init__(self, bench: Bench, fit: Fit) -> None:
-        self.fit, self.layout = fit, bench.layout
-        self.projector, self.bulk = Projector(fit, bench.layout), _Bulk(fit, bench.layout)
-        self.stir = fit.stir.whitened(bench.layout, fit.white)
+    def __init__(self, replay: Replay, fit: Fit) -> None:
+        self.fit, self.layout = fit, replay.layout
+        self.projector, self.bulk = Projector(fit, replay.layout), _Bulk(fit, replay.layout)
+        self.stir = fit.stir.whitened(replay.layout, fit.white)
 
     def sign(self, change: Change) -> Signature | None:
         """The signature of a change; None where nothing changes on these recordings."""
@@ -104,7 +105,7 @@ class _Signer:
         feigned = np.zeros(gram.shape[0])
         if change.feigned.any():
             noise = np.nan_to_num(self.fit.white(self.layout, change.feigned)) - self.stir.slopes @ absorbed
-            feigned = noise.T @ self.stir.added
+            feigned = noise.T @ self.stir.noise
         score = left.T @ self.projector.residual_about(left) - feigned
         shares = np.linalg.solve(gram + ridge, score)
         gain, visibility = float(0.5 * score @ shares), float(np.sum(left**2)) / size
@@ -112,14 +113,14 @@ class _Signer:
         return Signature(change.candidate, left, absorbed, shares, gain, bulk, visibility, feigned)
 
 
-def signatures(bench: Bench, fit: Fit, changed: Sequence[Change]) -> list[Signature]:
+def signatures(replay: Replay, fit: Fit, changed: Sequence[Change]) -> list[Signature]:
     """Signatures of changes about a fitted model; those without any effect on these recordings are left out.
 
     What a refit leaves of a small effect is not what it leaves of a large one: a softer spring moves a resonance, and
     of that a projection follows the first order, a refit all of it. Where the typical amplitude is far above what would
     be seen, the signature is taken there as well, and where the change itself is no more than seen, to first order.
     """
-    signer, changer = _Signer(bench, fit), Changer(bench, fit)
+    signer, changer = _Signer(replay, fit), Changer(replay, fit)
     large = [signature for one in changed if (signature := signer.sign(one)) is not None]
     small = [(replace(one.candidate, size=size), times) for one in large for size, times in _sizes(one)]
     return large + [signature for one in changer.changes(small) if (signature := signer.sign(one)) is not None]
@@ -135,14 +136,14 @@ def _sizes(one: Signature) -> list[tuple[str, float]]:
     return [*found, ("slight", slight)] if slight < SMALL * min(small, 1.0) else found
 
 
-def screen(bench: Bench, fit: Fit, found: Sequence[Signature], rng: np.random.Generator) -> Screen:
+def screen(replay: Replay, fit: Fit, found: Sequence[Signature], rng: np.random.Generator) -> Screen:
     """Statistics of the signatures in the mismatch, with family-wise p values."""
     if not found:
         return Screen({}, {}, {}, {})
-    projector = Projector(fit, bench.layout)
+    projector = Projector(fit, replay.layout)
     left = [one.left for one in found]
     one_sided = [one.candidate.one_sided for one in found]
-    seen = statistics(bench.layout, projector, left, rng, one_sided, [one.feigned for one in found])
+    seen = statistics(replay.layout, projector, left, rng, one_sided, [one.feigned for one in found])
     labels = [one.candidate.label for one in found]
     needed = seen.rare * np.quantile(seen.largest, 0.99)
     columns = (seen.observed, seen.p, needed, seen.spread)

@@ -14,8 +14,11 @@ from hdfast.checks import Floats
 from hdfast.diagnosis.accept import ALARM, GAIN_ERRORS, HELD_OUT, NOTICED, SHORT, STILL, Rules, failed_rules
 from hdfast.diagnosis.candidate import Candidate
 from hdfast.diagnosis.changes import attentive, changes
-from hdfast.diagnosis.fit import Bench, Fit, Metric, fit
+from hdfast.diagnosis.fit import fit
+from hdfast.diagnosis.fitted import Fit
+from hdfast.diagnosis.metric import Metric
 from hdfast.diagnosis.plant import Structure
+from hdfast.diagnosis.replay import Replay
 from hdfast.diagnosis.score import Gain, gain, nrmse
 from hdfast.diagnosis.screen import Screen, Signature, screen, signatures
 from hdfast.diagnosis.shapes import effect_of
@@ -81,7 +84,7 @@ class Search:
 
 
 def search(
-    bench: Bench,
+    replay: Replay,
     start: Fit,
     library: Library,
     rules: Rules,
@@ -95,31 +98,31 @@ def search(
     current = start
     while True:
         present = [trial.candidate.effect for trial in accepted]
-        bench, rules = bench.commanded(current), rules.near(bench, current)
+        replay, rules = replay.commanded(current), rules.near(replay, current)
         stages.expect(1)
         pool = [one for one in library(current) if _possible(one, accepted, current)]
-        changed = changes(bench, current, pool)
-        heard = attentive(bench, current, [one.values for one in changed])
-        found = signatures(bench, heard, changed)
-        seen = screen(bench, heard, found, rng)
+        changed = changes(replay, current, pool)
+        heard = attentive(replay, current, [one.values for one in changed])
+        found = signatures(replay, heard, changed)
+        seen = screen(replay, heard, found, rng)
         stages.done(f"screened {len(found)} candidates: p = {seen.smallest_p:.3f}")
         trials: list[Trial] = []
         alarm = seen.smallest_p <= ALARM
-        if (alarm or nrmse(bench.layout, current.mismatch) > rules.noisy) and len(accepted) < MOST_EFFECTS:
+        if (alarm or nrmse(replay.layout, current.mismatch) > rules.noisy) and len(accepted) < MOST_EFFECTS:
             shortlist = _shortlist(found, seen)
             stages.expect(len(shortlist))
             effort = partial(_try, current=current, rules=rules, seen=seen, known=known)
-            for trial in side_by_side(bench, effort, shortlist):
+            for trial in side_by_side(replay, effort, shortlist):
                 trials.append(trial)
                 stages.done(f"refitted with {trial.candidate.effect}")
         known |= {one.candidate.effect for one in trials}
-        best = _best(bench, trials, accepted, seen, rules)
+        best = _best(replay, trials, accepted, seen, rules)
         rounds.append(Round(current, accepted, found, seen, trials, best))
         if best is None:
             return Search(rounds, current, accepted)
         replaced = [one for one in accepted if one.candidate.effect in best.candidate.contains]
         accepted = [one for one in accepted if one not in replaced] + [best]
-        current = fit(bench, best.fit.structure, best.fit.coordinates)
+        current = fit(replay, best.fit.structure, best.fit.coordinates)
         stages.say(f"accepted {best.candidate.label}" + (f" after {', '.join(present)}" if present else ""))
 
 
@@ -172,26 +175,28 @@ def _shortlist(found: Sequence[Signature], seen: Screen) -> list[list[Signature]
 
 
 def _try(
-    bench: Bench, alike: Sequence[Signature], *, current: Fit, rules: Rules, seen: Screen, known: AbstractSet[str]
+    replay: Replay, alike: Sequence[Signature], *, current: Fit, rules: Rules, seen: Screen, known: AbstractSet[str]
 ) -> Trial:
     """Refit with the best of several shapes; from elsewhere as well, unless that was done for a known effect."""
     candidate = alike[0].candidate
     contained = [term for term in current.structure.model.terms if term in candidate.contains]
     reduced, here = without(current, contained)
     structure = candidate.added_to(reduced)
-    starts = _starts(bench, structure, current, here, alike)
+    starts = _starts(replay, structure, current, here, alike)
     if not starts:
-        return Trial(candidate, current, gain(bench, current, current, rules.folds), ("A0 simulation",))
-    fits = [fit(bench, structure, starts[0], None if contained else current)]
+        return Trial(candidate, current, gain(replay, current, current, rules.folds), ("A0 simulation",))
+    fits = [fit(replay, structure, starts[0], None if contained else current)]
     others = [fits[0].coordinates] if starts[1:] and candidate.effect in known else starts[1:]
-    fits += [fit(bench, structure, start, fits[0], fits[0]) for start in others]
-    metric = Metric.of(bench, current.mismatch)
-    joint = min(fits, key=lambda one: metric.cost(bench.layout, structure, one.coordinates, one.mismatch, one.stir))
-    gained = gain(bench, joint, current, rules.folds)
-    return Trial(candidate, joint, gained, failed_rules(bench, joint, current, candidate, gained, rules, seen))
+    fits += [fit(replay, structure, start, fits[0], fits[0]) for start in others]
+    metric = Metric.of(replay, current.mismatch)
+    joint = min(fits, key=lambda one: metric.cost(replay.layout, structure, one.coordinates, one.mismatch, one.stir))
+    gained = gain(replay, joint, current, rules.folds)
+    return Trial(candidate, joint, gained, failed_rules(replay, joint, current, candidate, gained, rules, seen))
 
 
-def _starts(bench: Bench, structure: Structure, current: Fit, here: Floats, alike: Sequence[Signature]) -> list[Floats]:
+def _starts(
+    replay: Replay, structure: Structure, current: Fit, here: Floats, alike: Sequence[Signature]
+) -> list[Floats]:
     """The best of several shapes and amplitudes, from the present parameters and from the priors of displaced ones.
 
     With each amplitude the parameters that had stood for the effect give it back, or stay. Nothing where none can be
@@ -207,12 +212,12 @@ def _starts(bench: Bench, structure: Structure, current: Fit, here: Floats, alik
     centre, sigma = structure.start[: len(here)], structure.sigma[: len(here)]
     displaced = np.abs(here - centre) > DISPLACED * sigma
     bases = [here, np.where(displaced, centre, here)] if displaced.any() else [here]
-    metric = Metric.of(bench, current.mismatch)
+    metric = Metric.of(replay, current.mismatch)
     starts = []
     for base in bases:
         tried = np.concatenate([base - np.array(given), np.array(added)], axis=1)
-        found = bench.mismatch(structure, tried)
-        costs = [metric.cost(bench.layout, structure, *pair) for pair in zip(tried, found, strict=True)]
+        found = replay.mismatch(structure, tried)
+        costs = [metric.cost(replay.layout, structure, *pair) for pair in zip(tried, found, strict=True)]
         best = int(np.argmin(np.where(np.isfinite(costs), costs, np.inf)))
         if np.isfinite(costs[best]):
             starts.append(tried[best])
@@ -235,14 +240,16 @@ def without(current: Fit, parts: Collection[str]) -> tuple[Structure, Floats]:
     return reduced, current.coordinates[kept]
 
 
-def _best(bench: Bench, trials: Sequence[Trial], accepted: Sequence[Trial], seen: Screen, rules: Rules) -> Trial | None:
+def _best(
+    replay: Replay, trials: Sequence[Trial], accepted: Sequence[Trial], seen: Screen, rules: Rules
+) -> Trial | None:
     """The best trial that breaks no rule.
 
     A general law has to beat its special case clearly, and other generalisations of that case as well; else the
     special case goes first, also where it alone would gain too little, or lower the error too little: the law speaks
     for it.
     """
-    passed = _unbeaten_first(bench, [one for one in trials if not one.failed], rules)
+    passed = _unbeaten_first(replay, [one for one in trials if not one.failed], rules)
     known = {one.candidate.effect for one in (*trials, *accepted) if not set(one.failed) - {SHORT, STILL}}
     for best in passed:
         shared = [effect for effect in best.candidate.contains if effect in known]
@@ -252,34 +259,34 @@ def _best(bench: Bench, trials: Sequence[Trial], accepted: Sequence[Trial], seen
             for one in passed
             if one.candidate.effect != best.candidate.effect and set(one.candidate.contains) & set(shared)
         ]
-        close = [one for one in cases if not _clearly(bench, best, one, seen, rules)]
+        close = [one for one in cases if not _clearly(replay, best, one, seen, rules)]
         if close:
             return max(close, key=lambda one: one.gain.limited)
-        if all(gain(bench, best.fit, one.fit, rules.folds).ratio > GAIN_ERRORS for one in others):
+        if all(gain(replay, best.fit, one.fit, rules.folds).ratio > GAIN_ERRORS for one in others):
             return best
     return None
 
 
-def _unbeaten_first(bench: Bench, passed: Sequence[Trial], rules: Rules) -> list[Trial]:
+def _unbeaten_first(replay: Replay, passed: Sequence[Trial], rules: Rules) -> list[Trial]:
     """By their gains over the model without them, but one first that beats those before it face to face."""
     ranked = sorted(passed, key=lambda one: -one.gain.limited)
     first = 0
     for index in range(1, len(ranked)):
-        if _beats(bench, ranked[index].fit, ranked[first].fit, rules):
+        if _beats(replay, ranked[index].fit, ranked[first].fit, rules):
             first = index
     return [*ranked[first : first + 1], *ranked[:first], *ranked[first + 1 :]]
 
 
-def _beats(bench: Bench, one: Fit, other: Fit, rules: Rules) -> bool:
+def _beats(replay: Replay, one: Fit, other: Fit, rules: Rules) -> bool:
     """Whether a fit predicts better than another, by its own filter and by the other's.
 
     The filter of a fit that misses much takes for noise what it misses.
     """
-    ahead = gain(bench, one, other, rules.folds).limited
-    return ahead > 0.0 and ahead > gain(bench, other, one, rules.folds).limited
+    ahead = gain(replay, one, other, rules.folds).limited
+    return ahead > 0.0 and ahead > gain(replay, other, one, rules.folds).limited
 
 
-def _clearly(bench: Bench, general: Trial, special: Trial, seen: Screen, rules: Rules) -> bool:
-    lead = gain(bench, general.fit, special.fit, rules.folds)
+def _clearly(replay: Replay, general: Trial, special: Trial, seen: Screen, rules: Rules) -> bool:
+    lead = gain(replay, general.fit, special.fit, rules.folds)
     enough = lead.fall >= GENERAL_FALL or rules.waived(seen, general.candidate, lead.nrmse[1])
     return enough and lead.ratio > GENERAL_ERRORS

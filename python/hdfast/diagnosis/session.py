@@ -13,7 +13,8 @@ from hdfast.diagnosis.band import choose_band
 from hdfast.diagnosis.baseline import baseline, with_resonance
 from hdfast.diagnosis.candidate import Candidate
 from hdfast.diagnosis.evidence import lay_out
-from hdfast.diagnosis.fit import Bench, Fit, fit
+from hdfast.diagnosis.fit import fit
+from hdfast.diagnosis.fitted import Fit
 from hdfast.diagnosis.holdout import Proof
 from hdfast.diagnosis.library import HIGHEST_INTEGER, Sizes, library
 from hdfast.diagnosis.lines import order_lines, several, snapped, tone_lines
@@ -21,6 +22,7 @@ from hdfast.diagnosis.noise import COLUMNS, floors, stated
 from hdfast.diagnosis.plant import Plant, Structure
 from hdfast.diagnosis.prepare import prepare
 from hdfast.diagnosis.prove import proven
+from hdfast.diagnosis.replay import Replay
 from hdfast.diagnosis.score import groups, noise_floor
 from hdfast.diagnosis.select import Search, search
 from hdfast.diagnosis.source import Source, fitted
@@ -51,7 +53,7 @@ class Session:
 
     Attributes:
         campaign: the checked campaign.
-        bench: the recordings that are fitted.
+        replay: the recordings that are fitted.
         held: the recordings kept for the proof, or None.
         baseline: the calibrated nominal model.
         search: rounds and result of the search.
@@ -62,8 +64,8 @@ class Session:
     """
 
     campaign: Campaign
-    bench: Bench = field(repr=False)
-    held: Bench | None = field(repr=False)
+    replay: Replay = field(repr=False)
+    held: Replay | None = field(repr=False)
     baseline: Fit = field(repr=False)
     search: Search = field(repr=False)
     proof: Proof | None
@@ -78,7 +80,7 @@ class Setup:
 
     Attributes:
         campaign: the checked campaign.
-        bench: the recordings that are fitted.
+        replay: the recordings that are fitted.
         held: the recordings kept for the proof, or None.
         weaker: sentence that says how held-out data were made when the campaign names none.
         period: between the samples of the slowest recording [s].
@@ -86,8 +88,8 @@ class Setup:
     """
 
     campaign: Campaign
-    bench: Bench = field(repr=False)
-    held: Bench | None = field(repr=False)
+    replay: Replay = field(repr=False)
+    held: Replay | None = field(repr=False)
     weaker: str | None
     period: float
     warnings: Sequence[str] = ()
@@ -133,18 +135,18 @@ def set_up(campaign: Campaign, sources: Sequence[Source], threads: int | None) -
     floor = floors(fitted(sources), channels, band, campaign.sensors, ratio, inertia)
     noise = stated(channels, campaign.sensors, ratio, floor)
 
-    def bench(role: str) -> Bench:
+    def replay(role: str) -> Replay:
         plant = Plant([unit.seen_on(channels) for unit in units if unit.role == role], channels, band, threads)
-        return Bench(plant, lay_out(plant, noise), floor, noise)
+        return Replay(plant, lay_out(plant, noise), floor, noise)
 
-    judged = bench("fit")
+    judged = replay("fit")
     if not judged.layout.size:
         raise InputError(
             f"{', '.join(unit.name for unit in judged.plant.units)}: no sample can be judged: near standstill and near "
             f"reversals nothing is, and with the band of {band.motion:.3g} Hz that clock and noise of the angle leave, "
             "that is all of the motion; record longer strokes, or with a faster clock"
         )
-    held = bench("heldout") if any(unit.role == "heldout" for unit in units) else None
+    held = replay("heldout") if any(unit.role == "heldout" for unit in units) else None
     if held is not None and not held.layout.size:
         held, weaker = None, UNPROVEN
     slowest = max(period(source.recording["t"]) for source in sources)
@@ -181,8 +183,8 @@ def nominal(setup: Setup) -> Structure:
     Raises:
         InputError: it cannot be simulated as it is stated.
     """
-    structure = baseline(setup.campaign, setup.bench.plant.torque_spread, setup.period)
-    if not np.isfinite(setup.bench.mismatch(structure, structure.start[None])).all():
+    structure = baseline(setup.campaign, setup.replay.plant.torque_spread, setup.period)
+    if not np.isfinite(setup.replay.mismatch(structure, structure.start[None])).all():
         raise InputError(
             f"{setup.campaign.title}: the drive as stated cannot be simulated along the recorded motion; look for an "
             "inertia, stiffness or damping of [drive] that is zero, negative or far off"
@@ -201,45 +203,45 @@ def run(campaign: Campaign, sources: Sequence[Source], seed: int, threads: int |
         stages: is told what happens.
     """
     setup = set_up(campaign, sources, threads)
-    bench, held = setup.bench, setup.held
+    replay, held = setup.replay, setup.held
     stages.expect(2)
-    band = bench.plant.band
-    stages.done(f"{len(bench.plant.units)} recordings at {band.rate:.0f} Hz, band {band.motion:.0f} Hz")
-    calibrated = fit(bench, nominal(setup))
+    band = replay.plant.band
+    stages.done(f"{len(replay.plant.units)} recordings at {band.rate:.0f} Hz, band {band.motion:.0f} Hz")
+    calibrated = fit(replay, nominal(setup))
     stages.done("calibrated the nominal model")
-    floor = noise_floor(bench)
-    rules = Rules(floor, NOISY * floor, groups(bench.plant, bench.layout))
+    floor = noise_floor(replay)
+    rules = Rules(floor, NOISY * floor, groups(replay.plant, replay.layout))
     rng = np.random.default_rng([seed, 1])
     ratio = calibrated.value("ratio")
-    found = search(bench, calibrated, lambda current: candidates(bench, current, ratio), rules, rng, stages)
+    found = search(replay, calibrated, lambda current: candidates(replay, current, ratio), rules, rng, stages)
     proof: Proof | None = None
     shown: dict[str, float] = {}
     if held is not None:
-        found, proof, shown = proven(bench, held, found)
-    return Session(setup.campaign, bench, held, calibrated, found, proof, shown, floor, setup.weaker)
+        found, proof, shown = proven(replay, held, found)
+    return Session(setup.campaign, replay, held, calibrated, found, proof, shown, floor, setup.weaker)
 
 
-def candidates(bench: Bench, current: Fit, ratio: float) -> list[Candidate]:
+def candidates(replay: Replay, current: Fit, ratio: float) -> list[Candidate]:
     """The library for the present mismatch: its lines and tones become hypotheses.
 
     At a steady speed the steps of an encoder make a line anywhere, so that one at an order that no drive is known for
     has to stand in several recordings, as tones have.
     """
-    units = bench.plant.units
+    units = replay.plant.units
     model = current.structure.model
     whole = range(1, HIGHEST_INTEGER + 1)
     load = 1.0 / abs(ratio)
     expected = [load, 2.0 * load, *(order * turn for order in whole for turn in (1.0, 1.0 - 1.0 / ratio))]
-    least = several(bench)
-    found = [(line, snapped(line, expected)) for line in order_lines(bench, current.mismatch)]
+    least = several(replay)
+    found = [(line, snapped(line, expected)) for line in order_lines(replay, current.mismatch)]
     lines = [order for line, order in found if order in expected or line.recordings >= least]
-    tones = [line.position for line in tone_lines(bench, current.mismatch) if line.recordings >= least]
+    tones = [line.position for line in tone_lines(replay, current.mismatch) if line.recordings >= least]
     sizes = Sizes(
-        motor_torque=bench.plant.torque_spread,
+        motor_torque=replay.plant.torque_spread,
         speed=max(float(np.abs(unit.speed).max()) for unit in units),
         stiffness=current.stiffness if model.base == "two_inertia" else STIFF,
         ratio=ratio,
-        corner=bench.plant.band.motion,
+        corner=replay.plant.band.motion,
         elastic=model.base == "two_inertia",
         loaded=any(bool(np.any(unit.load_torque != 0.0)) for unit in units),
         warm=all(unit.temperature is not None for unit in units),
@@ -248,7 +250,7 @@ def candidates(bench: Bench, current: Fit, ratio: float) -> list[Candidate]:
         turns=max(float(np.ptp(unit.angle)) for unit in units) / (2.0 * np.pi),
         lines=tuple(lines[:MOST_LINES]),
         tones=tuple(tones[: MOST_LINES // 2]),
-        channels=tuple("load_angle" if channel == "te" else channel for channel in bench.plant.channels),
+        channels=tuple("load_angle" if channel == "te" else channel for channel in replay.plant.channels),
     )
     return library(sizes)
 

@@ -19,13 +19,13 @@ class Stir:
     """What noise of the motor angle adds to what a model shows on the load side, of one more such noise.
 
     Attributes:
-        added: to the mismatch, shape (N,).
+        noise: on the mismatch, shape (N,).
         slopes: change of minus that per coordinate, shape (N, P).
         firmness: how many times as much a coordinate's prior weighs, shape (P,). What is left of a slope without the
             noise tells of the coordinate; the noise of the whole disturbs that.
     """
 
-    added: Floats = field(repr=False)
+    noise: Floats = field(repr=False)
     slopes: Floats = field(repr=False)
     firmness: Floats = field(repr=False)
 
@@ -36,7 +36,7 @@ class Stir:
 
     def through(self, seen: Callable[[Floats], Floats]) -> Stir:
         """The same as a filter of (N,) or (N, P) sees it."""
-        return replace(self, added=seen(self.added), slopes=seen(self.slopes)) if self.loud else self
+        return replace(self, noise=seen(self.noise), slopes=seen(self.slopes)) if self.loud else self
 
     def whitened(self, layout: Layout, white: Whitener) -> Stir:
         """The same through a whitening filter."""
@@ -45,7 +45,7 @@ class Stir:
     @property
     def loud(self) -> bool:
         """Whether it adds anything that counts."""
-        return bool(self.added.any())
+        return bool(self.noise.any())
 
 
 def information(structure: Structure, A: Floats, stir: Stir | None = None) -> Floats:

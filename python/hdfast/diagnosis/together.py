@@ -9,14 +9,14 @@ from functools import partial
 from threading import Event
 from typing import TypeVar
 
-from hdfast.diagnosis.fit import Bench
+from hdfast.diagnosis.replay import Replay
 from hdfast.threads import resolve_threads
 
 Part = TypeVar("Part")
 Found = TypeVar("Found")
 
 
-def side_by_side(bench: Bench, work: Callable[[Bench, Part], Found], parts: Sequence[Part]) -> Iterator[Found]:
+def side_by_side(replay: Replay, work: Callable[[Replay, Part], Found], parts: Sequence[Part]) -> Iterator[Found]:
     """What `work` makes of each part, in their order: the same as one after another.
 
     The few rows of one part would leave most lanes of all threads empty: every part gets its share of the threads. When
@@ -28,9 +28,9 @@ def side_by_side(bench: Bench, work: Callable[[Bench, Part], Found], parts: Sequ
         if stopped.is_set():
             raise CancelledError
 
-    threads = resolve_threads(bench.plant.threads)
+    threads = resolve_threads(replay.plant.threads)
     workers = max(1, min(threads, len(parts)))
-    share = replace(bench, plant=replace(bench.plant, threads=threads // workers, progress=unless_stopped))
+    share = replace(replay, plant=replace(replay.plant, threads=threads // workers, progress=unless_stopped))
     with ThreadPoolExecutor(workers) as pool:
         try:
             yield from pool.map(partial(work, share), parts)

@@ -13,12 +13,13 @@ from hdfast.diagnosis.accept import CERTAIN, CERTAIN_ERRORS, RISE, SPARED, USELE
 from hdfast.diagnosis.changes import attentive
 from hdfast.diagnosis.evidence import limited
 from hdfast.diagnosis.features import Feature, features, slowed
-from hdfast.diagnosis.fit import Bench, Fit
+from hdfast.diagnosis.fitted import Fit
 from hdfast.diagnosis.holdout import Proof, replayed, weigh_up
 from hdfast.diagnosis.plant import Free
 from hdfast.diagnosis.prepare import Unit
 from hdfast.diagnosis.projector import Projector
 from hdfast.diagnosis.regressors import TURN
+from hdfast.diagnosis.replay import Replay
 from hdfast.diagnosis.rivals import UNKNOWN_FLOOR
 from hdfast.diagnosis.score import CONVINCING, FOLDS, Gain, gain, noise_floor, weights_of
 from hdfast.diagnosis.statistics import statistics
@@ -99,11 +100,11 @@ class Unknown:
         return told
 
 
-def describe(bench: Bench, held: Bench | None, fitted: Fit, rng: np.random.Generator) -> Unknown | None:
+def describe(replay: Replay, held: Replay | None, fitted: Fit, rng: np.random.Generator) -> Unknown | None:
     """The state variable that explains the mismatch best of those that stand out, proven on what is held out.
 
     Args:
-        bench: the recordings that are fitted.
+        replay: the recordings that are fitted.
         held: the recordings kept for the proof, or None.
         fitted: the model without it.
         rng: of the null.
@@ -111,31 +112,31 @@ def describe(bench: Bench, held: Bench | None, fitted: Fit, rng: np.random.Gener
     Returns:
         The description, accepted or not; None where no variable changes anything.
     """
-    bench, slow = bench.commanded(fitted), slowed(bench)
-    every = [(one, one.sketch(bench, slow, fitted)) for one in features(bench, slow, fitted)]
+    replay, slow = replay.commanded(fitted), slowed(replay)
+    every = [(one, one.sketch(replay, slow, fitted)) for one in features(replay, slow, fitted)]
     tried = [(one, columns) for one, columns in every if np.isfinite(columns).all() and columns.any()]
     if not tried:
         return None
-    heard = attentive(bench, fitted, [columns for _, columns in tried])
-    seen = _standing_out(bench, heard, [columns for _, columns in tried], rng)
+    heard = attentive(replay, fitted, [columns for _, columns in tried])
+    seen = _standing_out(replay, heard, [columns for _, columns in tried], rng)
     ranking: dict[tuple[str, str], float] = {}
     reached: dict[tuple[str, str, str], float] = {}
     for index in np.argsort(-seen).tolist():
         one = tried[index][0]
         ranking.setdefault((one.name, one.memory), float(seen[index]))
         reached.setdefault(one.label, float(seen[index]))
-    largest, folds = float(np.max(seen)), bench.layout.block % FOLDS
+    largest, folds = float(np.max(seen)), replay.layout.block % FOLDS
     shapes: list[Shape] = []
     for index in np.argsort(-seen).tolist():
         one, sketched = tried[index]
         alike = sum(one.label == other.label for other, _, _ in shapes)
         if alike < MANY and seen[index] >= CLOSE * largest and reached[one.label] >= min(CLEAR, largest):
-            columns = one.columns(bench, slow, fitted) if largest >= CLEAR else sketched
+            columns = one.columns(replay, slow, fitted) if largest >= CLEAR else sketched
             if not np.isfinite(columns).all():
                 continue
-            extended = _augmented(bench, heard, columns)
+            extended = _augmented(replay, heard, columns)
             drive = replace(heard, coordinates=extended.coordinates[: len(heard.coordinates)])
-            shapes.append((one, extended, gain(bench, extended, heard, folds, drive)))
+            shapes.append((one, extended, gain(replay, extended, heard, folds, drive)))
     if not shapes:
         return None
     feature, extended, gained = _simplest(shapes)
@@ -162,17 +163,17 @@ def _simplest(shapes: Sequence[Shape]) -> Shape:
     return min([best, *alike], key=lambda shape: (shape[0].width, shape[2].nrmse[0]))
 
 
-def _standing_out(bench: Bench, heard: Fit, columns: Sequence[Floats], rng: np.random.Generator) -> Floats:
+def _standing_out(replay: Replay, heard: Fit, columns: Sequence[Floats], rng: np.random.Generator) -> Floats:
     """Statistic of each group of columns (N, d) in the mismatch, in units of its family-wise 1 % point.
 
     0 for a group that changes no sample which is judged.
     """
-    projector = Projector(heard, bench.layout)
-    left = [_independent(projector.left(heard.white(bench.layout, one))) for one in columns]
+    projector = Projector(heard, replay.layout)
+    left = [_independent(projector.left(heard.white(replay.layout, one))) for one in columns]
     told = [index for index, one in enumerate(left) if one.shape[1]]
     reached = np.zeros(len(left))
     if told:
-        seen = statistics(bench.layout, projector, [left[index] for index in told], rng)
+        seen = statistics(replay.layout, projector, [left[index] for index in told], rng)
         reached[told] = seen.observed / (seen.rare * np.quantile(seen.largest, 0.99))
     return reached
 
@@ -183,7 +184,7 @@ def _independent(columns: Floats) -> Floats:
     return np.asarray(basis[:, size > APART * size[0]])
 
 
-def _proven(held: Bench, fitted: Fit, unknown: Unknown) -> Proof:
+def _proven(held: Replay, fitted: Fit, unknown: Unknown) -> Proof:
     """Both models, frozen, on the held-out recordings.
 
     What these can show is what the torque itself does there, not what a refit of the drive does: recordings that stay
@@ -222,9 +223,9 @@ def _curve(feature: Feature, slow: Sequence[Unit], extended: Fit) -> tuple[Float
     return medians[:, 0], medians[:, 1]
 
 
-def _augmented(bench: Bench, heard: Fit, columns: Floats) -> Fit:
+def _augmented(replay: Replay, heard: Fit, columns: Floats) -> Fit:
     """The fit with columns (N, d) as further parameters, solved linearly through the filter of what they leave."""
-    layout, width = bench.layout, columns.shape[1]
+    layout, width = replay.layout, columns.shape[1]
     sigma = SPREAD * float(heard.weights.scale[layout.channels.index("motor_torque")])
     free = tuple(Free(f"unknown_{j}", 0.0, sigma, False, "N m") for j in range(width))
     structure = replace(heard.structure, free=(*heard.structure.free, *free))
@@ -232,7 +233,7 @@ def _augmented(bench: Bench, heard: Fit, columns: Floats) -> Fit:
     rough = np.concatenate([heard.rough, np.zeros_like(columns)], axis=1)
     start = np.concatenate([heard.coordinates, np.zeros(width)])
     stir = Stir(
-        heard.stir.added,
+        heard.stir.noise,
         np.concatenate([heard.stir.slopes, np.zeros_like(columns)], axis=1),
         np.concatenate([heard.stir.firmness, np.ones(width)]),
     )
@@ -242,9 +243,9 @@ def _augmented(bench: Bench, heard: Fit, columns: Floats) -> Fit:
     step: Floats = np.zeros(len(start))
     for _ in range(ROUNDS):
         _, share = limited(r - A @ step)
-        score = A.T @ (share * r) - pull - seen.slopes.T @ seen.added
+        score = A.T @ (share * r) - pull - seen.slopes.T @ seen.noise
         whole = information(structure, A * np.sqrt(share)[:, None], seen)
         step = np.asarray(np.linalg.solve(whole, score), dtype=np.float64)
     mismatch = heard.mismatch - (slopes + rough) @ step
-    stir = replace(stir, added=stir.added - stir.slopes @ step)
+    stir = replace(stir, noise=stir.noise - stir.slopes @ step)
     return Fit(structure, start + step, mismatch, slopes, rough, heard.weights, heard.white, stir)

@@ -10,7 +10,7 @@ import numpy as np
 
 from hdfast.diagnosis.accept import ALONE, HELD_OUT, TIMING, USELESS, certain
 from hdfast.diagnosis.experiment import NOTHING, Contest, Experiment, propose
-from hdfast.diagnosis.fit import Fit
+from hdfast.diagnosis.fitted import Fit
 from hdfast.diagnosis.holdout import Proof
 from hdfast.diagnosis.library import OF_THE_WINDUP
 from hdfast.diagnosis.limits import Limit, limits, without_windup
@@ -107,10 +107,10 @@ class Verdict(Claim):
 
 def conclude(session: Session, seed: int) -> Verdict:
     """Weigh what the session found."""
-    bench, search, baseline = session.bench, session.search, session.baseline
+    replay, search, baseline = session.replay, session.search, session.baseline
     rng = np.random.default_rng([seed, 2])
-    standings = stand(bench, search, session.floor, session.shown, rng)
-    unknown = None if standings else describe(bench, session.held, search.final, rng)
+    standings = stand(replay, search, session.floor, session.shown, rng)
+    unknown = None if standings else describe(replay, session.held, search.final, rng)
     name, reason, contest = _decide(session, standings, unknown)
     claim = Claim(name, reason, session, standings, unknown)
     extended = claim.extended or search.final
@@ -118,13 +118,13 @@ def conclude(session: Session, seed: int) -> Verdict:
     taken = [trial.candidate for trial in search.accepted]
     return Verdict(
         **vars(claim),
-        where=locate(bench, session.held, baseline, extended, [one.order for one in taken if one.order is not None]),
-        masked=masked(baseline, extended, bench.layout) if extended is not baseline else (),
+        where=locate(replay, session.held, baseline, extended, [one.order for one in taken if one.order is not None]),
+        masked=masked(baseline, extended, replay.layout) if extended is not baseline else (),
         limits=[
-            *limits(last.signatures, last.screen, len(bench.plant.units)),
-            *([] if bench.plant.load_side else without_windup(_untried(search))),
+            *limits(last.signatures, last.screen, len(replay.plant.units)),
+            *([] if replay.plant.load_side else without_windup(_untried(search))),
         ],
-        experiment=None if contest is None else propose(bench, contest, np.random.default_rng([seed, 3])),
+        experiment=None if contest is None else propose(replay, contest, np.random.default_rng([seed, 3])),
     )
 
 
@@ -165,7 +165,7 @@ def _without_a_name(session: Session, unknown: Unknown | None) -> tuple[str, str
     """The same where no effect was accepted."""
     if unknown is not None and unknown.accepted:
         return "depends_on", "", None
-    if nrmse(session.bench.layout, session.baseline.mismatch) > USELESS:
+    if nrmse(session.replay.layout, session.baseline.mismatch) > USELESS:
         return "undecided", "the model does not follow these recordings at all, and nothing that was tried does", None
     if unknown is not None and unknown.open:
         reason = f"something depends on {unknown.feature.name}, but it does not show on the held-out recordings"

@@ -26,10 +26,10 @@ FAR = 3.0
 def page(found: Calibration) -> str:
     """The page as HTML."""
     setup, fitted = found.setup, found.fit
-    layout = setup.bench.layout
+    layout = setup.replay.layout
     shown = []
-    for bench, (given, calibrated) in reversed(found.mismatches.values()):
-        shown += traces_of(bench, (given, calibrated), MODELS)
+    for replay, (given, calibrated) in reversed(found.mismatches.values()):
+        shown += traces_of(replay, (given, calibrated), MODELS)
     trace, window = telling(shown)
     names = fitted.structure.names
     far = [name for name in names if abs(pull(fitted, name)) > FAR]
@@ -48,11 +48,13 @@ def page(found: Calibration) -> str:
         Section("Parameters", texts, [picture(figure, "Distance of every estimate from its prior.")], tables),
         recordings_section(shown),
         state_section(shown, fitted.value("ratio"), fitted.value("J_l")),
-        spectra_section(shown, (), (), setup.bench.plant.band),
+        spectra_section(shown, (), (), setup.replay.plant.band),
     ]
     facts = [
         (f"error, {ROLES[role]} recordings", f"{100 * error['given']:.1f} → {100 * error['calibrated']:.1f} %")
         for role, error in found.to_dict()["nrmse"].items()
     ]
-    lead = f"{len(names)} parameters fitted to {len(setup.bench.plant.units)} recordings, within what is known of them."
+    lead = (
+        f"{len(names)} parameters fitted to {len(setup.replay.plant.units)} recordings, within what is known of them."
+    )
     return render(setup.campaign.title or "Calibration", lead, facts, sections, setup.campaign.text, None)

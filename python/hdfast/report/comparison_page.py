@@ -28,7 +28,9 @@ WIDE = (9.6, 3.8)
 def page(found: Comparison) -> str:
     """The page as HTML."""
     setup = found.setup
-    shown = [one for bench, stacked in found.mismatch for one in traces_of(bench, (stacked, stacked), ("nominal", ""))]
+    shown = [
+        one for replay, stacked in found.mismatch for one in traces_of(replay, (stacked, stacked), ("nominal", ""))
+    ]
     trace, window = telling(shown)
     values = setup.campaign.priors
     sections = [
@@ -52,7 +54,7 @@ def page(found: Comparison) -> str:
             ],
         ),
         state_section(shown, values["ratio"].value, values["J_l"].value),
-        spectra_section(shown, (), (), setup.bench.plant.band),
+        spectra_section(shown, (), (), setup.replay.plant.band),
     ]
     facts = [
         (f"error, {ROLES[role]} recordings", f"{100 * share:.1f} %") for role, share in found.to_dict()["nrmse"].items()

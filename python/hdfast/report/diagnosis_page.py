@@ -49,11 +49,11 @@ def page(diagnosis: Diagnosis) -> str:
     else:
         found = traces(verdict)
         screen = cards(content, verdict, found)
-        units = verdict.session.bench.plant.units
+        units = verdict.session.replay.plant.units
         held = verdict.session.held
         fitted = f"{len(units)} recording{'s' * (len(units) != 1)} fitted"
         parts.append(f"{fitted}, {len(held.plant.units) if held else 0} kept for the proof")
-        band = verdict.session.bench.plant.band
+        band = verdict.session.replay.plant.band
         parts.append(f"compared at {band.rate:.0f} Hz below {band.motion:.0f} Hz")
         sections = [*_sections(content, verdict, found), _health(content)]
     sections.append(_notes(content))
@@ -78,7 +78,7 @@ def _sections(content: Mapping[str, Any], verdict: Verdict, found: list[Trace]) 
         *first,
         _time(content, found),
         state_section(found, final.value("ratio"), final.value("J_l")),
-        spectra_section(found, where["orders"], missing_tones(where), verdict.session.bench.plant.band),
+        spectra_section(found, where["orders"], missing_tones(where), verdict.session.replay.plant.band),
         swings_section(verdict),
         _parameters(content, verdict),
         *_rounds(verdict),
@@ -116,8 +116,8 @@ def _parameters(content: Mapping[str, Any], verdict: Verdict) -> Section:
         texts.append(f"Had swallowed part of the effect, and moved when it was added: {', '.join(masked)}.")
     if content["displaced"]:
         texts.append(f"The nominal model fits only with {', '.join(content['displaced'])} beyond 3 σ of their priors.")
-    pairs = correlations(after, session.bench.layout)
-    tables = [parameter_table(session.bench.layout, before, after if extended else None, masked)]
+    pairs = correlations(after, session.replay.layout)
+    tables = [parameter_table(session.replay.layout, before, after if extended else None, masked)]
     if pairs:
         tables.append(html_table(PAIR_HEADER, pairs, right=(2,)))
     figure = details.pulls(names, pulls, moved, masked)

@@ -125,7 +125,7 @@ def cards(content: Mapping[str, Any], verdict: Verdict, found: list[Trace]) -> l
             "three",
             figures=[
                 picture(
-                    plots.orders(found, channel, content["where"]["orders"], session.bench.plant.band.of(channel)),
+                    plots.orders(found, channel, content["where"]["orders"], session.replay.plant.band.of(channel)),
                     _lines(content),
                 )
             ],

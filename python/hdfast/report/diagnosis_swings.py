@@ -31,7 +31,7 @@ def missing_tones(where: Mapping[str, Any]) -> list[float]:
 def swings_section(verdict: Verdict) -> Section:
     """Spectra of the recorded signals at every steady speed, with what they share."""
     session, found = verdict.session, verdict.where.swings
-    units = [unit for bench in (session.bench, session.held) if bench is not None for unit in bench.plant.units]
+    units = [unit for replay in (session.replay, session.held) if replay is not None for unit in replay.plant.units]
     texts = [
         f"The recorded {NAMES[one.channel]} swings at {one.frequency:.2g} Hz, to {0.5 * one.resolution:.1g} Hz, at "
         f"different speeds (family-wise p = {one.p:.1g}): it is fixed in time, not in the angle. What stands in the "

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from hdfast.diagnosis.evidence import Layout
-from hdfast.diagnosis.fit import Fit
+from hdfast.diagnosis.fitted import Fit
 from hdfast.diagnosis.plant import Free
 from hdfast.diagnosis.select import Round
 from hdfast.printing import html_table

@@ -9,8 +9,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from hdfast.checks import Floats
-from hdfast.diagnosis.fit import Bench
 from hdfast.diagnosis.prepare import Unit
+from hdfast.diagnosis.replay import Replay
 from hdfast.diagnosis.verdict import Verdict
 
 WINDOW_SHARE, SHORTEST, LONGEST = 0.3, 0.6, 2.0
@@ -64,26 +64,26 @@ def traces(verdict: Verdict) -> list[Trace]:
     session, extended = verdict.session, verdict.extended
     models = ("nominal", "" if extended is None else "extended")
     after = session.search.final if extended is None else extended
-    found = traces_of(session.bench, (session.baseline.mismatch, after.mismatch), models)
+    found = traces_of(session.replay, (session.baseline.mismatch, after.mismatch), models)
     if session.held is not None and verdict.proof is not None:
         found = traces_of(session.held, verdict.proof.mismatch, models) + found
     return found
 
 
-def traces_of(bench: Bench, mismatches: tuple[Floats, Floats], models: tuple[str, str]) -> list[Trace]:
-    """The channels of a bench with the stacked mismatches (N,) of two models, at the samples that their bands hold."""
-    layout = bench.layout
+def traces_of(replay: Replay, mismatches: tuple[Floats, Floats], models: tuple[str, str]) -> list[Trace]:
+    """The channels of a replay with the stacked mismatches (N,) of two models, at the samples that their bands hold."""
+    layout = replay.layout
     found = []
     for index, channel, where in layout.pieces:
-        stride = bench.plant.band.stride(channel)
-        unit = bench.plant.units[index].thinned(stride)
+        stride = replay.plant.band.stride(channel)
+        unit = replay.plant.units[index].thinned(stride)
         sample = layout.sample[where] // stride
         measured = np.full(len(unit.t), np.nan)
         measured[sample] = unit.measured[channel][sample]
         before, after = measured.copy(), measured.copy()
         before[sample] -= mismatches[0][where]
         after[sample] -= mismatches[1][where]
-        floor = float(bench.floor[layout.channels.index(channel)])
+        floor = float(replay.floor[layout.channels.index(channel)])
         found.append(Trace(unit, channel, measured, before, after, floor, models))
     return found
 

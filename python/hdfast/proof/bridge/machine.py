@@ -92,14 +92,14 @@ def calibrated(path: Path) -> Machine:
     final = session.search.final
     scale = final.value(TORQUE_SCALE)
     sections = {key: value for key, value in tomllib.loads(found.model).items() if key in KEPT}
-    sigma = final.sigma_of(session.bench.layout)[TORQUE_SCALE] / scale
+    sigma = final.sigma_of(session.replay.layout)[TORQUE_SCALE] / scale
     sections["columns"] = {"motor_torque": {"name": "motor_torque", "scale": 1.0, "sigma": float(sigma)}}
     return Machine(
         sections | {"title": "recorded drive"},
         _recordings(campaign, session, scale),
         tuple(final.structure.model.terms),
         final.value("ratio"),
-        session.bench.plant.band.motion,
+        session.replay.plant.band.motion,
     )
 
 
@@ -107,11 +107,11 @@ def _recordings(campaign: Campaign, session: Session, scale: float) -> tuple[Rec
     found = []
     by_name = {recording.name: recording for recording in campaign.recordings}
     final = session.search.final
-    for bench in (session.bench, session.held):
-        if bench is None:
+    for replay in (session.replay, session.held):
+        if replay is None:
             continue
-        rests = bench.plant.mismatch(final.structure, final.coordinates[None])
-        for unit, rest in zip(bench.plant.units, rests, strict=True):
+        rests = replay.plant.mismatch(final.structure, final.coordinates[None])
+        for unit, rest in zip(replay.plant.units, rests, strict=True):
             found.append(_recorded(by_name[unit.name], unit, {name: own[0] for name, own in rest.items()}, scale))
     return tuple(found)
 

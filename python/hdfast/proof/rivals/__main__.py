@@ -40,7 +40,7 @@ def rival(name: str, campaign: str) -> dict[str, Any]:
         return rejected(health, 0, "")
     with threadpool_limits(1):
         setup = set_up(loaded, usable(health), None)
-        calibrated = fit(setup.bench, nominal(setup))
+        calibrated = fit(setup.replay, nominal(setup))
         said = import_module(f"hdfast.proof.rivals.{name}").answer(setup, calibrated)
         return as_dict(said, setup, calibrated)
 

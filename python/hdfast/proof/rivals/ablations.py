@@ -14,7 +14,7 @@ from scipy.stats import chi2
 from hdfast.checks import Floats
 from hdfast.diagnosis import holdout, projector, score, screen, select, whiten
 from hdfast.diagnosis.evidence import Index, Layout
-from hdfast.diagnosis.fit import Fit
+from hdfast.diagnosis.fitted import Fit
 
 
 @dataclass(frozen=True)
@@ -58,7 +58,7 @@ ABLATIONS: Mapping[str, Ablation] = {
         "each candidate screened by itself, without the largest of all under the null",
         select,
         "screen",
-        lambda bench, fit, found, rng: _each_alone(_screen(bench, fit, found, rng), found),
+        lambda replay, fit, found, rng: _each_alone(_screen(replay, fit, found, rng), found),
     ),
     "no_leverage": Ablation("null without leverage correction", projector.Projector, "levered", _as_they_are),
     "no_projection": Ablation("signatures as they are before a refit", projector.Projector, "left", _as_they_are),

@@ -14,7 +14,9 @@ from hdfast.checks import Floats
 from hdfast.diagnosis.candidate import Candidate
 from hdfast.diagnosis.changes import changes
 from hdfast.diagnosis.evidence import Layout
-from hdfast.diagnosis.fit import Bench, Fit, fit
+from hdfast.diagnosis.fit import fit
+from hdfast.diagnosis.fitted import Fit
+from hdfast.diagnosis.replay import Replay
 from hdfast.diagnosis.screen import Signature, signatures
 from hdfast.diagnosis.session import Setup, candidates
 from hdfast.proof.rivals.said import Named, Said, finding
@@ -25,16 +27,18 @@ SHORTLIST = 5
 
 def answer(setup: Setup, calibrated: Fit) -> Said:
     """Add the effect that lowers the criterion most, as long as one does."""
-    bench, current, named = setup.bench, calibrated, list[Named]()
+    replay, current, named = setup.replay, calibrated, list[Named]()
     ratio = calibrated.value("ratio")
     while len(named) < MOST_EFFECTS:
-        bench = bench.commanded(current)
-        pool = [one for one in candidates(bench, current, ratio) if fits_in(one, [n.candidate for n in named], current)]
-        found = signatures(bench, current, changes(bench, current, pool))
-        tried = [(one.candidate, added(bench, current, one)) for one in shortlist(found)]
+        replay = replay.commanded(current)
+        pool = [
+            one for one in candidates(replay, current, ratio) if fits_in(one, [n.candidate for n in named], current)
+        ]
+        found = signatures(replay, current, changes(replay, current, pool))
+        tried = [(one.candidate, added(replay, current, one)) for one in shortlist(found)]
         trials = [(candidate, trial) for candidate, trial in tried if trial is not None]
-        scores = [bic(bench.layout, trial) for _, trial in trials]
-        before = bic(bench.layout, current)
+        scores = [bic(replay.layout, trial) for _, trial in trials]
+        before = bic(replay.layout, current)
         if not scores or min(scores) >= before:
             break
         best = int(np.argmin(scores))
@@ -77,14 +81,14 @@ def shortlist(found: Sequence[Signature]) -> list[Signature]:
     return list(best.values())[:SHORTLIST]
 
 
-def added(bench: Bench, current: Fit, signature: Signature) -> Fit | None:
+def added(replay: Replay, current: Fit, signature: Signature) -> Fit | None:
     """The joint fit with one more effect, from its linear estimate or its typical size; None where neither runs."""
     candidate = signature.candidate
     structure = candidate.added_to(current.structure)
     for sized in (candidate.started(candidate.possible(signature.shares)), candidate):
         start = started(current, [sized])
-        if np.isfinite(bench.mismatch(structure, start[None])).all():
-            return fit(bench, structure, start, current)
+        if np.isfinite(replay.mismatch(structure, start[None])).all():
+            return fit(replay, structure, start, current)
     return None
 
 

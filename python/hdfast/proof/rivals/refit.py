@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from hdfast.diagnosis.fit import Fit
+from hdfast.diagnosis.fitted import Fit
 from hdfast.diagnosis.session import Setup
 from hdfast.proof.rivals.said import Said
 

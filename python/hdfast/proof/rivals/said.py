@@ -9,8 +9,9 @@ from typing import Any
 
 from hdfast.diagnosis.candidate import Candidate
 from hdfast.diagnosis.facts import FACTS
-from hdfast.diagnosis.fit import Bench, Fit
+from hdfast.diagnosis.fitted import Fit
 from hdfast.diagnosis.holdout import Proof, replayed, weigh_up
+from hdfast.diagnosis.replay import Replay
 from hdfast.diagnosis.score import noise_floor, nrmse
 from hdfast.diagnosis.session import Setup
 
@@ -48,7 +49,7 @@ def finding(final: Fit, named: list[Named]) -> Said:
 
 def as_dict(said: Said, setup: Setup, calibrated: Fit) -> dict[str, Any]:
     """The content of verdict.json; held-out recordings are simulated once, with the frozen models."""
-    layout = setup.bench.layout
+    layout = setup.replay.layout
     proof = None if setup.held is None else _proven(setup.held, calibrated, said.final)
     sigma = said.final.sigma_of(layout)
     effects = [_effect(one, said.final, sigma) for one in said.named]
@@ -75,7 +76,7 @@ def as_dict(said: Said, setup: Setup, calibrated: Fit) -> dict[str, Any]:
     }
 
 
-def _proven(held: Bench, calibrated: Fit, final: Fit) -> Proof:
+def _proven(held: Replay, calibrated: Fit, final: Fit) -> Proof:
     before, after = (replayed(held, one, calibrated) for one in (calibrated, final))
     return weigh_up(held.layout, final.white, before, after, noise_floor(held))
 

@@ -19,8 +19,10 @@ from threadpoolctl import threadpool_limits
 
 from hdfast.checks import Floats
 from hdfast.diagnosis.changes import changes
-from hdfast.diagnosis.fit import Bench, Fit, fit
+from hdfast.diagnosis.fit import fit
+from hdfast.diagnosis.fitted import Fit
 from hdfast.diagnosis.projector import Projector
+from hdfast.diagnosis.replay import Replay
 from hdfast.diagnosis.screen import Signature, signatures
 from hdfast.diagnosis.session import Setup, candidates
 from hdfast.diagnosis.whiten import Whitener
@@ -40,24 +42,24 @@ def answer(setup: Setup, calibrated: Fit) -> Said:
     Raises:
         MissingPackageError: pysindy is not installed.
     """
-    bench = setup.bench
-    plain = replace(calibrated, white=unfiltered(bench, calibrated))
-    pool = [one for one in candidates(bench, plain, plain.value("ratio")) if fits_in(one, [], plain)]
-    found = best_shapes(signatures(bench, plain, changes(bench, plain, pool)))
+    replay = setup.replay
+    plain = replace(calibrated, white=unfiltered(replay, calibrated))
+    pool = [one for one in candidates(replay, plain, plain.value("ratio")) if fits_in(one, [], plain)]
+    found = best_shapes(signatures(replay, plain, changes(replay, plain, pool)))
     if not found:
         return Said("no_evidence", calibrated)
-    target = Projector(plain, bench.layout).left(plain.white(bench.layout, plain.mismatch))
+    target = Projector(plain, replay.layout).left(plain.white(replay.layout, plain.mismatch))
     kept = inclusion(np.concatenate([one.left for one in found], axis=1), target)
     owner = np.repeat(np.arange(len(found)), [one.left.shape[1] for one in found])
     shares = [float(kept[owner == k].max()) for k in range(len(found))]
     chosen = [(one, share) for one, share in zip(found, shares, strict=True) if share >= INCLUDED]
     named = [Named(one.candidate, share) for one, share in chosen]
-    return finding(refitted(bench, calibrated, [one for one, _ in chosen]), named)
+    return finding(refitted(replay, calibrated, [one for one, _ in chosen]), named)
 
 
-def unfiltered(bench: Bench, fitted: Fit) -> Whitener:
+def unfiltered(replay: Replay, fitted: Fit) -> Whitener:
     """Channels in units of their mismatch, sample by sample."""
-    return Whitener({name: np.array([1.0 / fitted.weights.scale[k]]) for k, name in enumerate(bench.layout.channels)})
+    return Whitener({name: np.array([1.0 / fitted.weights.scale[k]]) for k, name in enumerate(replay.layout.channels)})
 
 
 def best_shapes(found: list[Signature]) -> list[Signature]:
@@ -83,7 +85,7 @@ def inclusion(columns: Floats, target: Floats, seed: int = 0) -> Floats:
     return np.asarray(np.mean([np.ravel(one) != 0.0 for one in bagged.coef_list], axis=0), dtype=np.float64)
 
 
-def refitted(bench: Bench, calibrated: Fit, chosen: list[Signature]) -> Fit:
+def refitted(replay: Replay, calibrated: Fit, chosen: list[Signature]) -> Fit:
     """The model with all of them, fitted once where it runs; special cases go with their generalisation."""
     general = {effect for one in chosen for effect in one.candidate.contains}
     kept = [one for one in chosen if one.candidate.effect not in general]
@@ -91,5 +93,5 @@ def refitted(bench: Bench, calibrated: Fit, chosen: list[Signature]) -> Fit:
     for one in kept:
         structure = one.candidate.added_to(structure)
     start = started(calibrated, [one.candidate.started(one.shares) for one in kept])
-    runs = bool(np.isfinite(bench.mismatch(structure, start[None])).all())
-    return fit(bench, structure, start) if kept and runs else calibrated
+    runs = bool(np.isfinite(replay.mismatch(structure, start[None])).all())
+    return fit(replay, structure, start) if kept and runs else calibrated

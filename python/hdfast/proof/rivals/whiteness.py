@@ -13,7 +13,8 @@ from scipy.linalg import solve, toeplitz
 from scipy.stats import chi2
 
 from hdfast.checks import Floats
-from hdfast.diagnosis.fit import Bench, Fit
+from hdfast.diagnosis.fitted import Fit
+from hdfast.diagnosis.replay import Replay
 from hdfast.diagnosis.session import Setup
 from hdfast.proof.rivals.said import Said
 
@@ -23,16 +24,16 @@ LAGS = 25
 
 def answer(setup: Setup, calibrated: Fit) -> Said:
     """An alarm where any test of any recording and channel rejects at 99 % over all of them."""
-    p = np.array(list(_tests(setup.bench, calibrated.mismatch)))
+    p = np.array(list(_tests(setup.replay, calibrated.mismatch)))
     alarm = bool(p.size) and bool(p.min() < LEVEL / p.size)
     return Said("undecided" if alarm else "no_evidence", calibrated)
 
 
-def _tests(bench: Bench, mismatch: Floats) -> Iterator[float]:
+def _tests(replay: Replay, mismatch: Floats) -> Iterator[float]:
     """The p values of every recording and channel: autocorrelation, and correlation with speed and torque."""
-    layout = bench.layout
+    layout = replay.layout
     for index, _, where in layout.pieces:
-        unit, sample = bench.plant.units[index], layout.sample[where]
+        unit, sample = replay.plant.units[index], layout.sample[where]
         yield whiteness(mismatch[where])
         for driven in (unit.speed, unit.command):
             yield independence(mismatch[where], driven[sample])

@@ -1,0 +1,65 @@
+"""What a fit makes small."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from hdfast.checks import Floats
+from hdfast.diagnosis.evidence import Layout, Weights, limited, weigh
+from hdfast.diagnosis.plant import Structure
+from hdfast.diagnosis.replay import Replay
+from hdfast.diagnosis.stir import Stir
+from hdfast.diagnosis.whiten import Whitener, whiten
+
+NEAR = 1.5
+
+
+@dataclass(frozen=True, eq=False)
+class Metric:
+    """What a fit makes small: the bulk of the mismatch in independent samples, and near the noise its fine structure.
+
+    The bulk alone overlooks what stands out only between the frequencies of the noise; but far from the noise a
+    whitened fit would leave the slow mismatch as it is, since that predicts itself, and would lower the inertia to
+    quieten the acceleration.
+
+    Attributes:
+        weights: scale and colour.
+        white: filter to independent samples of unit variance.
+        fine: share of the whitened mismatch of each channel, 0 to a half, shape (C,).
+    """
+
+    weights: Weights
+    white: Whitener
+    fine: Floats
+
+    @classmethod
+    def of(cls, replay: Replay, mismatch: Floats) -> Metric:
+        """For the noise that a mismatch (N,) shows."""
+        layout = replay.layout
+        weights = weigh(layout, mismatch, replay.floor)
+        fine = 0.5 * near(replay, weights.scale)
+        return cls(weights, whiten(layout, mismatch, replay.floor), fine)
+
+    def of_columns(self, layout: Layout, stacked: Floats) -> Floats:
+        """Both parts of (N,) or (N, P), one after the other: (2N,) or (2N, P)."""
+        fine = self.fine[layout.channel]
+        bulk = self.weights.normalise(layout, np.sqrt(1.0 - fine) * stacked.T).T
+        return np.asarray(np.concatenate([bulk, (np.sqrt(fine) * self.white(layout, stacked).T).T]))
+
+    def cost(
+        self, layout: Layout, structure: Structure, x: Floats, mismatch: Floats, stir: Stir | None = None
+    ) -> float:
+        """Half the weighted sum of squares plus the prior's, less that of what the noise of the angle adds."""
+        half, _ = limited(self.of_columns(layout, mismatch))
+        pull = (x - structure.start) / structure.sigma
+        if stir is None or not stir.loud:
+            return float(np.sum(half) + 0.5 * pull @ pull)
+        noise = 0.5 * float(np.sum(self.of_columns(layout, stir.noise) ** 2))
+        return float(np.sum(half) + 0.5 * stir.firmness @ pull**2) - noise
+
+
+def near(replay: Replay, scale: Floats) -> Floats:
+    """How far mismatches of this scale are noise, by channel, 0 to 1, shape (C,)."""
+    return np.asarray(np.minimum(1.0, NEAR * replay.stated / scale) ** 4)

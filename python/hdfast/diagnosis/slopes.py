@@ -1,0 +1,95 @@
+"""Slopes of the simulated signals, and of what noise of the motor angle adds to them."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from hdfast.checks import Floats
+from hdfast.diagnosis.fitted import Fit
+from hdfast.diagnosis.metric import Metric
+from hdfast.diagnosis.plant import TORQUE_SCALE, Structure
+from hdfast.diagnosis.replay import Replay
+from hdfast.diagnosis.stir import Stir
+
+STEP = 2e-3
+#: What the noise of the angle adds to the load side [nats] below which it moves no parameter.
+LOUD = 2.0
+#: The least share that a slope without the noise is taken to have.
+LEAST_TOLD = 0.02
+ACCELERATED = ("J_m", "J_l", TORQUE_SCALE, "load_dependent_friction_c_drive", "load_dependent_friction_c_back")
+#: Where a signal of the load side tells of the resonance, what the torque alone would say of it is noise as well.
+SHAKEN = (*ACCELERATED, "k1", "K1", "K2", "K3", "B_sp")
+
+
+def linearise(
+    replay: Replay, structure: Structure, x: Floats, kept: int = 0, wide: Floats | None = None
+) -> tuple[Floats, Floats, Floats]:
+    """Mismatch and slopes of the simulated signals by differences; those of the first `kept` stay 0.
+
+    Args:
+        replay: recordings.
+        structure: equations and free parameters.
+        x: coordinates (P,).
+        kept: how many parameters, from the first on, are left out.
+        wide: steps (P,) to both sides; default small ones to one side.
+
+    Returns:
+        Mismatch (N,), slopes (N, P), and the noise of the acceleration that was taken from them (N, P).
+    """
+    steps = (STEP * units_of(structure) if wide is None else wide)[kept:]
+    shaken = SHAKEN if replay.plant.load_side else ACCELERATED
+    noisy = [j for j, name in enumerate(structure.names) if name in shaken and j >= kept]
+    moves = np.zeros((len(steps), len(x)))
+    moves[:, kept:] = np.diag(steps)
+    higher = 1 + np.arange(len(steps))
+    lower = 0 * higher if wide is None else higher + len(steps)
+    moved = np.concatenate([x[None], x + moves, *([] if wide is None else [x - moves])])
+    own = np.array(noisy, dtype=int) - kept
+    stacked, slow = replay.both(structure, moved, [*higher[own], *lower[own]])
+    spans = (steps if wide is None else 2.0 * steps)[:, None]
+    slopes, rough = np.zeros((replay.layout.size, len(x))), np.zeros((replay.layout.size, len(x)))
+    slopes[:, kept:] = -((stacked[higher] - stacked[lower]) / spans).T
+    rough[:, noisy] = slopes[:, noisy] + ((slow[: len(own)] - slow[len(own) :]) / spans[own]).T
+    return stacked[0], np.nan_to_num(slopes - rough), np.nan_to_num(rough)
+
+
+def stirred(
+    replay: Replay, structure: Structure, x: Floats, mismatch: Floats, slopes: Floats, known: Fit | None = None
+) -> Stir:
+    """What one more noise of the angle adds on the load side, and its slopes; nothing where it hardly counts.
+
+    The recorded motion holds such noise, which shakes the simulated load and not the real one. A fit that takes what it
+    adds for a mismatch would find every damping too large.
+
+    Args:
+        replay: recordings.
+        structure: equations and free parameters.
+        x: coordinates (P,).
+        mismatch, slopes: there, (N,) and (N, P).
+        known: an earlier fit whose parameters come first; theirs are kept.
+    """
+    if not replay.plant.load_side or (known is not None and not known.stir.loud):
+        return Stir.none(slopes)
+    noise = replay.noise_on_load(structure, x[None], mismatch[None])[0]
+    white = Metric.of(replay, mismatch).white
+    if not np.sum(white(replay.layout, noise) ** 2) > 2.0 * LOUD:
+        return Stir.none(slopes)
+    kept = 0 if known is None else known.slopes.shape[1]
+    felt = np.any(slopes[replay.load_side] != 0.0, axis=0)
+    own = [j for j, one in enumerate(structure.free) if j >= kept and felt[j] and not one.name.startswith("te_")]
+    found = np.zeros_like(slopes)
+    if known is not None:
+        found[:, :kept] = known.stir.slopes
+    if own:
+        steps = (STEP * units_of(structure))[own]
+        moved = x + np.eye(len(x))[own] * steps[:, None]
+        still = mismatch - slopes[:, own].T * steps[:, None]
+        found[:, own] = np.nan_to_num((noise - replay.noise_on_load(structure, moved, still)) / steps[:, None]).T
+    whole, feigned = (np.sum(white(replay.layout, one) ** 2, axis=0) for one in (slopes, found))
+    told = np.maximum(whole - feigned, LEAST_TOLD * (whole + feigned))
+    return Stir(noise, found, np.where(feigned > 0.0, (whole + feigned) / np.maximum(told, 1e-300), 1.0))
+
+
+def units_of(structure: Structure) -> Floats:
+    """What steps of the coordinates are multiples of, shape (P,)."""
+    return np.array([1.0 if free.positive else free.sigma for free in structure.free])

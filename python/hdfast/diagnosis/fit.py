@@ -23,7 +23,9 @@ ROUNDS = 8
 CHORDS = 2
 SHRINK = (1.0, 0.25)
 CAREFUL = (*SHRINK, 0.06)
-SETTLED = 0.05
+#: What a step has to find [nats], and what a round of steps does for another one with fresh slopes: each takes weights,
+#: filter and slopes of the noise from where it is, so that the next always finds a little.
+SETTLED, WORTH = 0.05, 0.5
 VALLEY = 0.5
 #: Squared distance in standard deviations within which slopes are alike.
 BESIDE = 1.0
@@ -53,7 +55,7 @@ def fit(
         start: first coordinates (P,); default the prior centre.
         known: an earlier fit whose parameters come first in `structure`; its slopes are kept, and those of the added
             parameters computed alone, until no step with them finds better, and beyond where the fit ends beside it.
-        ahead: a fit of the same structure from elsewhere; once in its valley, this one goes on from there.
+        ahead: a fit of the same structure from elsewhere, which is the answer once this one is in its valley.
     """
     x = structure.start if start is None else np.array(start, dtype=np.float64)
     kept = 0 if known is None else known.slopes.shape[1]
@@ -66,16 +68,16 @@ def fit(
     place = _Place(x, mismatch, stir)
     for turn in range(ROUNDS):
         metric = Metric.of(replay, place.mismatch)
-        before, place = place, _descended(replay, structure, metric, place, slopes, rough)
+        place, found = _descended(replay, structure, metric, place, slopes, rough)
         if turn == ROUNDS - 1:
             break
         precision = partial(_precision, replay, metric, structure, slopes, place.stir)
-        if place is before:
+        if found < WORTH:
             if known is None or not kept or _beside(known, place.x, precision()):
                 break
             kept = 0
         if ahead is not None and _in_valley(replay, ahead, place):
-            place, ahead = _Place(ahead.coordinates, ahead.mismatch, ahead.stir), None
+            return ahead
         if structure.rattles:
             steps = np.minimum(widest, ACROSS * np.sqrt(np.diag(np.linalg.inv(precision()))))
         _, fresh, rougher = linearise(replay, structure, place.x, kept, steps)
@@ -88,24 +90,25 @@ def fit(
 
 def _descended(
     replay: Replay, structure: Structure, metric: Metric, place: _Place, slopes: Floats, rough: Floats
-) -> _Place:
-    """Where a few steps with the same slopes (N, P) lead, each to the best of several lengths; the same place if none.
+) -> tuple[_Place, float]:
+    """Where a few steps with the same slopes (N, P) lead, each to the best of several lengths; what they find [nats].
 
     Steps are compared with as much noise of the acceleration as there is here: `rough` (N, P) of it per coordinate.
     """
     layout = replay.layout
     seen = partial(metric.of_columns, layout)
-    A = seen(slopes)
+    A, found = seen(slopes), 0.0
     for _ in range(CHORDS):
         step = _step(structure, place.x, A, seen(place.mismatch), place.stir.through(seen))
         tried = _along(replay, structure, place, step)
         alike = [one.mismatch + rough @ (one.x - place.x) for one in tried]
         costs = [metric.cost(layout, structure, one.x, own, one.stir) for one, own in zip(tried, alike, strict=True)]
         best = int(np.argmin(np.where(np.isfinite(costs), costs, np.inf)))
-        if not costs[best] < metric.cost(layout, structure, place.x, place.mismatch, place.stir) - SETTLED:
+        fall = metric.cost(layout, structure, place.x, place.mismatch, place.stir) - costs[best]
+        if not fall > SETTLED:
             break
-        place = tried[best]
-    return place
+        place, found = tried[best], found + fall
+    return place, found
 
 
 def _along(replay: Replay, structure: Structure, place: _Place, step: Floats) -> list[_Place]:

@@ -186,7 +186,7 @@ def _try(
     if not starts:
         return Trial(candidate, current, gain(replay, current, current, rules.folds), ("A0 simulation",))
     fits = [fit(replay, structure, starts[0], None if contained else current)]
-    others = [fits[0].coordinates] if starts[1:] and candidate.effect in known else starts[1:]
+    others = [] if candidate.effect in known else starts[1:]
     fits += [fit(replay, structure, start, fits[0], fits[0]) for start in others]
     metric = Metric.of(replay, current.mismatch)
     joint = min(fits, key=lambda one: metric.cost(replay.layout, structure, one.coordinates, one.mismatch, one.stir))

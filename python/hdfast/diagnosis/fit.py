@@ -23,8 +23,8 @@ ROUNDS = 8
 CHORDS = 2
 SHRINK = (1.0, 0.25)
 CAREFUL = (*SHRINK, 0.06)
-#: What a step has to find [nats], and what a round of steps does for another one with fresh slopes: each takes weights,
-#: filter and slopes of the noise from where it is, so that the next always finds a little.
+#: What a step has to find [nats], and a round of steps for another one where noise of the angle is loud: its slopes are
+#: taken anew, so that the next round always finds a little.
 SETTLED, WORTH = 0.05, 0.5
 VALLEY = 0.5
 #: Squared distance in standard deviations within which slopes are alike.
@@ -72,7 +72,7 @@ def fit(
         if turn == ROUNDS - 1:
             break
         precision = partial(_precision, replay, metric, structure, slopes, place.stir)
-        if found < WORTH:
+        if found < (WORTH if place.stir.loud else SETTLED):
             if known is None or not kept or _beside(known, place.x, precision()):
                 break
             kept = 0

@@ -182,12 +182,11 @@ def _try(
     contained = [term for term in current.structure.model.terms if term in candidate.contains]
     reduced, here = without(current, contained)
     structure = candidate.added_to(reduced)
-    starts = _starts(replay, structure, current, here, alike)
+    starts = _starts(replay, structure, current, here, alike, elsewhere=candidate.effect not in known)
     if not starts:
         return Trial(candidate, current, gain(replay, current, current, rules.folds), ("A0 simulation",))
     fits = [fit(replay, structure, starts[0], None if contained else current)]
-    others = [] if candidate.effect in known else starts[1:]
-    fits += [fit(replay, structure, start, fits[0], fits[0]) for start in others]
+    fits += [fit(replay, structure, start, fits[0], fits[0]) for start in starts[1:]]
     metric = Metric.of(replay, current.mismatch)
     joint = min(fits, key=lambda one: metric.cost(replay.layout, structure, one.coordinates, one.mismatch, one.stir))
     gained = gain(replay, joint, current, rules.folds)
@@ -195,12 +194,12 @@ def _try(
 
 
 def _starts(
-    replay: Replay, structure: Structure, current: Fit, here: Floats, alike: Sequence[Signature]
+    replay: Replay, structure: Structure, current: Fit, here: Floats, alike: Sequence[Signature], *, elsewhere: bool
 ) -> list[Floats]:
-    """The best of several shapes and amplitudes, from the present parameters and from the priors of displaced ones.
+    """The best of several shapes and amplitudes, from the present parameters.
 
-    With each amplitude the parameters that had stood for the effect give it back, or stay. Nothing where none can be
-    simulated.
+    If `elsewhere`, also from the priors of displaced ones. With each amplitude the parameters that had stood for the
+    effect give it back, or stay. Nothing where none can be simulated.
     """
     kept = [current.structure.names.index(name) for name in structure.names[: len(here)]]
     added, given = [], []
@@ -211,7 +210,7 @@ def _starts(
             given += [np.zeros(len(here)), signature.absorbed[kept] @ share]
     centre, sigma = structure.start[: len(here)], structure.sigma[: len(here)]
     displaced = np.abs(here - centre) > DISPLACED * sigma
-    bases = [here, np.where(displaced, centre, here)] if displaced.any() else [here]
+    bases = [here, np.where(displaced, centre, here)] if elsewhere and displaced.any() else [here]
     metric = Metric.of(replay, current.mismatch)
     starts = []
     for base in bases:

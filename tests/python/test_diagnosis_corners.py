@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 import small_campaign
 from hdfast.diagnosis import diagnose, prove, session
+from hdfast.diagnosis.accept import sizeable
 from hdfast.diagnosis.candidate import Candidate
 from hdfast.diagnosis.fitted import Fit
 from hdfast.diagnosis.holdout import Proof
@@ -337,6 +338,20 @@ def test_exact_a_parameter_that_is_a_multiple_of_another_has_the_errors_of_both(
     nothing = np.zeros(0)
     sigma = Fit(structure, rows[0], nothing, nothing, nothing, None, None, Stir.none(nothing)).sigma_of(None)
     assert sigma["c_back"] / sigma["c_drive"] == pytest.approx(0.3 * np.sqrt(0.04 + 0.09 - 0.06) / (0.2 * 0.2))
+
+
+@pytest.mark.parametrize(("shared", "enough"), [(0.0, False), (0.99, True)])
+def test_exact_an_amplitude_is_as_sure_as_it_is_at_the_effects_own_shape(monkeypatch, shared, enough):
+    """Recordings at few speeds hardly tell how fast friction falls, and its height with that, but whether it falls."""
+    scale = Free("torque_scale", 1.0, 0.01, True, "1")
+    law = (Free("T_s", 0.1, 2.0, True, "N m"), Free("omega_s", 3.0, 1.0, True, "rad/s"))
+    structure = Structure(Model(), {}, (scale, *law))
+    covariance = np.diag([1e-4, 1.0, 1.0]) + shared * np.array([[0, 0, 0], [0, 0, 1], [0, 1, 0]])
+    monkeypatch.setattr(Fit, "covariance", lambda *_: covariance)
+    nothing = np.zeros(0)
+    joint = Fit(structure, structure.start, nothing, nothing, nothing, None, None, Stir.none(nothing))
+    candidate = Candidate("stribeck_friction", "motor", ("stribeck_friction",), law, "T_s")
+    assert sizeable(SimpleNamespace(layout=None), joint, candidate) == enough
 
 
 @pytest.mark.parametrize(

@@ -31,8 +31,8 @@ CALMER = 0.1
 SHORT, STILL, HELD_OUT = "A1 gain", "A2 error", "A7 held out"
 TIMING = ("actuator_lag", "delay", "sensor_delay", "sensor_lowpass")
 DRIFTS = ("sensor_offset_drift", "clock_skew", "ratio_error")
-ECCENTRIC = "encoder_eccentricity"
-SLOW = (*DRIFTS, ECCENTRIC)
+ECCENTRIC, GRAVITY = "encoder_eccentricity", "gravity_unbalance"
+SLOW = (*DRIFTS, ECCENTRIC, GRAVITY)
 
 
 @dataclass(frozen=True)
@@ -71,7 +71,7 @@ def failed_rules(
     if not np.isfinite(joint.mismatch).all():
         return ("A0 simulation",)
     failed = []
-    slow = candidate.effect in DRIFTS or (candidate.effect == ECCENTRIC and len(replay.plant.units) > 1)
+    slow = candidate.effect in DRIFTS or (candidate.effect in SLOW and len(replay.plant.units) > 1)
     p = seen.p.get(candidate.label, 1.0)
     if not (repeats(gained, p, replay.layout.unit_of_block) if slow else convinces(gained, p)):
         failed.append(SHORT)
@@ -82,7 +82,7 @@ def failed_rules(
         failed.append(STILL)
     if after > USELESS:
         failed.append("A8 prediction")
-    if not _sizeable(replay, joint, candidate):
+    if not sizeable(replay, joint, candidate):
         failed.append("A3 amplitude")
     if unresolved(candidate, joint, replay):
         failed.append("A5 resolution")
@@ -153,13 +153,14 @@ def of_its_own(replay: Replay, joint: Fit, current: Fit, folds: Index) -> bool:
     return convinces(gain(replay, joint, replace(current, coordinates=alike, mismatch=mismatch), folds), 1.0)
 
 
-def _sizeable(replay: Replay, joint: Fit, candidate: Candidate) -> bool:
-    """Whether its amplitude is more than its error, in the recorded torque: how much that is may not be known."""
+def sizeable(replay: Replay, joint: Fit, candidate: Candidate) -> bool:
+    """Whether its amplitude is more than its error, in the recorded torque and at its shape: neither may be known."""
     names = joint.structure.names
-    where, scale = [names.index(name) for name in candidate.sizes], names.index(TORQUE_SCALE)
+    where = [names.index(name) for name in candidate.sizes]
+    given = [names.index(name) for name in (TORQUE_SCALE, *candidate.names) if name not in candidate.sizes]
     covariance = joint.covariance(replay.layout)
-    shared = covariance[where, scale]
-    own = covariance[np.ix_(where, where)] - np.multiply.outer(shared, shared) / covariance[scale, scale]
+    shared = covariance[np.ix_(where, given)]
+    own = covariance[np.ix_(where, where)] - shared @ np.linalg.solve(covariance[np.ix_(given, given)], shared.T)
     positive = [joint.structure.free[j].positive for j in where]
     together = len(where) / np.sqrt(own.sum()) if all(positive) else 0.0
     each = np.where(positive, 1.0, np.abs(joint.coordinates[where])) / np.sqrt(np.diag(own))

@@ -2,22 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Sequence
+from collections.abc import Callable, Hashable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import chain
+from typing import TypeVar
 
 import numpy as np
 
 from hdfast.checks import Floats
 from hdfast.diagnosis.candidate import Candidate
+from hdfast.diagnosis.evidence import Index
 from hdfast.diagnosis.fitted import Fit
+from hdfast.diagnosis.plant import Structure
 from hdfast.diagnosis.replay import Replay
 from hdfast.diagnosis.slopes import ACCELERATED
 from hdfast.diagnosis.together import side_by_side
 from hdfast.diagnosis.whiten import whiten
 
 INDEPENDENT = 1e-6
+
+Part = TypeVar("Part")
+Found = TypeVar("Found")
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,13 +32,13 @@ class Change:
 
     Attributes:
         candidate: the hypothesis.
+        times: at how many typical amplitudes it was taken.
         values: in the channels' units, shape (N, d).
-        feigned: what more noise of the angle adds to that on the load side, shape (N, d).
     """
 
     candidate: Candidate
+    times: float
     values: Floats = field(repr=False)
-    feigned: Floats = field(repr=False)
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,32 +58,48 @@ class Changer:
 
     def changes(self, wanted: Sequence[tuple[Candidate, float]]) -> list[Change]:
         """Taken at so many typical amplitudes, also beyond a bound; candidates of one form are simulated together."""
+        return self._together(self._changes, wanted)
+
+    def noises(self, changed: Sequence[Change]) -> list[Floats]:
+        """What more noise of the angle adds to changes on the load side, per typical amplitude, each (N, d)."""
+        return self._together(self._noises, [(one.candidate, one) for one in changed])
+
+    def _together(
+        self,
+        work: Callable[[Replay, Sequence[tuple[Candidate, Part]]], list[Found]],
+        wanted: Sequence[tuple[Candidate, Part]],
+    ) -> list[Found]:
         alike: dict[Hashable, list[int]] = {}
         for index, (candidate, _) in enumerate(wanted):
             alike.setdefault(candidate.unbounded.form, []).append(index)
         groups = [[wanted[index] for index in rows] for rows in alike.values()]
-        changed = chain(*side_by_side(self.replay, self._of_one_form, groups))
-        found = dict(zip(chain(*alike.values()), changed, strict=True))
+        worked = chain(*side_by_side(self.replay, work, groups))
+        found = dict(zip(chain(*alike.values()), worked, strict=True))
         return [found[index] for index in range(len(wanted))]
 
-    def _of_one_form(self, replay: Replay, wanted: Sequence[tuple[Candidate, float]]) -> list[Change]:
+    def _changes(self, replay: Replay, wanted: Sequence[tuple[Candidate, float]]) -> list[Change]:
+        structure, coordinates, ends = self._rows(wanted)
+        steady = any(name in ACCELERATED for name in structure.names[len(self.fit.coordinates) :])
+        found = (replay.steady if steady else replay.mismatch)(structure, coordinates)
+        parts = np.split((self._steady if steady else self._here) - found, ends)
+        return [Change(one, times, part.T / times) for part, (one, times) in zip(parts, wanted, strict=True)]
+
+    def _noises(self, replay: Replay, wanted: Sequence[tuple[Candidate, Change]]) -> list[Floats]:
+        changed = [one for _, one in wanted]
+        structure, coordinates, ends = self._rows([(one.candidate, one.times) for one in changed])
+        if structure.rattles:
+            return [np.zeros_like(one.values) for one in changed]
+        still = self._here - np.concatenate([one.times * one.values.T for one in changed])
+        parts = np.split(self.fit.stir.noise - replay.noise_on_load(structure, coordinates, still), ends)
+        return [part.T / one.times for part, one in zip(parts, changed, strict=True)]
+
+    def _rows(self, wanted: Sequence[tuple[Candidate, float]]) -> tuple[Structure, Floats, Index]:
+        """Structure and coordinates (M, P) of candidates of one form, and where the rows of each but the last end."""
         wide = [candidate.unbounded for candidate, _ in wanted]
-        structure = wide[0].added_to(self.fit.structure)
         settings = [one.scaled(times).settings() for one, (_, times) in zip(wide, wanted, strict=True)]
         own = [[float(free.coordinate(row[free.name])) for free in wide[0].free] for rows in settings for row in rows]
         coordinates = np.stack([np.concatenate([self.fit.coordinates, row]) for row in own])
-        steady = any(name in ACCELERATED for name in wide[0].names)
-        found = (replay.steady if steady else replay.mismatch)(structure, coordinates)
-        moved = (self._steady if steady else self._here) - found
-        feigned = np.zeros_like(moved)
-        if self.fit.stir.loud and not structure.rattles and moved[:, replay.load_side].any():
-            feigned = self.fit.stir.noise - replay.noise_on_load(structure, coordinates, found)
-        ends = np.cumsum([len(rows) for rows in settings])
-        parts = [np.split(each, ends[:-1]) for each in (moved, feigned)]
-        return [
-            Change(one, part.T / times, noise.T / times)
-            for part, noise, (one, times) in zip(*parts, wanted, strict=True)
-        ]
+        return wide[0].added_to(self.fit.structure), coordinates, np.cumsum([len(rows) for rows in settings])[:-1]
 
 
 def changes(replay: Replay, fit: Fit, candidates: Sequence[Candidate]) -> list[Change]:

@@ -18,6 +18,7 @@ from hdfast.diagnosis.statistics import statistics
 
 NEGLIGIBLE = 1e-3
 SEEN, SLIGHT, SMALL = 7.0, 1.0, 0.3
+HEARD = 2.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -100,17 +101,24 @@ class _Signer:
             return None
         absorbed = self.projector.absorbed(raw)
         left = raw - self.projector.A @ absorbed
+        nothing = np.zeros(left.shape[1])
+        shares, gain = self._amplitude(left, nothing)
+        visibility, bulk = float(np.sum(left**2)) / size, self.bulk.gain(change.values)
+        return Signature(change.candidate, left, absorbed, shares, gain, bulk, visibility, nothing)
+
+    def without(self, noise: Floats, one: Signature) -> Signature:
+        """A signature less what noise (N, d) of its change feigns."""
+        told = np.nan_to_num(self.fit.white(self.layout, noise)) - self.stir.slopes @ one.absorbed
+        feigned = told.T @ self.stir.noise
+        shares, gain = self._amplitude(one.left, feigned)
+        return replace(one, shares=shares, gain=gain, feigned=feigned)
+
+    def _amplitude(self, left: Floats, feigned: Floats) -> tuple[Floats, float]:
         gram = left.T @ left
-        ridge = 1e-9 * np.trace(gram) * np.eye(gram.shape[0])
-        feigned = np.zeros(gram.shape[0])
-        if change.feigned.any():
-            noise = np.nan_to_num(self.fit.white(self.layout, change.feigned)) - self.stir.slopes @ absorbed
-            feigned = noise.T @ self.stir.noise
+        ridge = 1e-9 * np.trace(gram) * np.eye(len(gram))
         score = left.T @ self.projector.residual_about(left) - feigned
         shares = np.linalg.solve(gram + ridge, score)
-        gain, visibility = float(0.5 * score @ shares), float(np.sum(left**2)) / size
-        bulk = self.bulk.gain(change.values)
-        return Signature(change.candidate, left, absorbed, shares, gain, bulk, visibility, feigned)
+        return shares, float(0.5 * score @ shares)
 
 
 def signatures(replay: Replay, fit: Fit, changed: Sequence[Change]) -> list[Signature]:
@@ -121,9 +129,22 @@ def signatures(replay: Replay, fit: Fit, changed: Sequence[Change]) -> list[Sign
     be seen, the signature is taken there as well, and where the change itself is no more than seen, to first order.
     """
     signer, changer = _Signer(replay, fit), Changer(replay, fit)
-    large = [signature for one in changed if (signature := signer.sign(one)) is not None]
-    small = [(replace(one.candidate, size=size), times) for one in large for size, times in _sizes(one)]
-    return large + [signature for one in changer.changes(small) if (signature := signer.sign(one)) is not None]
+
+    def signed(some: Sequence[Change]) -> list[tuple[Change, Signature]]:
+        return [(one, signature) for one in some if (signature := signer.sign(one)) is not None]
+
+    found = signed(changed)
+    found += signed(
+        changer.changes([(replace(one.candidate, size=size), n) for _, one in found for size, n in _sizes(one)])
+    )
+    heard = {n: one for n, (one, signature) in enumerate(found) if _heard(replay, fit, one, signature)}
+    noises = dict(zip(heard, changer.noises([*heard.values()]), strict=True))
+    return [signer.without(noises[n], one) if n in noises else one for n, (_, one) in enumerate(found)]
+
+
+def _heard(replay: Replay, fit: Fit, change: Change, signature: Signature) -> bool:
+    """Whether noise of the angle may be what speaks for a signature: it takes a simulation to know how much."""
+    return fit.stir.loud and signature.gain >= HEARD and bool(change.values[replay.load_side].any())
 
 
 def _sizes(one: Signature) -> list[tuple[str, float]]:

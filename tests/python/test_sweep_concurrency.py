@@ -10,6 +10,7 @@ from concurrent.futures import ThreadPoolExecutor
 import hdfast
 import numpy as np
 import pytest
+from processes import interruptible
 
 SHORT = hdfast.Scenario.start_stop(t_end=0.6, t_off=0.3)
 PROGRAM = """
@@ -85,6 +86,13 @@ def test_exact_failing_progress_function_stops_the_sweep():
         hdfast.sweep({"J_l": np.full(50_000, 0.5)}, metrics=["te_pp"], progress=fail, threads=1)
 
 
+def printed(code):
+    process = interruptible([sys.executable, "-c", code], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    told, complaint = process.communicate(timeout=120)
+    assert process.returncode == 0, complaint
+    return told
+
+
 def test_exact_interrupt_keeps_finished_rows_and_neighbours():
     code = """
 import _thread, threading, time
@@ -112,9 +120,7 @@ assert np.array_equal(result["te_pp"][done], again["te_pp"])
 assert np.isnan(result["te_pp"][~result.finished]).all()
 print(waited)
 """
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=120, check=False)
-    assert done.returncode == 0, done.stderr
-    assert float(done.stdout) < 0.2
+    assert float(printed(code)) < 0.2
 
 
 def test_exact_rows_that_an_interrupt_leaves_without_some_derivatives_are_not_finished():
@@ -134,8 +140,7 @@ slopes = result.metric_sensitivities["te_rms"]
 assert np.isfinite(slopes[result.finished]).all()
 assert set(result.status_counts()) == {"finished", "cancelled"}
 """
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=120, check=False)
-    assert done.returncode == 0, done.stderr
+    printed(code)
 
 
 def test_exact_what_a_signal_handler_raises_reaches_the_caller():

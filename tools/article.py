@@ -23,6 +23,9 @@ Written by `python tools/article.py`.
 - Contradictory: none shows it.
 - Not reproducible: data or physics is missing.
 
+J_m, J_l: inertia of motor and load; J_M = ratio² J_m, the motor's inertia seen at the output; K: stiffness; A:
+amplitude; f: frequency of the torsional mode; TE: transmission error.
+
 | claim | the article says | verdict | why |
 |---|---|---|---|
 """

@@ -14,7 +14,7 @@ HEAD = """# Round trips: what an identification gives back of a known drive
 Written by `python tools/round_trip.py {seeds}`; the bounds are asserted by `pytest --long` with 100 seeds.
 
 A virtual bench knows the drive, its recordings pass the sensors, the identification sees only those. Each cell states
-the worst relative error over {seeds} seeds and the share of the stated 90 % intervals that hold the truth.
+the worst relative error over all seeds and the share of the stated 90 % intervals that hold the truth.
 """
 SPRING = """
 ## Spring and loop, `hdfast identify stiffness`
@@ -29,7 +29,8 @@ ORDERS = """
 ## Orders, `hdfast identify kinematic-error`
 
 Fifteen orders from 90 to 1.03 µrad, both directions, 1 µrad noise on the load angle, {seeds} seeds. The smallest order
-decides how long a run has to be.
+decides how long a run has to be. Worst amplitude: the largest relative error of any order. Coverage: share of the 90 %
+intervals that hold the truth, the mean over the orders, and the least and most of any order.
 
 | load encoder | rate | motor revolutions | speed | 15 orders found | worst amplitude | their coverage | least, most |
 |---|---|---|---|---|---|---|---|

@@ -24,6 +24,12 @@ them on, `[[terms]]` does it in a TOML file; their parameters are columns like a
 the key `channel`, and `[sensors.<channel>]` for what a data sheet says. Every page has the equation, the parameters
 and a picture of the effect. Written by `python tools/terms.py`; a test keeps it current.
 
+Symbols of the equations: i ratio; theta_m, omega_m motor, theta_l, omega_l load; phi windup; theta_e kinematic error;
+tau_c torque asked of the drive, tau_a what reaches the rotor; tau_fm, tau_fl friction of motor and load shaft without
+the viscous part; B = B_m + B_ml; tau_s torque of the spring, tau_h torque beside it, T_g gear torque (tau_g in the
+README). *Amplitude* is the parameter that scales an effect, *hidden states* are what it adds to the state of the drive,
+*plausible* is the range for a size-25 unit.
+
 | term | place | what it is |
 |---|---|---|
 """
@@ -51,7 +57,7 @@ def page(term: Term) -> str:
     ]
     if term.states:
         parts.append("Hidden states: " + ", ".join(f"{name} [{unit}]" for name, unit in term.states) + ".\n")
-    parts += ["| parameter | unit | default | plausible | meaning |", "|---|---|--:|---|---|"]
+    parts += ["| parameter | symbol | unit | default | plausible | meaning |", "|---|---|---|--:|---|---|"]
     parts += [row(parameter) for parameter in term.parameters]
     parts.append(f"\nSource: {term.source}\n")
     return "\n".join(parts)
@@ -59,7 +65,7 @@ def page(term: Term) -> str:
 
 def row(p: TermParameter) -> str:
     """One parameter as a row of the table."""
-    return f"| `{p.name}` | {p.unit} | {p.default:.4g} | {p.low:.4g} .. {p.high:.4g} | {p.meaning} |"
+    return f"| `{p.name}` | {p.symbol} | {p.unit} | {p.default:.4g} | {p.low:.4g} .. {p.high:.4g} | {p.meaning} |"
 
 
 def picture(term: Term) -> bytes:

@@ -261,13 +261,13 @@ def _terms(options: argparse.Namespace) -> int:
 
 
 def _in_full(term: Term) -> str:
-    header = ["parameter", "unit", "default", "plausible", "meaning"]
+    header = ["parameter", "symbol", "unit", "default", "plausible", "meaning"]
     rows = [
-        [part.name, part.unit, f"{part.default:.4g}", f"{part.low:.4g} .. {part.high:.4g}", part.meaning]
+        [part.name, part.symbol, part.unit, f"{part.default:.4g}", f"{part.low:.4g} .. {part.high:.4g}", part.meaning]
         for part in term.parameters
     ]
     facts = f"  equation  {term.equation}\n  source    {term.source}"
-    return f"{term.id} ({term.place}): {term.description}\n{facts}\n\n{text_table(header, rows, right=(2,))}"
+    return f"{term.id} ({term.place}): {term.description}\n{facts}\n\n{text_table(header, rows, right=(3,))}"
 
 
 def _info(options: argparse.Namespace) -> int:

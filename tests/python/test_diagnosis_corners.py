@@ -249,6 +249,47 @@ def test_exact_drifts_need_a_second_recording():
     assert reasons[1] is None
 
 
+def drifting(channel: str, unit: str, rate: float) -> Signature:
+    """A zero that drifts, of which 1.8 times a typical rate would be seen."""
+    free = Free(f"{channel}_sensor_offset_drift_drift", rate, 1.0, False, unit)
+    pair = ("sensor_offset_drift", channel)
+    candidate = Candidate(
+        "sensor_offset_drift", "sensor", (), (free,), free.name, shape=f"on {channel}", sensors=(pair,)
+    )
+    return Signature(candidate, np.ones((1, 1)), np.zeros((0, 1)), np.ones(1), 1.0, 1.0, 1.0, np.zeros(1))
+
+
+def test_exact_what_is_plausible_of_a_drift_is_that_of_its_channel():
+    for channel, unit, rate, plausible in (
+        ("motor_torque", "N m/s", 1e-4, True),
+        ("motor_torque", "N m/s", 1e-2, False),
+        ("load_angle", "rad/s", 5e-9, True),
+        ("load_angle", "rad/s", 1e-6, False),
+    ):
+        one = drifting(channel, unit, rate)
+        [found] = limits([one], Screen(*({one.candidate.label: 1.0} for _ in range(4))), 2)
+        assert found.minimum_detectable == pytest.approx(1.84 * rate)
+        assert (found.reason is None) == plausible
+
+
+def test_exact_amplitudes_of_different_units_are_compared_in_typical_ones():
+    angle, torque = drifting("load_angle", "rad/s", 5e-9), drifting("motor_torque", "N m/s", 1e-4)
+    labels = [one.candidate.label for one in (angle, torque)]
+    for needed, shape in (((1.0, 3.0), "on load_angle"), ((3.0, 1.0), "on motor_torque")):
+        ones = dict.fromkeys(labels, 1.0)
+        [found] = limits([angle, torque], Screen(ones, ones, dict(zip(labels, needed, strict=True)), ones), 2)
+        assert found.shape == shape
+
+
+def test_exact_a_torque_that_does_not_change_is_told(tmp_path):
+    path = small_campaign.write(tmp_path)
+    for one in tmp_path.glob("r*.npz"):
+        columns = dict(np.load(one))
+        np.savez(one, **columns | {"motor_torque": np.zeros_like(columns["motor_torque"])})
+    with pytest.raises(InputError, match="motor_torque is constant"):
+        diagnose(path)
+
+
 def test_exact_a_limit_tells_the_shape_it_holds_for_unless_shapes_are_amplitudes():
     def limit(varied, fixed):
         seen = []

@@ -45,7 +45,7 @@ def recorded(seed, role):
 @pytest.fixture(scope="module")
 def machine():
     ones = (recorded(1, "fit"), recorded(2, "fit"), recorded(3, "heldout"))
-    return Machine(SECTIONS, ones, ("coulomb_friction",), RATIO, 100.0)
+    return Machine(SECTIONS, ones, ("coulomb_friction",), (), RATIO, 100.0)
 
 
 def injection(effect, channel="motor_torque"):

@@ -12,6 +12,9 @@ import diagnosed
 import numpy as np
 import pytest
 from hdfast.diagnosis.fit import fit
+from hdfast.diagnosis.holdout import Proof
+from hdfast.diagnosis.projector import Projector
+from hdfast.diagnosis.score import Gain
 from hdfast.diagnosis.session import nominal, set_up_usable
 from hdfast.proof.rivals import ablations, forward_bic, sparse_regression, table, whiteness
 from hdfast.proof.rivals.said import as_dict
@@ -109,6 +112,22 @@ def test_exact_an_ablation_takes_its_part_out_and_brings_it_back(name):
     with ablations.without(name):
         assert getattr(one.owner, one.part) is one.instead
     assert getattr(one.owner, one.part) is before
+
+
+def test_exact_without_projection_signatures_are_whole_and_without_a_proof_nothing_is_refused():
+    class Half(Projector):
+        def __init__(self):
+            self.A, self.inverse = np.eye(2), 0.5 * np.eye(2)
+
+    signal = np.ones((2, 1))
+    assert Half().left(signal, Half().absorbed(signal)) == pytest.approx(0.5 * signal)
+    with ablations.without("no_projection"):
+        assert Half().left(signal, Half().absorbed(signal)) is signal
+    refused = Proof(0.1, 0.3, 0.05, Gain(np.full(4, -9.0), (0.3, 0.1)), Gain(np.full(4, 9.0), (0.3, 0.1)), 0.0, ())
+    assert refused.refutes
+    with ablations.without("no_holdout"):
+        assert refused.holds
+        assert not refused.refutes
 
 
 def test_exact_lead_in_utility_is_paired_over_cases():

@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import shutil
 
 import pytest
 from hdfast.proof import seal
@@ -41,6 +42,15 @@ def test_exact_altered_secret_is_detected(sealed, name):
     path = sealed / "sealed" / name
     path.write_bytes(path.read_bytes() + b" ")
     with pytest.raises(seal.SealError, match="not those that were sealed"):
+        open_(sealed)
+
+
+def test_exact_a_set_without_its_labels_is_not_answered(sealed):
+    shutil.rmtree(sealed / "sealed")
+    with pytest.raises(seal.SealError, match="without its labels"):
+        seal.same_plan(sealed / "sealed", sealed / "seal.json", {"cases": 1, "seed": 1})
+    assert not (sealed / "sealed").exists()
+    with pytest.raises(seal.SealError, match=r"labels\.json: not found"):
         open_(sealed)
 
 

@@ -28,7 +28,8 @@ CERTAIN_ERRORS = 3.0
 RISE, TELLING, CERTAIN = 0.02, 8.0, 20.0
 USELESS = 1.5
 CALMER = 0.1
-SHORT, STILL, HELD_OUT = "A1 gain", "A2 error", "A7 held out"
+SHORT, STILL, SMALL, HELD_OUT = "A1 gain", "A2 error", "A3 amplitude", "A7 held out"
+NO_MODEL = "A0 simulation"
 TIMING = ("actuator_lag", "delay", "sensor_delay", "sensor_lowpass")
 DRIFTS = ("sensor_offset_drift", "clock_skew", "ratio_error")
 ECCENTRIC, GRAVITY = "encoder_eccentricity", "gravity_unbalance"
@@ -69,7 +70,7 @@ def failed_rules(
 ) -> tuple[str, ...]:
     """The rules that an effect breaks, by name."""
     if not np.isfinite(joint.mismatch).all():
-        return ("A0 simulation",)
+        return (NO_MODEL,)
     failed = []
     slow = candidate.effect in DRIFTS or (candidate.effect in SLOW and len(replay.plant.units) > 1)
     p = seen.p.get(candidate.label, 1.0)
@@ -83,7 +84,7 @@ def failed_rules(
     if after > USELESS:
         failed.append("A8 prediction")
     if not sizeable(replay, joint, candidate):
-        failed.append("A3 amplitude")
+        failed.append(SMALL)
     if unresolved(candidate, joint, replay):
         failed.append("A5 resolution")
     if special(candidate, joint):

@@ -118,8 +118,8 @@ def attentive(replay: Replay, fit: Fit, changed: Sequence[Floats]) -> Fit:
     columns = columns / np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
     values, vectors = np.linalg.eigh(columns.T @ columns)
     kept = values > INDEPENDENT * values[-1]
-    basis = columns @ (vectors[:, kept] / np.sqrt(values[kept]))
+    root = vectors[:, kept] / np.sqrt(values[kept])
     normal = weights.normalise(layout, fit.mismatch)
     unit = weights.normalise(layout, np.ones(layout.size))
-    unexplained = (normal - basis @ (basis.T @ normal)) / unit
+    unexplained = (normal - columns @ (root @ (root.T @ (columns.T @ normal)))) / unit
     return replace(fit, white=whiten(layout, unexplained, replay.floor))

@@ -7,6 +7,7 @@ import sys
 from collections.abc import Callable
 from typing import Any
 
+from hdfast import files
 from hdfast.checks import MAX_SEED
 from hdfast.diagnosis.diagnose import diagnose
 from hdfast.printing import json_text
@@ -28,6 +29,8 @@ def arguments(command: argparse.ArgumentParser, whole: Callable[[str, int, int],
 
 def run(options: argparse.Namespace) -> int:
     """Run the command; 1 when the recordings were rejected."""
+    if options.out:
+        files.prepare(options.out)
     found = diagnose(
         options.campaign, seed=options.seed, threads=options.threads, progress=not options.quiet and sys.stderr.isatty()
     )

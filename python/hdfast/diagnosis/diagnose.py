@@ -50,9 +50,10 @@ class Diagnosis:
 
     @property
     def model(self) -> str:
-        """The extended model as TOML text; the nominal one where nothing was found.
+        """The extended model as TOML text: the calibrated one where nothing was found.
 
-        A torque without a name is noted in it, with its curve; no command simulates it.
+        A torque without a name is noted in it, with its curve; no command simulates it, and the drive is the one
+        calibrated without it.
         """
         if self.evidence is None:
             return self.campaign.text

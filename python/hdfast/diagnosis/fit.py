@@ -97,9 +97,9 @@ def _descended(
     """
     layout = replay.layout
     seen = partial(metric.of_columns, layout)
-    A, found = seen(slopes), 0.0
+    A, stir, found = seen(slopes), place.stir.through(seen), 0.0
     for _ in range(CHORDS):
-        step = _step(structure, place.x, A, seen(place.mismatch), place.stir.through(seen))
+        step = _step(structure, place.x, A, seen(place.mismatch), stir)
         tried = _along(replay, structure, place, step)
         alike = [one.mismatch + rough @ (one.x - place.x) for one in tried]
         costs = [metric.cost(layout, structure, one.x, own, one.stir) for one, own in zip(tried, alike, strict=True)]
@@ -108,6 +108,7 @@ def _descended(
         if not fall > SETTLED:
             break
         place, found = tried[best], found + fall
+        stir = replace(stir, noise=seen(place.stir.noise)) if stir.loud else stir
     return place, found
 
 
@@ -135,7 +136,7 @@ def _beside(known: Fit, x: Floats, precision: Floats) -> bool:
 
 def _in_valley(replay: Replay, ahead: Fit, place: _Place) -> bool:
     """Whether a place costs what another fit's slopes say that it does."""
-    metric = Metric.of(replay, ahead.mismatch)
+    metric = Metric.about(replay, ahead)
     predicted = ahead.mismatch - (ahead.slopes + ahead.rough) @ (place.x - ahead.coordinates)
     best, here, told = (
         metric.cost(replay.layout, ahead.structure, *pair)

@@ -179,7 +179,7 @@ def _load(s: Sizes) -> list[Candidate]:
                 waves=("T_external", "psi"),
                 shape=f"{tone:.4g} Hz",
             )
-            for tone in s.tones
+            for tone in _distinct(s.tones, len(s.tones))
         ),
     ]
     if s.elastic:

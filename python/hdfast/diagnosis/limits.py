@@ -11,6 +11,7 @@ import numpy as np
 from hdfast.diagnosis.accept import DRIFTS
 from hdfast.diagnosis.candidate import Candidate
 from hdfast.diagnosis.screen import Screen, Signature
+from hdfast.sensors.names import table
 from hdfast.terms import terms
 
 SWALLOWED = 0.05
@@ -29,6 +30,7 @@ class Limit:
         visibility: share of its signature that refitting the model leaves, 0 to 1.
         minimum_detectable: amplitude that would be seen in 80 % of campaigns like this one, in its unit.
         unit: of that amplitude.
+        multiple: of a typical effect, so large is that.
         reason: why it cannot be shown, or None when it can.
     """
 
@@ -37,6 +39,7 @@ class Limit:
     visibility: float
     minimum_detectable: float | None
     unit: str
+    multiple: float
     reason: str | None
 
 
@@ -65,13 +68,15 @@ def _easier(limit: Limit, known: Limit, *, stiffness: bool) -> bool:
     """Whether a shape is seen at a smaller effect than another; a larger stiffness is a smaller effect."""
     if limit.minimum_detectable is None or known.minimum_detectable is None:
         return known.minimum_detectable is None
+    if limit.unit != known.unit:
+        return limit.multiple < known.multiple
     sign = -1.0 if stiffness else 1.0
     return sign * limit.minimum_detectable < sign * known.minimum_detectable
 
 
 def without_windup(effects: Sequence[str]) -> list[Limit]:
     """Effects of the gear's windup, for recordings of the motor side alone."""
-    return [Limit(effect, "", 0.0, None, "", NEEDS_WINDUP) for effect in effects]
+    return [Limit(effect, "", 0.0, None, "", np.inf, NEEDS_WINDUP) for effect in effects]
 
 
 def _limit(one: Signature, seen: Screen, recordings: int) -> Limit:
@@ -80,9 +85,10 @@ def _limit(one: Signature, seen: Screen, recordings: int) -> Limit:
     size = max(abs(free.value), 1e-300)
     remaining = float(np.sqrt(np.sum(one.left**2) / one.left.shape[1]))
     threshold = (seen.needed[candidate.label] + POWER) * seen.spread[candidate.label]
+    multiple = threshold / remaining if remaining > 0.0 else np.inf
     smallest = None
     if remaining > 0.0:
-        smallest = size * remaining / threshold if candidate.stiffness else size * threshold / remaining
+        smallest = size / multiple if candidate.stiffness else size * multiple
     reason = None
     if one.visibility < SWALLOWED:
         reason = f"{100.0 * (1.0 - one.visibility):.0f} % of it is swallowed by the drive's parameters"
@@ -90,13 +96,13 @@ def _limit(one: Signature, seen: Screen, recordings: int) -> Limit:
         reason = "only an implausibly large effect would be seen"
     elif candidate.effect in DRIFTS and recordings == 1:
         reason = SECOND
-    return Limit(candidate.effect, candidate.shape, one.visibility, smallest, free.unit, reason)
+    return Limit(candidate.effect, candidate.shape, one.visibility, smallest, free.unit, multiple, reason)
 
 
 def _plausible(candidate: Candidate, amplitude: float) -> bool:
     """Whether an effect of this amplitude, or a larger one, is within what the catalogue calls plausible."""
     if candidate.law not in terms().ids:
         return True
-    every = terms()[candidate.law].parameters
+    every = table(candidate.sensors)[0] if candidate.sensors else terms()[candidate.law].parameters
     own = next((p for p in every if candidate.amplitude.endswith(f"{candidate.law}_{p.name}")), None)
     return own is None or (amplitude >= own.low if candidate.stiffness else amplitude <= own.high)

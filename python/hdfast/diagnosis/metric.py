@@ -8,6 +8,7 @@ import numpy as np
 
 from hdfast.checks import Floats
 from hdfast.diagnosis.evidence import Layout, Weights, limited, weigh
+from hdfast.diagnosis.fitted import Fit
 from hdfast.diagnosis.plant import Structure
 from hdfast.diagnosis.replay import Replay
 from hdfast.diagnosis.stir import Stir
@@ -41,6 +42,11 @@ class Metric:
         weights = weigh(layout, mismatch, replay.floor)
         fine = 0.5 * near(replay, weights.scale)
         return cls(weights, whiten(layout, mismatch, replay.floor), fine)
+
+    @classmethod
+    def about(cls, replay: Replay, fit: Fit) -> Metric:
+        """For the noise that a fit's own mismatch shows."""
+        return cls(fit.weights, fit.white, 0.5 * near(replay, fit.weights.scale))
 
     def of_columns(self, layout: Layout, stacked: Floats) -> Floats:
         """Both parts of (N,) or (N, P), one after the other: (2N,) or (2N, P)."""

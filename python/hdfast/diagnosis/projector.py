@@ -7,7 +7,7 @@ from functools import cached_property
 import numpy as np
 
 from hdfast.checks import Floats
-from hdfast.diagnosis.evidence import CAP, Layout
+from hdfast.diagnosis.evidence import CAP, Index, Layout
 from hdfast.diagnosis.fitted import Fit
 
 REPEATS, FELT = 8, 1.0
@@ -27,9 +27,9 @@ class Projector:
         coordinates: Floats = self.inverse @ (self.A.T @ signal)
         return coordinates
 
-    def left(self, signal: Floats) -> Floats:
-        """A whitened signal (N, ...) without what is absorbed."""
-        remaining: Floats = signal - self.A @ self.absorbed(signal)
+    def left(self, signal: Floats, absorbed: Floats | None = None) -> Floats:
+        """A whitened signal (N, ...) without what is absorbed, coordinates (P, ...) where these are known."""
+        remaining: Floats = signal - self.A @ (self.absorbed(signal) if absorbed is None else absorbed)
         return remaining
 
     @cached_property
@@ -50,14 +50,22 @@ class Projector:
 
     def levered(self, residual: Floats) -> Floats:
         """(I - P_bb)^(-1/2) r block by block: undoes how much the fit followed each block."""
-        root = np.linalg.cholesky(self.inverse)
         corrected = residual.copy()
+        for rows, B, vectors, factor in self._followed:
+            corrected[rows] += B @ (vectors @ (factor * (vectors.T @ (B.T @ residual[rows]))))
+        return corrected
+
+    @cached_property
+    def _followed(self) -> list[tuple[Index, Floats, Floats, Floats]]:
+        """How the fit followed each block: rows (n,), slopes (n, P), their directions (P, P), factor of each (P,)."""
+        root = np.linalg.cholesky(self.inverse)
         order = np.argsort(self.layout.block, kind="stable")
         bounds = np.flatnonzero(np.diff(self.layout.block[order])) + 1
+        found = []
         for rows in np.split(order, bounds):
             B = self.A[rows] @ root
             values, vectors = np.linalg.eigh(B.T @ B)
             values = np.clip(values, 0.0, 1.0 - 1e-6)
             factor = np.where(values > 1e-10, (1.0 / np.sqrt(1.0 - values) - 1.0) / np.maximum(values, 1e-10), 0.5)
-            corrected[rows] += B @ (vectors @ (factor * (vectors.T @ (B.T @ residual[rows]))))
-        return corrected
+            found.append((rows, B, vectors, factor))
+        return found

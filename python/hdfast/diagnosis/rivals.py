@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from hdfast.checks import Floats
-from hdfast.diagnosis.accept import special
+from hdfast.diagnosis.accept import SHORT, SMALL, STILL, special
 from hdfast.diagnosis.evidence import Index
 from hdfast.diagnosis.fit import fit
 from hdfast.diagnosis.fitted import Fit
@@ -31,7 +31,7 @@ CLOSE_ERRORS = 2.0
 #: Dry friction and hysteresis are found in every strain-wave drive that was looked at; that its drag is not viscous, or
 #: that its spring relaxes, in few. Where recordings hardly tell them apart, what is common is the likelier.
 SELDOM = {"nonlinear_viscous": 1.0 / 3.0, "viscoelastic": 1.0 / 3.0}
-UNCERTAIN = ("A1", "A2", "A3")
+UNCERTAIN = {SHORT, STILL, SMALL}
 
 
 @dataclass(frozen=True, eq=False)
@@ -173,7 +173,7 @@ def _challengers(trial: Trial, seen: Round, names: set[str], lesser: Fit) -> lis
         if one.candidate.effect not in names
         and one.candidate.effect not in own.contains
         and own.effect not in one.candidate.contains
-        and all(rule.startswith(UNCERTAIN) for rule in one.failed)
+        and set(one.failed) <= UNCERTAIN
         and one.candidate.fits_into(lesser.structure)
         and alike(_signature(seen, trial), _signature(seen, one)) > BESIDE
     ]

@@ -100,7 +100,7 @@ class _Signer:
         if not np.isfinite(size) or size <= NEGLIGIBLE:
             return None
         absorbed = self.projector.absorbed(raw)
-        left = raw - self.projector.A @ absorbed
+        left = self.projector.left(raw, absorbed)
         nothing = np.zeros(left.shape[1])
         shares, gain = self._amplitude(left, nothing)
         visibility, bulk = float(np.sum(left**2)) / size, self.bulk.gain(change.values)

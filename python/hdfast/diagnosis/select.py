@@ -11,7 +11,7 @@ from operator import attrgetter
 import numpy as np
 
 from hdfast.checks import Floats
-from hdfast.diagnosis.accept import ALARM, GAIN_ERRORS, HELD_OUT, NOTICED, SHORT, STILL, Rules, failed_rules
+from hdfast.diagnosis.accept import ALARM, GAIN_ERRORS, HELD_OUT, NO_MODEL, NOTICED, SHORT, STILL, Rules, failed_rules
 from hdfast.diagnosis.candidate import Candidate
 from hdfast.diagnosis.changes import attentive, changes
 from hdfast.diagnosis.fit import fit
@@ -68,7 +68,7 @@ class Round:
 
 @dataclass(frozen=True, eq=False)
 class Search:
-    """The whole search; the last round accepted nothing or was the last allowed."""
+    """The whole search; the last round accepted nothing, was the last allowed, or is the one confirmed elsewhere."""
 
     rounds: list[Round]
     final: Fit = field(repr=False)
@@ -184,10 +184,10 @@ def _try(
     structure = candidate.added_to(reduced)
     starts = _starts(replay, structure, current, here, alike, elsewhere=candidate.effect not in known)
     if not starts:
-        return Trial(candidate, current, gain(replay, current, current, rules.folds), ("A0 simulation",))
+        return Trial(candidate, current, gain(replay, current, current, rules.folds), (NO_MODEL,))
     fits = [fit(replay, structure, starts[0], None if contained else current)]
     fits += [fit(replay, structure, start, fits[0], fits[0]) for start in starts[1:]]
-    metric = Metric.of(replay, current.mismatch)
+    metric = Metric.about(replay, current)
     joint = min(fits, key=lambda one: metric.cost(replay.layout, structure, one.coordinates, one.mismatch, one.stir))
     gained = gain(replay, joint, current, rules.folds)
     return Trial(candidate, joint, gained, failed_rules(replay, joint, current, candidate, gained, rules, seen))
@@ -211,7 +211,7 @@ def _starts(
     centre, sigma = structure.start[: len(here)], structure.sigma[: len(here)]
     displaced = np.abs(here - centre) > DISPLACED * sigma
     bases = [here, np.where(displaced, centre, here)] if elsewhere and displaced.any() else [here]
-    metric = Metric.of(replay, current.mismatch)
+    metric = Metric.about(replay, current)
     starts = []
     for base in bases:
         tried = np.concatenate([base - np.array(given), np.array(added)], axis=1)

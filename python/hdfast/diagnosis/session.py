@@ -122,7 +122,7 @@ def set_up(campaign: Campaign, sources: Sequence[Source], threads: int | None) -
         threads: threads of the engine.
 
     Raises:
-        InputError: no sample of what is fitted can be judged.
+        InputError: no sample of what is fitted can be judged, or the motor torque is constant.
     """
     ratio = campaign.priors["ratio"].value
     inertia = turned(campaign, max(float(np.ptp(source.recording["t"])) for source in sources))
@@ -145,6 +145,11 @@ def set_up(campaign: Campaign, sources: Sequence[Source], threads: int | None) -
             f"{', '.join(unit.name for unit in judged.plant.units)}: no sample can be judged: near standstill and near "
             f"reversals nothing is, and with the band of {band.motion:.3g} Hz that clock and noise of the angle leave, "
             "that is all of the motion; record longer strokes, or with a faster clock"
+        )
+    if judged.plant.torque_spread == 0.0:
+        raise InputError(
+            "motor_torque is constant in half of the recordings or more, so that nothing can be told from it: record "
+            "what moves the drive; for the kinematic error alone there is hdfast identify kinematic-error"
         )
     held = replay("heldout") if any(unit.role == "heldout" for unit in units) else None
     if held is not None and not held.layout.size:

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from hdfast.diagnosis.accept import ALONE, HELD_OUT, TIMING, USELESS, certain
+from hdfast.diagnosis.accept import ALONE, HELD_OUT, STILL, TIMING, USELESS, certain
 from hdfast.diagnosis.experiment import NOTHING, Contest, Experiment, propose
 from hdfast.diagnosis.fitted import Fit
 from hdfast.diagnosis.holdout import Proof
@@ -115,13 +115,14 @@ def conclude(session: Session, seed: int) -> Verdict:
     claim = Claim(name, reason, session, standings, unknown)
     extended = claim.extended or search.final
     last = search.rounds[-1]
+    untaken = [one for one in last.signatures if not set(one.candidate.names) & set(search.final.structure.names)]
     taken = [trial.candidate for trial in search.accepted]
     return Verdict(
         **vars(claim),
         where=locate(replay, session.held, baseline, extended, [one.order for one in taken if one.order is not None]),
         masked=masked(baseline, extended, replay.layout) if extended is not baseline else (),
         limits=[
-            *limits(last.signatures, last.screen, len(replay.plant.units)),
+            *limits(untaken, last.screen, len(replay.plant.units)),
             *([] if replay.plant.load_side else without_windup(_untried(search))),
         ],
         experiment=None if contest is None else propose(replay, contest, np.random.default_rng([seed, 3])),
@@ -186,7 +187,7 @@ def _without_a_name(session: Session, unknown: Unknown | None) -> tuple[str, str
     near = [
         trial
         for trial in first.trials
-        if trial.failed == ("A2 error",)
+        if trial.failed == (STILL,)
         and trial.candidate.effect not in TIMING
         and first.screen.p[trial.candidate.label] <= ALONE
         and trial.gain.total >= CONVINCING

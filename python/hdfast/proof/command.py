@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import os
 import sys
 from collections.abc import Callable
 from contextlib import closing
@@ -16,7 +15,7 @@ from hdfast.printing import json_text
 from hdfast.proof.making import MOST_CASES
 from hdfast.proof.rivals.table import ablations, rivals
 from hdfast.proof.run import PAGE, prove, prove_real
-from hdfast.threads import MAX_THREADS
+from hdfast.threads import MAX_THREADS, available_threads
 
 NAME = "proof"
 TEXT = "Prove the diagnosis on blind cases in which one effect is concealed."
@@ -40,7 +39,7 @@ def arguments(command: argparse.ArgumentParser, whole: Callable[[str, int, int],
 def run(options: argparse.Namespace) -> int:
     """Run the command; 0 when every mark is met, else 1. The same command again goes on where it stopped."""
     with closing(_Bars(not options.quiet and not options.json)) as bars:
-        workers = options.workers or os.cpu_count() or 1
+        workers = options.workers or available_threads()
         others = [*(rivals() if options.rivals else ()), *(ablations() if options.ablations else ())]
         if options.real:
             proof = prove_real(options.out, options.real, seed=options.seed, workers=workers, step=bars, others=others)

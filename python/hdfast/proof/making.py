@@ -39,7 +39,7 @@ def make(folders: Folders, count: int, seed: int, workers: int, step: Callable[[
         MissingPackageError: numba is not installed.
         SealError: the folder holds another set.
     """
-    seal.same_plan(folders.sealed, {"cases": count, "seed": seed})
+    seal.same_plan(folders.sealed, folders.seal, {"cases": count, "seed": seed})
     if folders.seal.exists():
         return
     recipes = _plan(count, seed)

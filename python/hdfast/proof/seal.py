@@ -22,14 +22,17 @@ class SealError(InputError):
     """Data, labels, salt or answers are not those that were committed to, or the set was opened before."""
 
 
-def same_plan(sealed: Path, wanted: dict[str, Any]) -> None:
+def same_plan(sealed: Path, public: Path, wanted: dict[str, Any]) -> None:
     """Note what a set is made from, or check that it is made from the same.
 
     Raises:
-        SealError: the folder holds another set.
+        SealError: the folder holds another set, or a sealed one without its labels.
     """
-    plan = files.prepare(sealed) / PLAN
+    plan = sealed / PLAN
     if not plan.exists():
+        if public.exists():
+            raise SealError(f"{plan}: not found: without its labels no answer to a set can be scored")
+        files.prepare(sealed)
         files.write_json(plan, wanted)
     elif _read(plan) != wanted:
         raise SealError(f"{sealed.parent}: holds another set (give another --out, or what it was made with)")
@@ -77,10 +80,13 @@ def verify_labels(sealed: Path, public: Path) -> dict[str, Any]:
     """Check salt and labels, and return the labels.
 
     Raises:
-        SealError: they do not give the committed checksum.
+        SealError: they are missing or do not give the committed checksum.
     """
-    written = (sealed / LABELS).read_bytes()
-    if commitment((sealed / SALT).read_text(), written) != _read(public)["labels"]:
+    try:
+        written, salt = (sealed / LABELS).read_bytes(), (sealed / SALT).read_text()
+    except FileNotFoundError as missing:
+        raise SealError(f"{missing.filename}: not found") from None
+    if commitment(salt, written) != _read(public)["labels"]:
         raise SealError(f"{sealed}: labels or salt are not those that were sealed")
     labels: dict[str, Any] = json.loads(written)
     return labels

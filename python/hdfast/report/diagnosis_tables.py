@@ -39,6 +39,7 @@ WORDS = {
 }
 VARIABLES = ("motor_speed", "motor_acceleration", "motor_phase", "load_phase", "lobe_phase")
 FAILURES = {
+    "A0": "cannot be simulated",
     "A1": "gain within chance",
     "A2": "error hardly falls",
     "A3": "amplitude within 2 σ of 0",
@@ -46,6 +47,8 @@ FAILURES = {
     "A6": "its special case is all that is left",
     "A7": "does not show on what was held out",
     "A8": "predicts worse than no model",
+    "A9": "owes its gain to noise that it calms",
+    "A10": "owes its gain to parameters that were refitted with it",
 }
 
 

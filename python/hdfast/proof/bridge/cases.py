@@ -49,7 +49,7 @@ def make(folders: Folders, campaigns: Sequence[Path], seed: int, step: Callable[
         if not path.is_file():
             raise InputError(f"{path}: no campaign file")
     wanted = {"campaigns": [files.sha256(path) for path in campaigns], "seed": seed}
-    seal.same_plan(folders.sealed, wanted)
+    seal.same_plan(folders.sealed, folders.seal, wanted)
     if folders.seal.exists():
         return
     drawn: list[tuple[Machine, list[Recorded], dict[str, Any]]] = []

@@ -60,7 +60,8 @@ class Injection:
         """Whether the machine records the channel, does not state the effect, and has what it needs."""
         recorded = all(self.channel in one.columns for one in machine.recordings)
         needed = not self.needs or bool(set(self.needs) & set(machine.terms))
-        return recorded and needed and self.effect not in machine.terms and machine.ratio > self.least_ratio
+        stated = self.effect in machine.terms or (self.effect, self.channel) in machine.sensors
+        return recorded and needed and not stated and abs(machine.ratio) > self.least_ratio
 
     def on(self, recorded: Recorded, amplitude: float, shape: Shape) -> dict[str, Floats]:
         """The columns with the effect."""
@@ -141,7 +142,7 @@ INJECTIONS = (
         depends_on=("motor_phase", "motor_torque"),
     ),
     Injection(
-        "gravity_unbalance", "load", "motor_torque", "T_gravity", lambda m: 0.05 * _torque(m) * m.ratio, _ratio,
+        "gravity_unbalance", "load", "motor_torque", "T_gravity", lambda m: 0.05 * _torque(m) * abs(m.ratio), _ratio,
         lambda one, size, s: size / s["ratio"] * np.sin(one.angle / s["ratio"] + s["psi"]), least_ratio=5.0,
         depends_on=("load_phase",),
     ),

@@ -60,6 +60,7 @@ class Machine:
         sections: of a campaign with that model, without recordings.
         recordings: with the torque in the unit that the model needs.
         terms: effects of the model.
+        sensors: (effect, channel) pairs of its sensors.
         ratio: reduction ratio.
         corner: band in which the model was compared with the recordings [Hz].
     """
@@ -67,6 +68,7 @@ class Machine:
     sections: Mapping[str, Any] = field(repr=False)
     recordings: tuple[Recorded, ...] = field(repr=False)
     terms: tuple[str, ...]
+    sensors: tuple[tuple[str, str], ...]
     ratio: float
     corner: float
 
@@ -98,6 +100,7 @@ def calibrated(path: Path) -> Machine:
         sections | {"title": "recorded drive"},
         _recordings(campaign, session, scale),
         tuple(final.structure.model.terms),
+        final.structure.sensors,
         final.value("ratio"),
         session.replay.plant.band.motion,
     )

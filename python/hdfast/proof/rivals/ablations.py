@@ -34,7 +34,7 @@ class Ablation:
     instead: Any
 
 
-def _as_they_are(_: projector.Projector, values: Floats) -> Floats:
+def _as_they_are(_: projector.Projector, values: Floats, __: Floats | None = None) -> Floats:
     return values
 
 
@@ -63,7 +63,7 @@ ABLATIONS: Mapping[str, Ablation] = {
     "no_leverage": Ablation("null without leverage correction", projector.Projector, "levered", _as_they_are),
     "no_projection": Ablation("signatures as they are before a refit", projector.Projector, "left", _as_they_are),
     "no_left_out": Ablation("gain and error on the recordings that were fitted", score, "left_out", _fitted),
-    "no_holdout": Ablation("every improvement taken for proven", holdout.Proof, "holds", True),
+    "no_holdout": Ablation("every improvement taken for proven", holdout.Proof, "shows", True),
 }
 
 

@@ -86,12 +86,16 @@ def inclusion(columns: Floats, target: Floats, seed: int = 0) -> Floats:
 
 
 def refitted(replay: Replay, calibrated: Fit, chosen: list[Signature]) -> Fit:
-    """The model with all of them, fitted once where it runs; special cases go with their generalisation."""
+    """The model with all of them that it has room for, fitted once where it runs.
+
+    Special cases go with their generalisation.
+    """
     general = {effect for one in chosen for effect in one.candidate.contains}
-    kept = [one for one in chosen if one.candidate.effect not in general]
+    kept: list[Signature] = []
     structure = calibrated.structure
-    for one in kept:
-        structure = one.candidate.added_to(structure)
+    for one in chosen:
+        if one.candidate.effect not in general and one.candidate.fits_into(structure):
+            kept, structure = [*kept, one], one.candidate.added_to(structure)
     start = started(calibrated, [one.candidate.started(one.shares) for one in kept])
     runs = bool(np.isfinite(replay.mismatch(structure, start[None])).all())
     return fit(replay, structure, start) if kept and runs else calibrated

@@ -21,8 +21,8 @@ class Case:
         label: certificate.
         answer: what the tool said.
         outcome: one of the words above; "wrong" holds faults and every name that is not in the label.
-        utility: +1 right, 0 abstained or right class, -3 wrong, -1 missed at three detectable amplitudes or more;
-            the share of named effects where several are to be found.
+        utility: +1 right where something is left out, 0 abstained or right class, -3 wrong, -1 missed at three
+            detectable amplitudes or more; the share of named effects where several are to be found.
     """
 
     name: str

@@ -239,6 +239,14 @@ def test_exact_a_ripple_takes_two_periods_to_be_one(turns, resolved):
     assert {one.order for one in ripples if not unresolved(one, None, replay)} == resolved
 
 
+@pytest.mark.parametrize(("half_gap", "resolved"), [(1e-6, False), (2e-6, True), (1e-4, True)])
+def test_exact_a_gap_of_a_fraction_of_an_arc_second_is_none(half_gap, resolved):
+    fitted = SimpleNamespace(value={"backlash_half_gap": half_gap}.get)
+    replay = SimpleNamespace(plant=SimpleNamespace(units=[SimpleNamespace(angle=np.zeros(9))]))
+    candidate = Candidate("backlash", "mesh", ("backlash",), (), "backlash_half_gap")
+    assert unresolved(candidate, fitted, replay) != resolved
+
+
 def test_exact_drifts_need_a_second_recording():
     skew = Free("skew", 1e-4, 1.0, False, "1")
     candidate = Candidate("clock_skew", "sensor", (), (skew,), "skew", sensors=(("clock_skew", "load_angle"),))

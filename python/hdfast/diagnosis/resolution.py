@@ -13,6 +13,8 @@ from hdfast.diagnosis.replay import Replay
 SAMPLES = 3.0
 REPEATED = 2.0
 NEAR_STANDSTILL = 0.1
+#: Half of the narrowest gap that is one [rad], 0.3 of the narrowest that the catalogue calls plausible.
+NARROWEST = 1.5e-6
 
 
 def unresolved(candidate: Candidate, fitted: Fit, replay: Replay) -> bool:
@@ -20,9 +22,11 @@ def unresolved(candidate: Candidate, fitted: Fit, replay: Replay) -> bool:
 
     A bristle has to take longer to bend than the band's slowest rise, and to give way within the motion, or it is a
     spring; a falling friction law has to reach beyond the speeds whose direction is uncertain; a ripple of the torque
-    has to be seen to repeat.
+    has to be seen to repeat. A gap of a fraction of an arc second is a bend of the spring that every drive has.
     """
     effect = candidate.effect
+    if effect == "backlash":
+        return fitted.value("backlash_half_gap") < NARROWEST
     travel = max(float(np.ptp(unit.angle)) for unit in replay.plant.units)
     if effect == "torque_ripple" and candidate.order is not None:
         return candidate.order * travel < REPEATED * 2.0 * math.pi

@@ -6,7 +6,6 @@ from collections.abc import Callable, Hashable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import chain
-from typing import TypeVar
 
 import numpy as np
 
@@ -17,13 +16,10 @@ from hdfast.diagnosis.fitted import Fit
 from hdfast.diagnosis.plant import Structure
 from hdfast.diagnosis.replay import Replay
 from hdfast.diagnosis.slopes import ACCELERATED
-from hdfast.diagnosis.together import side_by_side
+from hdfast.diagnosis.together import Found, Part, side_by_side
 from hdfast.diagnosis.whiten import whiten
 
 INDEPENDENT = 1e-6
-
-Part = TypeVar("Part")
-Found = TypeVar("Found")
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,19 +54,20 @@ class Changer:
 
     def changes(self, wanted: Sequence[tuple[Candidate, float]]) -> list[Change]:
         """Taken at so many typical amplitudes, also beyond a bound; candidates of one form are simulated together."""
-        return self._together(self._changes, wanted)
+        return self._together(self._changes, wanted, [candidate for candidate, _ in wanted])
 
     def noises(self, changed: Sequence[Change]) -> list[Floats]:
         """What more noise of the angle adds to changes on the load side, per typical amplitude, each (N, d)."""
-        return self._together(self._noises, [(one.candidate, one) for one in changed])
+        return self._together(self._noises, changed, [one.candidate for one in changed])
 
     def _together(
         self,
-        work: Callable[[Replay, Sequence[tuple[Candidate, Part]]], list[Found]],
-        wanted: Sequence[tuple[Candidate, Part]],
+        work: Callable[[Replay, Sequence[Part]], list[Found]],
+        wanted: Sequence[Part],
+        candidates: Sequence[Candidate],
     ) -> list[Found]:
         alike: dict[Hashable, list[int]] = {}
-        for index, (candidate, _) in enumerate(wanted):
+        for index, candidate in enumerate(candidates):
             alike.setdefault(candidate.unbounded.form, []).append(index)
         groups = [[wanted[index] for index in rows] for rows in alike.values()]
         worked = chain(*side_by_side(self.replay, work, groups))
@@ -84,8 +81,7 @@ class Changer:
         parts = np.split((self._steady if steady else self._here) - found, ends)
         return [Change(one, times, part.T / times) for part, (one, times) in zip(parts, wanted, strict=True)]
 
-    def _noises(self, replay: Replay, wanted: Sequence[tuple[Candidate, Change]]) -> list[Floats]:
-        changed = [one for _, one in wanted]
+    def _noises(self, replay: Replay, changed: Sequence[Change]) -> list[Floats]:
         structure, coordinates, ends = self._rows([(one.candidate, one.times) for one in changed])
         if structure.rattles:
             return [np.zeros_like(one.values) for one in changed]

@@ -9,12 +9,13 @@ import numpy as np
 from hdfast.diagnosis.candidate import Candidate
 from hdfast.diagnosis.fitted import Fit
 from hdfast.diagnosis.replay import Replay
+from hdfast.terms import terms
 
 SAMPLES = 3.0
 REPEATED = 2.0
 NEAR_STANDSTILL = 0.1
-#: Half of the narrowest gap that is one [rad], 0.3 of the narrowest that the catalogue calls plausible.
-NARROWEST = 1.5e-6
+#: Of the narrowest gap that the catalogue calls plausible, so much is the narrowest that is one.
+NARROWEST = 0.3
 
 
 def unresolved(candidate: Candidate, fitted: Fit, replay: Replay) -> bool:
@@ -26,7 +27,8 @@ def unresolved(candidate: Candidate, fitted: Fit, replay: Replay) -> bool:
     """
     effect = candidate.effect
     if effect == "backlash":
-        return fitted.value("backlash_half_gap") < NARROWEST
+        plausible = next(one.low for one in terms()[effect].parameters if one.name == "half_gap")
+        return fitted.value("backlash_half_gap") < NARROWEST * plausible
     travel = max(float(np.ptp(unit.angle)) for unit in replay.plant.units)
     if effect == "torque_ripple" and candidate.order is not None:
         return candidate.order * travel < REPEATED * 2.0 * math.pi

@@ -64,8 +64,8 @@ def prepare(tmp_path):
     return made_set
 
 
-def judge(folders, others=(), limit=3.0):
-    return run.judge(folders, 4, "diagnose", command(folders), limit, lambda *_: None, others)
+def judge(folders, others=(), limit=3.0, **more):
+    return run.judge(folders, 4, "diagnose", command(folders), limit, lambda *_: None, others, **more)
 
 
 def command(folders):
@@ -99,6 +99,16 @@ def test_exact_others_stand_beside_the_tool_with_its_lead(finished):
     assert proof["scores"][-1]["passed"] is False
     assert "the same again" in (folders.root / run.PAGE).read_text()
     assert "the same again" in (folders.root / run.TABLE).read_text()
+
+
+def test_exact_others_are_compared_on_the_cases_that_they_share(folders):
+    proof = judge(folders, [Contender("other", "the same again", command(folders), rival=True)], shared=2)
+    own, other = proof["compared"]
+    assert sorted(path.name for path in folders.answers("other").iterdir()) == ["a1", "b2"]
+    assert own["scores"] == other["scores"]
+    assert other["ahead"]["count"] == proof["shared"] == 2
+    assert len(proof["cases"]) == 4
+    assert "the same 2 of 4 cases" in (folders.root / run.TABLE).read_text()
 
 
 def test_exact_page_and_table_are_rebuilt_from_the_json(finished):
@@ -140,7 +150,7 @@ from hdfast.proof.tool import answer_all
 
 root = pathlib.Path(sys.argv[1])
 tool = [sys.executable, "-c", sys.argv[2], "{campaign}", str(root / "pid")]
-answer_all(root / "cases", root / "answers", 1, tool, 60.0, lambda *_: None)
+answer_all(root / "cases", ["a1", "b2", "c3"], root / "answers", 1, tool, 60.0, lambda *_: None)
 """
 
 

@@ -34,19 +34,26 @@ def arguments(command: argparse.ArgumentParser, whole: Callable[[str, int, int],
     )
     command.add_argument("--rivals", action="store_true", help="let simpler strategies answer the same cases")
     command.add_argument("--ablations", action="store_true", help="let the diagnosis answer without each of its parts")
+    command.add_argument(
+        "--shared", metavar="CASES", type=whole("--shared", 1, MOST_CASES), default=MOST_CASES,
+        help="cases that --rivals and --ablations answer, the first by name (default: all)",
+    )  # fmt: skip
 
 
 def run(options: argparse.Namespace) -> int:
     """Run the command; 0 when every mark is met, else 1. The same command again goes on where it stopped."""
     with closing(_Bars(not options.quiet and not options.json)) as bars:
-        workers = options.workers or available_threads()
-        others = [*(rivals() if options.rivals else ()), *(ablations() if options.ablations else ())]
+        run = {
+            "seed": options.seed,
+            "workers": options.workers or available_threads(),
+            "step": bars,
+            "others": [*(rivals() if options.rivals else ()), *(ablations() if options.ablations else ())],
+            "shared": options.shared,
+        }
         if options.real:
-            proof = prove_real(options.out, options.real, seed=options.seed, workers=workers, step=bars, others=others)
+            proof = prove_real(options.out, options.real, **run)
         else:
-            proof = prove(
-                options.out, cases=options.cases, seed=options.seed, workers=workers, step=bars, others=others
-            )
+            proof = prove(options.out, cases=options.cases, **run)
     if options.json:
         print(json_text(proof))
     elif not options.quiet:

@@ -18,6 +18,11 @@ class Folders:
         return self.root / "cases"
 
     @property
+    def names(self) -> list[str]:
+        """The cases' names in order, which is by chance: a name is drawn, and says nothing of its case."""
+        return sorted(p.name for p in self.cases.iterdir() if p.is_dir())
+
+    @property
     def sealed(self) -> Path:
         """Labels and salt."""
         return self.root / "sealed"

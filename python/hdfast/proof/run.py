@@ -13,6 +13,7 @@ from hdfast import catalogue, files
 from hdfast.proof import making, seal
 from hdfast.proof.bridge import cases as bridge
 from hdfast.proof.folders import Folders
+from hdfast.proof.making import MOST_CASES
 from hdfast.proof.rivals.table import Contender
 from hdfast.proof.score import ScoreCard, comparison, score
 from hdfast.proof.tool import DIAGNOSE, LIMIT, answer_all, read_answers
@@ -34,6 +35,7 @@ Step = Callable[[str, int, int], None]
 def prove(
     root: str | Path, *, cases: int, seed: int, workers: int, step: Step, name: str = OWN,
     tool: Sequence[str] = DIAGNOSE, limit: float = LIMIT, others: Sequence[Contender] = (),
+    shared: int = MOST_CASES,
 ) -> dict[str, Any]:  # fmt: skip
     """Run the benchmark in a folder, from wherever it stopped, and return what `proof.json` holds.
 
@@ -46,7 +48,8 @@ def prove(
         name: of the tool, for its folder of answers.
         tool: command with the places {campaign} and {out}.
         limit: wall time per case [s].
-        others: who else answers the same cases.
+        others: who else answers.
+        shared: cases that the others answer, the first by name.
 
     Raises:
         SealError: data, labels, salt or answers are not those that were sealed.
@@ -54,19 +57,20 @@ def prove(
     """
     folders = Folders(files.prepare(root))
     making.make(folders, cases, seed, workers, lambda done, total: step("cases", done, total))
-    return judge(folders, workers, name, tool, limit, step, others)
+    return judge(folders, workers, name, tool, limit, step, others, shared)
 
 
 def prove_real(
     root: str | Path, campaigns: Sequence[Path], *, seed: int, workers: int, step: Step, name: str = OWN,
     tool: Sequence[str] = DIAGNOSE, limit: float = LIMIT, others: Sequence[Contender] = (),
+    shared: int = MOST_CASES,
 ) -> dict[str, Any]:  # fmt: skip
     """As `prove`, on recordings of real machines into which effects are put.
 
     Args:
         root: folder of the set.
         campaigns: campaign files, each with something held out.
-        seed, workers, step, name, tool, limit, others: as in `prove`.
+        seed, workers, step, name, tool, limit, others, shared: as in `prove`.
 
     Raises:
         InputError: a campaign cannot be used.
@@ -74,48 +78,50 @@ def prove_real(
     """
     folders = Folders(files.prepare(root))
     bridge.make(folders, campaigns, seed, lambda done, total: step("machines", done, total))
-    return judge(folders, workers, name, tool, limit, step, others, bridge.LIMITATIONS)
+    return judge(folders, workers, name, tool, limit, step, others, shared, bridge.LIMITATIONS)
 
 
 def judge(
     folders: Folders, workers: int, name: str, tool: Sequence[str], limit: float, step: Step,
-    others: Sequence[Contender] = (), limitations: Sequence[str] = LIMITATIONS,
+    others: Sequence[Contender] = (), shared: int = MOST_CASES, limitations: Sequence[str] = LIMITATIONS,
 ) -> dict[str, Any]:  # fmt: skip
     """Let everybody answer a sealed set, open it for these answers, score them and publish."""
     tools = {name: tool} | {one.name: one.command for one in others}
+    names = {each: folders.names if each == name else folders.names[:shared] for each in tools}
     seal.verify_data(folders.cases, folders.seal)
     for each, command in tools.items():
         part = "answers" if each == name else each
-        answer_all(folders.cases, folders.answers(each), workers, command, limit, partial(step, part))
+        answer_all(folders.cases, names[each], folders.answers(each), workers, command, limit, partial(step, part))
     seal.verify_data(folders.cases, folders.seal)
     for each in tools:
         answers = folders.answers(each)
         files.write_json(answers.parent / f"{each}-{ANSWERS}", seal.checksums(answers))
-    cards = {each: _opened(folders, each) for each in tools}
+    cards = {each: _opened(folders, each, names[each]) for each in tools}
     proof = {"tool": name, "machine": machine(), **_set_facts(folders, limitations), **cards[name].to_dict()}
-    proof |= _compared(proof, cards, name, others)
+    proof |= {"compared": [], "shared": 0}
+    if others:
+        beside = _opened(folders, name, folders.names[:shared])
+        proof |= _compared(proof, beside, [(one, cards[one.name]) for one in others])
     publish(folders.root, proof)
     return proof
 
 
-def _opened(folders: Folders, name: str) -> ScoreCard:
+def _opened(folders: Folders, name: str, cases: Sequence[str]) -> ScoreCard:
     labels = seal.open_once(folders.sealed, folders.seal, name, folders.answers(name))
-    return score(labels, read_answers(folders.cases, folders.answers(name)))
+    return score({case: labels[case] for case in cases}, read_answers(folders.cases, folders.answers(name)))
 
 
-def _compared(
-    proof: dict[str, Any], cards: dict[str, ScoreCard], name: str, others: Sequence[Contender]
-) -> dict[str, Any]:
-    """The others beside the own tool, and the mark that every rival is beaten."""
-    leads = {one.name: comparison.ahead(cards[name], cards[one.name]) for one in others}
-    lines = [{"tool": name, "text": "", "rival": False, **comparison.line(cards[name], None)}]
+def _compared(proof: dict[str, Any], own: ScoreCard, others: Sequence[tuple[Contender, ScoreCard]]) -> dict[str, Any]:
+    """The others beside the own tool, all on the same cases, and the mark that every rival is beaten."""
+    leads = {one.name: comparison.ahead(own, card) for one, card in others}
+    lines = [{"tool": proof["tool"], "text": "", "rival": False, **comparison.line(own, None)}]
     lines += [
-        {"tool": one.name, "text": one.text, "rival": one.rival, **comparison.line(cards[one.name], leads[one.name])}
-        for one in others
+        {"tool": one.name, "text": one.text, "rival": one.rival, **comparison.line(card, leads[one.name])}
+        for one, card in others
     ]
-    rivals = {one.name: leads[one.name] for one in others if one.rival}
+    rivals = {one.name: leads[one.name] for one, _ in others if one.rival}
     more = [comparison.beaten(rivals).to_dict()] if rivals else []
-    return {"scores": [*proof["scores"], *more], "compared": lines if others else []}
+    return {"scores": [*proof["scores"], *more], "compared": lines, "shared": len(own.cases)}
 
 
 def machine() -> dict[str, Any]:

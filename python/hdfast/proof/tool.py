@@ -28,19 +28,20 @@ ACCEPTED_CODES = (0, 1)
 
 
 def answer_all(
-    cases: Path, answers: Path, workers: int, tool: Sequence[str], limit: float, step: Callable[[int, int], None],
+    cases: Path, names: Sequence[str], answers: Path, workers: int, tool: Sequence[str], limit: float,
+    step: Callable[[int, int], None],
 ) -> None:  # fmt: skip
     """Answer every case that has no outcome yet; when interrupted, tools under way are ended without one.
 
     Args:
         cases: folder of cases.
+        names: the cases to answer.
         answers: folder of answers; one subfolder per case, whatever the tool wrote and `outcome.json`.
         workers: tools running at the same time.
         tool: command with the places {campaign} and {out}.
         limit: wall time per case [s].
         step: told after every case how many of how many are done.
     """
-    names = sorted(p.name for p in cases.iterdir() if p.is_dir())
     left = [name for name in names if not (answers / name / OUTCOME).exists()]
     done = len(names) - len(left)
     step(done, len(names))

@@ -73,7 +73,11 @@ def _comparison(proof: dict[str, Any]) -> list[Section]:
         return []
     header = _compared_header(proof)
     table = html_table(header, compared_rows(proof), right=range(1, len(header)))
-    return [Section("Beside others on the same cases", texts=_who(proof), tables=[table])]
+    return [Section("Beside others", texts=[_shared(proof), *_who(proof)], tables=[table])]
+
+
+def _shared(proof: dict[str, Any]) -> str:
+    return f"All on the same {proof['shared']} of {len(proof['cases'])} cases, the first by name."
 
 
 def _who(proof: dict[str, Any]) -> list[str]:
@@ -86,7 +90,8 @@ def markdown(proof: dict[str, Any]) -> str:
     lines = [f"Blind benchmark, {len(proof['cases'])} cases, tool `{proof['tool']}`, {_machine(proof)}.", ""]
     lines += _markdown_table(SCORE_HEADER, score_rows(proof))
     if proof["compared"]:
-        lines += ["", *_markdown_table(_compared_header(proof), compared_rows(proof))]
+        lines += ["", "## Beside others", "", _shared(proof), ""]
+        lines += _markdown_table(_compared_header(proof), compared_rows(proof))
         lines += ["", *(f"- {who}" for who in _who(proof))]
     lines += ["", f"## Every failure ({len(proof['failures'])})", ""]
     lines += _markdown_table(FAILURE_HEADER, failure_rows(proof))

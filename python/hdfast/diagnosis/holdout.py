@@ -100,11 +100,15 @@ class Proof:
 
     @property
     def _smaller(self) -> bool:
-        """Whether they show part of the improvement, far beyond chance: a share s gains 2 s - 1 of what is expected."""
+        """Whether they show part of the improvement: a share s gains 2 s - 1 of what is expected.
+
+        Far beyond chance, or with so much on the fitted recordings that both together still convince.
+        """
         expected = self.expected.total
         above = self.gain.total + expected
         chance = max(self.gain.error, math.sqrt(2.0 * expected))
-        return above >= 2.0 * PART * expected and above > SMALLER_ERRORS * chance
+        convinces = self.margin + self.gain.limited >= CONVINCING
+        return above >= 2.0 * PART * expected and (convinces or above > SMALLER_ERRORS * chance)
 
     @property
     def _part(self) -> float:

@@ -81,6 +81,19 @@ def test_exact_what_the_screen_shows_is_confirmed_where_chance_would_hardly_make
     assert replace(proof(total, expected, -20.0), gain=gained, p=p).shows == shows
 
 
+@pytest.mark.parametrize(
+    ("total", "expected", "p", "holds"),
+    [(-0.8, 0.7, 1e-4, True), (-0.8, 0.7, 2e-3, False), (-3.0, 0.7, 5e-4, False), (-1.2, 3.1, 1e-4, False)],
+)
+def test_exact_what_the_screen_singles_out_stands_where_the_others_tell_next_to_nothing(
+    total: float, expected: float, p: float, holds: bool
+) -> None:
+    gained = Gain(total / 20.0 + np.resize([0.3, -0.3], 20), ERRORS)
+    weighed = replace(proof(total, expected, -20.0), gain=gained, p=p)
+    assert not weighed.shows
+    assert weighed.holds == holds
+
+
 @pytest.mark.parametrize(("total", "margin", "shows"), [(6.0, -7.4, False), (8.7, -4.4, True), (20.0, -12.0, True)])
 def test_exact_recordings_that_show_it_outweigh_what_the_others_say_against_it(
     total: float, margin: float, shows: bool

@@ -18,7 +18,7 @@ from hdfast.diagnosis.shaken import Exchanged, exchanged
 from hdfast.diagnosis.whiten import Whitener
 
 PROOF_ERRORS = 2.0
-TELLS, POWERED = 0.5, 8.0
+TELLS, MUTE, POWERED = 0.5, 2.0, 8.0
 LIKELY = 5.0
 CLEARLY, WORSE = 0.9, 1.02
 PART, SMALLER_ERRORS = 0.25, 4.0
@@ -71,8 +71,7 @@ class Proof:
         If nothing were left out, the gain would be minus the expected one, with a variance of twice that. The product
         of two independent p values is judged by Fisher's rule.
         """
-        both = max(self.p * self._chance, 1e-300)
-        return not self._worse and self.gain.limited > self._part and both * (1.0 - math.log(both)) <= RARE
+        return not self._worse and self.gain.limited > self._part and self._rare
 
     @property
     def refutes(self) -> bool:
@@ -91,12 +90,15 @@ class Proof:
         """Whether the extended model stands.
 
         Recordings that can hardly show an effect, or show it at another size, leave standing what convinces on the
-        others by more than they speak against it.
+        others by more than they speak against it; those that can tell next to nothing, what the screen singles out.
         """
         if self.shows:
             return True
+        if self._worse or self.refutes:
+            return False
+        singled_out = self.expected.total < MUTE and self._rare
         needed = CONVINCING if self._powered else LIKELY
-        return not (self._worse or self.refutes) and self.margin + min(self.gain.limited, 0.0) >= needed
+        return singled_out or self.margin + min(self.gain.limited, 0.0) >= needed
 
     @property
     def _smaller(self) -> bool:
@@ -114,6 +116,12 @@ class Proof:
     def _part(self) -> float:
         """Of what is expected, so much that it is not refuted."""
         return PART * self.expected.limited
+
+    @property
+    def _rare(self) -> bool:
+        """Whether chance would hardly make both what the screen shows and what these recordings gain."""
+        both = max(self.p * self._chance, 1e-300)
+        return both * (1.0 - math.log(both)) <= RARE
 
     @property
     def _chance(self) -> float:

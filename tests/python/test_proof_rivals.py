@@ -80,12 +80,7 @@ def test_exact_criterion_grows_by_the_logarithm_of_the_samples_for_a_parameter_t
         ("refit", "no_evidence", set()),
         ("whiteness", "undecided", set()),
         ("forward_bic", "found", {"coulomb_friction"}),
-        pytest.param(
-            "sparse_regression",
-            "found",
-            {"coulomb_friction", "stribeck_friction", "presliding_friction"},
-            marks=pytest.mark.long,
-        ),
+        ("sparse_regression", "found", {"coulomb_friction", "stribeck_friction", "presliding_friction"}),
     ],
 )
 def test_exact_every_rival_answers_in_the_schema(calibrated, monkeypatch, name, verdict, named):
@@ -97,6 +92,15 @@ def test_exact_every_rival_answers_in_the_schema(calibrated, monkeypatch, name, 
     assert {effect["effect"] for effect in said["effects"]} == named
     proven = said["fit"]["heldout"]
     assert proven["extended_nrmse"] <= (0.5 if named else 1.0) * proven["baseline_nrmse"]
+
+
+def test_exact_sparse_regression_names_what_no_other_column_resembles(tmp_path):
+    values = {"T_gravity": 4.0, "psi": 0.3}
+    loaded = load_campaign(diagnosed.write(tmp_path / "case", ["gravity_unbalance"], values, motor_only=True))
+    setup = set_up_usable(loaded, None)
+    said = sparse_regression.answer(setup, fit(setup.replay, nominal(setup)))
+    assert [one.candidate.effect for one in said.named] == ["gravity_unbalance"]
+    assert said.final.value("gravity_unbalance_T_gravity") == pytest.approx(4.0, rel=0.1)
 
 
 def test_exact_a_rival_answers_a_case_as_a_process_of_its_own(campaign, tmp_path):

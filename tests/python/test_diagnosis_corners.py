@@ -12,6 +12,7 @@ import small_campaign
 from hdfast.diagnosis import diagnose, prove, session
 from hdfast.diagnosis.accept import sizeable
 from hdfast.diagnosis.candidate import Candidate
+from hdfast.diagnosis.extended import extended_model
 from hdfast.diagnosis.fitted import Fit
 from hdfast.diagnosis.holdout import Proof
 from hdfast.diagnosis.library import OF_THE_WINDUP, Sizes, library
@@ -67,6 +68,25 @@ def test_exact_a_held_out_standstill_proves_nothing_and_is_told(tmp_path, monkey
     found = diagnose(path)
     assert found.verdict in ("found", "undecided")
     assert any("no sample of what is held out can be judged" in note for note in found.content["notes"])
+
+
+def test_exact_an_extended_model_keeps_a_declared_sensor_effect_in_place_of_a_stated_fact(tmp_path):
+    path = small_campaign.write(tmp_path)
+    stated = "load_angle = { resolution = 6e-6, delay_s = 1e-3 }"
+    declared = 'effect = "sensor_delay"\nchannel = "load_angle"\nparameters = { tau_y = 4e-3 }'
+    text = path.read_text().replace("load_angle = { resolution = 6e-6 }", stated)
+    path.write_text(f"{text}[[terms]]\n{declared}\n")
+    campaign = load_campaign(path)
+    structure = session.baseline(campaign, 0.05, 0.002)
+    written = extended_model(
+        campaign, structure, {one.name: one.value for one in structure.free}, dict.fromkeys(structure.names, 0.1)
+    )
+    (tmp_path / "again.toml").write_text(written)
+    again = session.baseline(
+        replace(load_campaign(tmp_path / "again.toml"), recordings=campaign.recordings), 0.05, 0.002
+    )
+    assert structure.fixed["load_angle_sensor_delay_tau_y"] == 4e-3
+    assert again.fixed["load_angle_sensor_delay_tau_y"] == 4e-3
 
 
 def test_exact_an_extended_model_is_read_back_with_its_sensors(tmp_path, monkeypatch):

@@ -51,7 +51,8 @@ def extended_model(
     sections["drive"] = drive
     sections["kinematic_error"] = {"orders": [_order(order) for order in structure.model.order_labels], **error}
     listed = [_term(term, everything, sigma) for term in structure.model.terms]
-    facts = stage_of(campaign.sensors).effects
+    declared = {(one.effect, one.channel) for one in campaign.drive.effects}
+    facts = set(stage_of(campaign.sensors).effects) - declared
     listed += [
         _term(effect, everything, sigma, channel)
         for effect, channel in structure.sensors

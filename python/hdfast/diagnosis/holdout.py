@@ -66,20 +66,15 @@ class Proof:
 
     @property
     def confirms(self) -> bool:
-        """Whether chance would hardly have made both what the screen shows and what these recordings gain.
-
-        If nothing were left out, the gain would be minus the expected one, with a variance of twice that. The product
-        of two independent p values is judged by Fisher's rule.
-        """
+        """Whether these recordings gain part of what is expected, and chance would hardly have made what all show."""
         return not self._worse and self.gain.limited > self._part and self._rare
 
     @property
     def refutes(self) -> bool:
         """Whether the recordings would have shown the improvement, and speak for the baseline or are told worse.
 
-        They are also where the extended model follows them so badly that it explains nothing.
-
-        An effect that they show at less than half of its size is no reason to keep the baseline.
+        They are also where the extended model follows them so badly that it explains nothing. An effect that they show
+        at less than half of its size is no reason to keep the baseline.
         """
         if self.shows or not self._powered:
             return False
@@ -119,13 +114,19 @@ class Proof:
 
     @property
     def _rare(self) -> bool:
-        """Whether chance would hardly make both what the screen shows and what these recordings gain."""
+        """Whether chance would hardly make both what the screen shows and what these recordings gain.
+
+        The product of two independent p values is judged by Fisher's rule.
+        """
         both = max(self.p * self._chance, 1e-300)
         return both * (1.0 - math.log(both)) <= RARE
 
     @property
     def _chance(self) -> float:
-        """How often a gain reaches this one where nothing is left out."""
+        """How often a gain reaches this one where nothing is left out.
+
+        It would then be minus the expected one, with a variance of twice that.
+        """
         expected = self.expected.total
         spread = max(self.gain.limited_error, math.sqrt(2.0 * expected), 1e-12)
         return float(norm.sf((self.gain.limited + expected) / spread))

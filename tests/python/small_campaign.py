@@ -59,13 +59,16 @@ def write(folder, terms=(), parameters=None, angle_noise=0.0, orders=(2,), clock
     return path
 
 
-def write_without_in_held_out(folder, terms, parameters):
-    """Campaign file of a drive whose further terms are in the recordings to fit and not in the one to prove on."""
+def write_without_in_held_out(folder, terms, parameters, orders=(2,), always=((), None)):
+    """Campaign file of a drive with terms and orders that are in the recordings to fit and not in the one to prove on.
+
+    That one is of a drive with the terms and parameters that are `always` there.
+    """
     fitted, held_out = folder / "with", folder / "without"
     fitted.mkdir()
     held_out.mkdir()
-    campaign = write(fitted, terms, parameters)
-    write(held_out)
+    campaign = write(fitted, terms, parameters, orders=orders)
+    write(held_out, *always)
     (held_out / "r3.npz").replace(fitted / "r3.npz")
     return campaign
 

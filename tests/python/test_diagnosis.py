@@ -15,6 +15,7 @@ import numpy as np
 import pytest
 import small_campaign
 from hdfast.checks import Floats
+from hdfast.diagnosis import fit as fits
 from hdfast.diagnosis.fit import fit
 from hdfast.diagnosis.fitted import Fit
 from hdfast.diagnosis.holdout import replayed, weigh_up
@@ -192,6 +193,20 @@ def test_exact_noise_of_the_angle_is_not_taken_for_damping(tmp_path: Path) -> No
     assert unaware.value("B_sp") > 1.5 * true
     changed = replay.shaken[0].mismatch(structure, aware.coordinates[None])[0] - aware.mismatch
     np.testing.assert_allclose(aware.stir.noise, np.where(replay.load_side, changed, 0.0), rtol=1e-9, atol=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("found", "rounds"), [([900.0] * 11 + [0.01], 12), ([900.0] * 7 + [9.0, 9.0], 8), ([900.0] * 40, 32)]
+)
+def test_exact_a_fit_goes_on_while_a_round_finds_much(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, found: list[float], rounds: int
+) -> None:
+    """Far from where it ends it needs more rounds than a fit that creeps may have."""
+    setup = set_up_usable(load_campaign(small_campaign.write(tmp_path)), 1)
+    left = list(found)
+    monkeypatch.setattr(fits, "_descended", lambda replay, structure, metric, place, *slopes: (place, left.pop(0)))
+    fit(setup.replay, nominal(setup))
+    assert len(found) - len(left) == rounds
 
 
 def test_exact_a_second_start_in_the_same_valley_ends_at_the_same_fit_sooner(

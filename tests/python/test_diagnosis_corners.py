@@ -173,6 +173,7 @@ def test_exact_a_search_is_taken_back_to_what_holds(monkeypatch, holds, refutes,
     monkeypatch.setattr(prove, "noise_floor", lambda held: 0.1)
     monkeypatch.setattr(prove, "replayed", lambda held, model, reference: model)
     monkeypatch.setattr(prove, "weigh_up", lambda layout, white, before, after, *rest: Said(int(before), int(after)))
+    monkeypatch.setattr(prove, "_without", lambda *given: None)
     monkeypatch.setattr(Search, "until", lambda found, number: number)
 
     class Held:
@@ -376,7 +377,7 @@ def test_exact_a_rival_that_cannot_be_simulated_in_the_place_of_a_name_is_none(t
         return [{channel: np.where(lost, np.nan, own) for channel, own in unit.items()} for unit in found]
 
     monkeypatch.setattr(Plant, "mismatch", failing)
-    standing = stand(done.replay, search, done.floor, {}, np.random.default_rng(1))[0]
+    standing = stand(done.replay, search, done.floor, {}, {}, np.random.default_rng(1))[0]
     assert standing.trial is own
     assert "stribeck_friction" not in [one.effect for one in standing.rivals]
 
@@ -393,7 +394,7 @@ def test_exact_where_no_drive_without_the_effect_can_be_simulated_the_one_before
         return [{channel: np.where(lost, np.nan, own) for channel, own in unit.items()} for unit in found]
 
     monkeypatch.setattr(Plant, "mismatch", failing)
-    standing = stand(done.replay, done.search, done.floor, {}, np.random.default_rng(1))[0]
+    standing = stand(done.replay, done.search, done.floor, {}, {}, np.random.default_rng(1))[0]
     assert standing.lesser is next(one for one in done.search.rounds if one.accepted is not None).before
 
 

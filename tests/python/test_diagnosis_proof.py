@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 import small_campaign
-from hdfast.diagnosis import diagnose
+from hdfast.diagnosis import beside, diagnose
 from hdfast.diagnosis.holdout import Proof
 from hdfast.diagnosis.replay import Replay
 from hdfast.diagnosis.rivals import confidence
 from hdfast.diagnosis.score import Gain
+from hdfast.diagnosis.select import Round, Search, Trial
 
 ERRORS = (0.5, 0.5)
 
@@ -184,3 +186,44 @@ def test_exact_what_convinces_where_it_was_fitted_and_is_refused_elsewhere_is_un
     assert "coulomb_friction is beyond doubt where it was fitted" in told["sentence"]
     assert told["effects"] == []
     assert told["next_experiment"] is not None
+
+
+@pytest.mark.parametrize(("height", "first"), [(3e-5, "coulomb_friction"), (1e-4, "te_harmonic")])
+def test_exact_what_is_refused_goes_and_what_holds_without_it_stays(tmp_path, monkeypatch, height, first):
+    """The fourth harmonic is in the fitted recordings alone, dry friction in all of them."""
+    small_campaign.shorten_library(monkeypatch, ("coulomb_friction", "te_harmonic"))
+    terms, level = ["coulomb_friction"], {"T_c": 0.05}
+    spoiled = level | {"te_cos_4": height, "te_sin_4": 0.0}
+    always = (terms, level)
+    found = diagnose(small_campaign.write_without_in_held_out(tmp_path, terms, spoiled, (2, 4), always))
+    rounds = found.evidence.session.search.rounds
+    refused = [one.candidate.effect for each in rounds for one in each.trials if one.failed == ("A7 held out",)]
+    assert refused == ["te_harmonic"]
+    assert (rounds[0].accepted is None) == (first == "te_harmonic")
+    assert [one["effect"] for one in found.effects] == ["coulomb_friction"]
+    told = found.to_dict()["fit"]["heldout"]["channels"]["motor_torque"]
+    assert told["extended_nrmse"] < 0.1 * told["baseline_nrmse"]
+
+
+def test_exact_effects_that_do_not_hold_beside_the_others_go_one_by_one(monkeypatch):
+    """The weakest first: without it another one holds, or does not."""
+    kinds = [SimpleNamespace(effect=name, label=name, refines=False) for name in "abc"]
+    trials = [Trial(one, None, Gain(np.zeros(2), ERRORS), ()) for one in kinds]
+    rounds = [Round(None, [], [], None, [one], one) for one in trials]
+    told = {"abc": {"a": -9.0, "b": 5.0, "c": -4.0}, "bc": {"b": 5.0, "c": 6.0}}
+
+    def steps(replay, held, found, lessers, floor):
+        every = told["".join(one.candidate.effect for one in found.accepted)]
+        gains = {one: SimpleNamespace(limited=every[one.candidate.effect]) for one in lessers}
+        return {one: SimpleNamespace(gain=own, holds=own.limited > 0.0) for one, own in gains.items()}
+
+    monkeypatch.setattr(
+        beside, "side_by_side", lambda replay, work, parts: [f"less {one.candidate.effect}" for one in parts]
+    )
+    monkeypatch.setattr(beside, "_steps", steps)
+    monkeypatch.setattr(beside, "whole_proof", lambda held, found: found.final)
+    replay = SimpleNamespace(commanded=lambda final: None)
+    found, proof, lessers = beside.beside(replay, None, Search(rounds, "all", trials), "all", 0.1)
+    assert [one.candidate.label for one in found.accepted] == ["b", "c"]
+    assert (found.final, proof) == ("less a", "less a")
+    assert lessers == {"b": "less b", "c": "less c"}

@@ -19,7 +19,9 @@ from hdfast.diagnosis.stir import Stir, information
 #: Where a load rattles in a gap, slopes over small steps are chance. They are taken across so many standard deviations,
 #: at most over so much.
 ACROSS, WIDEST = 8.0, 0.2
-ROUNDS = 8
+#: Rounds of a fit; beyond these it goes on while one still finds `MUCH` [nats], as far from the noise it does.
+ROUNDS, MOST_ROUNDS = 8, 32
+MUCH = 10.0
 CHORDS = 2
 SHRINK = (1.0, 0.25)
 CAREFUL = (*SHRINK, 0.06)
@@ -66,10 +68,10 @@ def fit(
         slopes[:, :kept], rough[:, :kept] = known.slopes, known.rough
     stir = Stir.none(slopes) if structure.rattles else stirred(replay, structure, x, mismatch, slopes, known)
     place = _Place(x, mismatch, stir)
-    for turn in range(ROUNDS):
+    for turn in range(1, MOST_ROUNDS + 1):
         metric = Metric.of(replay, place.mismatch)
         place, found = _descended(replay, structure, metric, place, slopes, rough)
-        if turn == ROUNDS - 1:
+        if turn == MOST_ROUNDS or (turn >= ROUNDS and found < MUCH):
             break
         precision = partial(_precision, replay, metric, structure, slopes, place.stir)
         if found < (WORTH if place.stir.loud else SETTLED):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -9,8 +10,9 @@ import numpy as np
 from hdfast.diagnosis.accept import SHORT, SLOW, SPARED, STILL, TIMING
 from hdfast.diagnosis.fit import fit
 from hdfast.diagnosis.holdout import Proof, replayed, weigh_up
+from hdfast.diagnosis.lesser import without_one
 from hdfast.diagnosis.replay import Replay
-from hdfast.diagnosis.score import noise_floor
+from hdfast.diagnosis.score import Gain, noise_floor
 from hdfast.diagnosis.select import Round, Search, Trial
 
 Proven = tuple[Search, Proof, dict[str, float]]
@@ -28,41 +30,64 @@ def proven(replay: Replay, held: Replay, found: Search) -> Proven:
         found: the search.
     """
     if found.accepted:
-        return _holding(held, found)
+        return _holding(replay, held, found)
     faint = _faintest(found.rounds[0])
     confirmed = None if faint is None else _confirmed(replay, held, found.rounds[0], faint)
-    return confirmed or _holding(held, found)
+    return confirmed or _holding(replay, held, found)
 
 
-def _holding(held: Replay, found: Search) -> Proven:
+def _holding(replay: Replay, held: Replay, found: Search) -> Proven:
     """The search up to the first later effect that does not hold.
 
-    A first effect that is refuted takes all others with it, unless they show together; one that does not show alone is
-    judged with those that came after it: two may hide each other. Every model is simulated once.
+    A first effect that is refuted takes all others with it, unless they show together, or hold without it; one that
+    does not show alone is judged with those that came after it: two may hide each other.
     """
     floor = noise_floor(held)
     taken = [one for one in found.rounds if one.accepted is not None]
     models = [*(one.before for one in taken), found.final]
     trials = [one.accepted for one in taken if one.accepted is not None]
-    chances = [_chance(one, seen) for one, seen in zip(trials, taken, strict=True)]
+    chances = [chance(one, seen) for one, seen in zip(trials, taken, strict=True)]
     replays = [replayed(held, model, models[0]) for model in models]
 
     def between(first: int, last: int) -> Proof:
-        gains = [one.gain for one in trials[first:last]]
-        margin = sum(one.limited for one in gains) - 2.0 * float(np.linalg.norm([one.limited_error for one in gains]))
-        ends = replays[first], replays[last]
+        margin, ends = margin_of([one.gain for one in trials[first:last]]), (replays[first], replays[last])
         return weigh_up(held.layout, models[last].white, *ends, floor, margin, max(chances[first:last], default=1.0))
 
     last = len(models) - 1
     steps = [between(n, n + 1) for n in range(last)]
     if last and steps[0].refutes and not between(0, last).shows:
-        return found.until(0), between(0, 0), {}
+        return _without(replay, held, found, trials[0]) or (found.until(0), between(0, 0), {})
     kept = next((n for n in range(1, last) if not steps[n].holds), last)
     shown = {one.candidate.label: step.gain.limited for one, step in zip(trials, steps[:kept], strict=False)}
     return found if kept == last else found.until(kept), between(0, kept), shown
 
 
-def _chance(trial: Trial, seen: Round) -> float:
+def _without(replay: Replay, held: Replay, found: Search, first: Trial) -> Proven | None:
+    """The later effects alone, if there are any and they hold without the first one, which is refuted."""
+    others = [one for one in found.accepted if one is not first]
+    if not others or first not in found.accepted or any(one.candidate.refines for one in others):
+        return None
+    less = found.less(first, without_one(replay.commanded(found.final), first, search=found))
+    proof = whole_proof(held, less)
+    return (less, proof, {}) if proof.holds else None
+
+
+def whole_proof(held: Replay, found: Search) -> Proof:
+    """The final model over the one that the search began with."""
+    before, final = found.rounds[0].before, found.final
+    ends = replayed(held, before, before), replayed(held, final, before)
+    likely = max((chance(one, found.round_of(one)) for one in found.accepted), default=1.0)
+    margin = margin_of([one.gain for one in found.accepted])
+    return weigh_up(held.layout, final.white, *ends, noise_floor(held), margin, likely)
+
+
+def margin_of(gains: Sequence[Gain]) -> float:
+    """Limited sum of independent gains, less two of its errors [nats]."""
+    errors = float(np.linalg.norm([one.limited_error for one in gains]))
+    return sum(one.limited for one in gains) - 2.0 * errors
+
+
+def chance(trial: Trial, seen: Round) -> float:
     """How often the screen shows as much where nothing is left out; 1 where one block decides.
 
     What is slow is alike in all blocks of a recording, so that it always counts as chance.
@@ -87,10 +112,10 @@ def _faintest(first: Round) -> Trial | None:
 def _confirmed(replay: Replay, held: Replay, first: Round, trial: Trial) -> Proven | None:
     """The search with one faint effect, where the held-out recordings confirm it."""
     before, after = (replayed(held, model, first.before) for model in (first.before, trial.fit))
-    proof = weigh_up(held.layout, trial.fit.white, before, after, noise_floor(held), p=_chance(trial, first))
+    proof = weigh_up(held.layout, trial.fit.white, before, after, noise_floor(held), p=chance(trial, first))
     if not proof.confirms:
         return None
     accepted = replace(trial, failed=(), confirmed=True)
     final = fit(replay.commanded(first.before), trial.fit.structure, trial.fit.coordinates)
     trials = [accepted if one is trial else one for one in first.trials]
-    return _holding(held, Search([replace(first, trials=trials, accepted=accepted)], final, [accepted]))
+    return _holding(replay, held, Search([replace(first, trials=trials, accepted=accepted)], final, [accepted]))

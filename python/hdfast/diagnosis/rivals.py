@@ -10,12 +10,11 @@ from typing import Any
 
 import numpy as np
 
-from hdfast.checks import Floats
 from hdfast.diagnosis.accept import SHORT, SMALL, STILL, special
 from hdfast.diagnosis.evidence import Index
 from hdfast.diagnosis.fit import fit
 from hdfast.diagnosis.fitted import Fit
-from hdfast.diagnosis.plant import Structure
+from hdfast.diagnosis.lesser import without_one
 from hdfast.diagnosis.replay import Replay
 from hdfast.diagnosis.score import Gain, folds_near, gain, nrmse, weights_of
 from hdfast.diagnosis.screen import Signature
@@ -84,7 +83,12 @@ class Standing:
 
 
 def stand(
-    replay: Replay, search: Search, floor: float, shown: Mapping[str, float], rng: np.random.Generator
+    replay: Replay,
+    search: Search,
+    floor: float,
+    shown: Mapping[str, float],
+    lessers: Mapping[str, Fit],
+    rng: np.random.Generator,
 ) -> list[Standing]:
     """Put rivals in the place of each accepted effect, refit, and weigh them.
 
@@ -93,6 +97,7 @@ def stand(
         search: its accepted effects.
         floor: nrmse of the sensor noise.
         shown: gain of each accepted effect on what was held out, by its label.
+        lessers: the final model without an effect, by its label, as far as it is known.
         rng: of the weights.
     """
     found = []
@@ -102,8 +107,8 @@ def stand(
     for trial in search.accepted:
         if trial.candidate.refines:
             continue
-        seen = next(one for one in search.rounds if one.accepted is trial)
-        lesser = _without(replay, search, trial, seen)
+        seen = search.round_of(trial)
+        lesser = lessers.get(trial.candidate.label) or without_one(replay, trial, search=search)
         challengers = _challengers(trial, seen, names, lesser)
         substitutes = side_by_side(replay, partial(_instead, lesser=lesser), challengers)
         compared = [
@@ -134,30 +139,6 @@ def confidence(weights: Sequence[float], evidence: float) -> float:
     """
     odds = sum(weight / max(1.0 - weight, 1e-6) for weight in weights)
     return (1.0 - UNKNOWN_FLOOR) * (1.0 - math.exp(-max(evidence, 0.0) / THIN)) / (1.0 + odds)
-
-
-def _without(replay: Replay, search: Search, trial: Trial, seen: Round) -> Fit:
-    """The final model without an effect; where no such drive can be simulated, the one to which it was added."""
-    structure, here = _less(search, trial)
-    starts = np.stack([here, structure.start])
-    simulated = np.isfinite(replay.mismatch(structure, starts)).all(axis=1)
-    return fit(replay, structure, starts[np.argmax(simulated)]) if simulated.any() else seen.before
-
-
-def _less(search: Search, trial: Trial) -> tuple[Structure, Floats]:
-    """The final structure and coordinates without an effect; a declared special case that it replaced comes back."""
-    own = trial.candidate
-    sensors = [f"{channel}_{effect}" for effect, channel in own.sensors]
-    reduced, here = without(search.final, [*own.terms, *own.orders, *sensors])
-    declared = search.rounds[0].before
-    lost = tuple(term for term in declared.structure.model.terms if term in own.contains)
-    if not lost:
-        return reduced, here
-    prefixes = tuple(f"{term}_" for term in lost)
-    fixed = {name: value for name, value in declared.structure.fixed.items() if name.startswith(prefixes)}
-    back = [j for j, free in enumerate(declared.structure.free) if free.name.startswith(prefixes)]
-    free = [declared.structure.free[j] for j in back]
-    return reduced.with_terms(lost, (), (), fixed, free), np.concatenate([here, declared.coordinates[back]])
 
 
 def _challengers(trial: Trial, seen: Round, names: set[str], lesser: Fit) -> list[Trial]:

@@ -65,6 +65,12 @@ class Round:
     trials: list[Trial] = field(repr=False)
     accepted: Trial | None
 
+    @property
+    def refusing(self) -> Round:
+        """The same round where what it accepted fails what was held out."""
+        trials = [replace(one, failed=(HELD_OUT,)) if one is self.accepted else one for one in self.trials]
+        return replace(self, trials=trials, accepted=None)
+
 
 @dataclass(frozen=True, eq=False)
 class Search:
@@ -78,9 +84,17 @@ class Search:
         """The search as it stood before it accepted its effect of this number, which fails what was held out."""
         taken = [one for one in self.rounds if one.accepted is not None]
         refused = taken[number]
-        trials = [replace(one, failed=(HELD_OUT,)) if one is refused.accepted else one for one in refused.trials]
-        rounds = [*self.rounds[: self.rounds.index(refused)], replace(refused, trials=trials, accepted=None)]
+        rounds = [*self.rounds[: self.rounds.index(refused)], refused.refusing]
         return Search(rounds, refused.before, refused.present)
+
+    def less(self, trial: Trial, lesser: Fit) -> Search:
+        """The search without an effect that fails what was held out beside the others; `lesser` has these alone."""
+        rounds = [one.refusing if one.accepted is trial else one for one in self.rounds]
+        return Search(rounds, lesser, [one for one in self.accepted if one is not trial])
+
+    def round_of(self, trial: Trial) -> Round:
+        """The round that accepted an effect."""
+        return next(one for one in self.rounds if one.accepted is trial)
 
 
 def search(

@@ -11,6 +11,7 @@ import numpy as np
 from hdfast.diagnosis.accept import Rules
 from hdfast.diagnosis.band import choose_band
 from hdfast.diagnosis.baseline import baseline, with_resonance
+from hdfast.diagnosis.beside import beside
 from hdfast.diagnosis.candidate import Candidate
 from hdfast.diagnosis.evidence import lay_out
 from hdfast.diagnosis.fit import fit
@@ -59,6 +60,7 @@ class Session:
         search: rounds and result of the search.
         proof: baseline and extended model on held-out recordings, or None.
         shown: gain of each accepted effect there over the model before it, by its label.
+        lessers: of several accepted effects, the final model without one, by its label.
         floor: nrmse of the sensor noise on the fitted recordings.
         weaker: sentence that says how held-out data were made when the campaign names none.
     """
@@ -70,6 +72,7 @@ class Session:
     search: Search = field(repr=False)
     proof: Proof | None
     shown: Mapping[str, float]
+    lessers: Mapping[str, Fit] = field(repr=False)
     floor: float
     weaker: str | None
 
@@ -221,9 +224,11 @@ def run(campaign: Campaign, sources: Sequence[Source], seed: int, threads: int |
     found = search(replay, calibrated, lambda current: candidates(replay, current, ratio), rules, rng, stages)
     proof: Proof | None = None
     shown: dict[str, float] = {}
+    lessers: dict[str, Fit] = {}
     if held is not None:
         found, proof, shown = proven(replay, held, found)
-    return Session(setup.campaign, replay, held, calibrated, found, proof, shown, floor, setup.weaker)
+        found, proof, lessers = beside(replay, held, found, proof, floor)
+    return Session(setup.campaign, replay, held, calibrated, found, proof, shown, lessers, floor, setup.weaker)
 
 
 def candidates(replay: Replay, current: Fit, ratio: float) -> list[Candidate]:

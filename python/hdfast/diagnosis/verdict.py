@@ -109,7 +109,7 @@ def conclude(session: Session, seed: int) -> Verdict:
     """Weigh what the session found."""
     replay, search, baseline = session.replay, session.search, session.baseline
     rng = np.random.default_rng([seed, 2])
-    standings = stand(replay, search, session.floor, session.shown, rng)
+    standings = stand(replay, search, session.floor, session.shown, session.lessers, rng)
     unknown = None if standings else describe(replay, session.held, search.final, rng)
     name, reason, contest = _decide(session, standings, unknown)
     claim = Claim(name, reason, session, standings, unknown)

@@ -1,0 +1,67 @@
+"""Each of several effects held against recordings that no fit has seen, beside the others."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import partial
+
+from hdfast.diagnosis.fitted import Fit
+from hdfast.diagnosis.holdout import Proof, replayed, weigh_up
+from hdfast.diagnosis.lesser import without_one
+from hdfast.diagnosis.prove import chance, margin_of, whole_proof
+from hdfast.diagnosis.replay import Replay
+from hdfast.diagnosis.score import folds_near, gain, noise_floor, nrmse
+from hdfast.diagnosis.select import Search, Trial
+from hdfast.diagnosis.together import side_by_side
+
+
+def beside(
+    replay: Replay, held: Replay, found: Search, proof: Proof, floor: float
+) -> tuple[Search, Proof, dict[str, Fit]]:
+    """The search without those of several effects that do not hold beside the others, its proof, and its lessers.
+
+    What an effect took on that came later is told by the whole model alone: beside it, the first may explain nothing.
+
+    Args:
+        replay: the recordings that were fitted.
+        held: those that were held out.
+        found: the search, as far as it holds one effect after another.
+        proof: of it.
+        floor: nrmse of the sensor noise.
+
+    Returns:
+        Search and proof, and the final model without an effect, by its label; none where there is only one.
+    """
+    while len(found.accepted) > 1:
+        seen = replay.commanded(found.final)
+        trials = _of_their_own(found)
+        lessers = dict(zip(trials, side_by_side(seen, partial(without_one, search=found), trials), strict=True))
+        steps = _steps(seen, held, found, lessers, floor)
+        failing = [one for one, step in steps.items() if not step.holds]
+        if not failing:
+            return found, proof, {one.candidate.label: lesser for one, lesser in lessers.items()}
+        weakest = min(failing, key=lambda one: steps[one].gain.limited)
+        found = found.less(weakest, lessers[weakest])
+        proof = whole_proof(held, found)
+    return found, proof, {}
+
+
+def _of_their_own(found: Search) -> list[Trial]:
+    """The effects that neither refine another one nor are refined."""
+    refined = {one.candidate.effect for one in found.accepted if one.candidate.refines}
+    return [one for one in found.accepted if one.candidate.effect not in refined]
+
+
+def _steps(
+    replay: Replay, held: Replay, found: Search, lessers: Mapping[Trial, Fit], floor: float
+) -> dict[Trial, Proof]:
+    """The final model over the one without an effect, for each of them."""
+    before, final = found.rounds[0].before, found.final
+    folds = folds_near(replay, nrmse(replay.layout, final.mismatch), floor)
+    whole, noise = replayed(held, final, before), noise_floor(held)
+
+    def step(trial: Trial, lesser: Fit) -> Proof:
+        margin, likely = margin_of([gain(replay, final, lesser, folds)]), chance(trial, found.round_of(trial))
+        return weigh_up(held.layout, final.white, replayed(held, lesser, before), whole, noise, margin, likely)
+
+    return {trial: step(trial, lesser) for trial, lesser in lessers.items()}

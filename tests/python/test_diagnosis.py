@@ -20,6 +20,7 @@ from hdfast.diagnosis.fit import fit
 from hdfast.diagnosis.fitted import Fit
 from hdfast.diagnosis.holdout import replayed, weigh_up
 from hdfast.diagnosis.lines import Line
+from hdfast.diagnosis.multistart import multistart
 from hdfast.diagnosis.plant import DRIVING, Free, Structure
 from hdfast.diagnosis.replay import Replay
 from hdfast.diagnosis.session import candidates, nominal, set_up_usable, turned
@@ -231,6 +232,35 @@ def test_exact_a_second_start_in_the_same_valley_ends_at_the_same_fit_sooner(
         away = (again.coordinates - first.coordinates) / np.sqrt(np.diag(first.covariance(replay.layout)))
         assert np.max(np.abs(away)) < 0.3
     assert counts[1] < counts[0]
+
+
+def test_exact_a_calibration_that_is_stuck_is_left_for_the_best_of_other_starts(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A first one whose slopes tell it no way, or that is the higher one. In one valley the first stays."""
+    path = small_campaign.write(tmp_path)
+    wide = {"J_l = 0.5": "J_l = { value = 0.5, sigma = 0.4 }", "B_sp = 20.0": "B_sp = { value = 20.0, sigma = 15.0 }"}
+    for stated, unsure in wide.items():
+        path.write_text(path.read_text().replace(stated, unsure))
+    setup = set_up_usable(load_campaign(path), None)
+    replay, structure = setup.replay, nominal(setup)
+    good = fit(replay, structure)
+    beside = good.coordinates + 0.5 * structure.sigma * np.isin(structure.names, ["J_l", "B_sp"])
+    mismatch = replay.mismatch(structure, beside[None])[0]
+    stuck = replace(good, coordinates=beside, mismatch=mismatch, slopes=0.0 * good.slopes, rough=0.0 * good.rough)
+    firsts = iter([stuck, good])
+    monkeypatch.setattr(
+        "hdfast.diagnosis.multistart.fit",
+        lambda *given, ahead=None: fit(*given, ahead=ahead) if ahead else next(firsts),
+    )
+    found = multistart(replay, structure)
+    away = (found.coordinates - good.coordinates) / np.sqrt(np.diag(good.covariance(replay.layout)))
+    assert np.max(np.abs(away)) < 0.3
+    assert multistart(replay, structure) is good
+    sigma = np.sqrt(np.diag(good.covariance(replay.layout))) * np.isin(structure.names, ["te_cos_2"])
+    aside = good.coordinates + 30.0 * sigma
+    higher = replace(good, coordinates=aside, mismatch=replay.mismatch(structure, aside[None])[0])
+    assert fit(replay, structure, good.coordinates + 15.0 * sigma, ahead=higher) is not higher
 
 
 def test_exact_a_fit_that_ends_beside_a_known_one_has_its_slopes(

@@ -15,8 +15,8 @@ from hdfast import files
 from hdfast.checks import Floats
 from hdfast.comparison.compare import ERROR, warned
 from hdfast.diagnosis.extended import extended_model
-from hdfast.diagnosis.fit import fit
 from hdfast.diagnosis.fitted import Fit
+from hdfast.diagnosis.multistart import multistart
 from hdfast.diagnosis.replay import Replay
 from hdfast.diagnosis.score import nrmse
 from hdfast.diagnosis.session import Setup, nominal, set_up_usable
@@ -131,4 +131,4 @@ def calibrate(campaign: str | Path | Campaign, *, threads: int | None = None) ->
     """
     with threadpool_limits(1):
         setup = set_up_usable(campaign if isinstance(campaign, Campaign) else load_campaign(campaign), threads)
-        return Calibration(setup, fit(setup.replay, nominal(setup)))
+        return Calibration(setup, multistart(setup.replay, nominal(setup)))

@@ -28,7 +28,7 @@ CAREFUL = (*SHRINK, 0.06)
 #: What a step has to find [nats], and a round of steps for another one where noise of the angle is loud: its slopes are
 #: taken anew, so that the next round always finds a little.
 SETTLED, WORTH = 0.05, 0.5
-VALLEY = 0.5
+VALLEY, LOWER = 0.5, 1.0
 #: Squared distance in standard deviations within which slopes are alike.
 BESIDE = 1.0
 
@@ -137,14 +137,14 @@ def _beside(known: Fit, x: Floats, precision: Floats) -> bool:
 
 
 def _in_valley(replay: Replay, ahead: Fit, place: _Place) -> bool:
-    """Whether a place costs what another fit's slopes say that it does."""
+    """Whether a place costs what another fit's slopes say that it does, and that fit is the lower one."""
     metric = Metric.about(replay, ahead)
     predicted = ahead.mismatch - (ahead.slopes + ahead.rough) @ (place.x - ahead.coordinates)
     best, here, told = (
         metric.cost(replay.layout, ahead.structure, *pair)
         for pair in ((ahead.coordinates, ahead.mismatch), (place.x, place.mismatch), (place.x, predicted))
     )
-    return abs(here - told) <= VALLEY * abs(here - best) + 1.0
+    return here >= best - LOWER and abs(here - told) <= VALLEY * abs(here - best) + LOWER
 
 
 def _step(structure: Structure, x: Floats, A: Floats, r: Floats, stir: Stir) -> Floats:

@@ -14,11 +14,11 @@ from hdfast.diagnosis.baseline import baseline, with_resonance
 from hdfast.diagnosis.beside import beside
 from hdfast.diagnosis.candidate import Candidate
 from hdfast.diagnosis.evidence import lay_out
-from hdfast.diagnosis.fit import fit
 from hdfast.diagnosis.fitted import Fit
 from hdfast.diagnosis.holdout import Proof
 from hdfast.diagnosis.library import HIGHEST_INTEGER, Sizes, library
 from hdfast.diagnosis.lines import order_lines, several, snapped, tone_lines
+from hdfast.diagnosis.multistart import multistart
 from hdfast.diagnosis.noise import COLUMNS, floors, stated
 from hdfast.diagnosis.plant import Plant, Structure
 from hdfast.diagnosis.prepare import prepare
@@ -215,7 +215,7 @@ def run(campaign: Campaign, sources: Sequence[Source], seed: int, threads: int |
     stages.expect(2)
     band = replay.plant.band
     stages.done(f"{len(replay.plant.units)} recordings at {band.rate:.0f} Hz, band {band.motion:.0f} Hz")
-    calibrated = fit(replay, nominal(setup))
+    calibrated = multistart(replay, nominal(setup))
     stages.done("calibrated the nominal model")
     floor = noise_floor(replay)
     rules = Rules(floor, NOISY * floor, groups(replay.plant, replay.layout))

@@ -11,7 +11,7 @@ from threadpoolctl import threadpool_limits
 from hdfast import files
 from hdfast.diagnosis import diagnose
 from hdfast.diagnosis.content import rejected
-from hdfast.diagnosis.fit import fit
+from hdfast.diagnosis.multistart import multistart
 from hdfast.diagnosis.session import nominal, set_up, usable
 from hdfast.health import check
 from hdfast.proof.rivals.ablations import ABLATIONS, without
@@ -40,7 +40,7 @@ def rival(name: str, campaign: str) -> dict[str, Any]:
         return rejected(health, 0, "")
     with threadpool_limits(1):
         setup = set_up(loaded, usable(health), None)
-        calibrated = fit(setup.replay, nominal(setup))
+        calibrated = multistart(setup.replay, nominal(setup))
         said = import_module(f"hdfast.proof.rivals.{name}").answer(setup, calibrated)
         return as_dict(said, setup, calibrated)
 

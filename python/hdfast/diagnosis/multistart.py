@@ -1,0 +1,55 @@
+"""The nominal model of a campaign, fitted from more than one start."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.stats import norm, qmc
+
+from hdfast.checks import Floats
+from hdfast.diagnosis.fit import fit
+from hdfast.diagnosis.fitted import Fit
+from hdfast.diagnosis.metric import Metric
+from hdfast.diagnosis.plant import Structure
+from hdfast.diagnosis.replay import Replay
+from hdfast.spring import COEFFICIENTS
+
+DRAWS = 64
+#: What makes the resonance of the load, which a fit may follow into a valley of its own.
+RESONANT = ("J_l", "B_l", "B_sp", *(name for names in COEFFICIENTS.values() for name in names))
+
+
+def multistart(replay: Replay, structure: Structure) -> Fit:
+    """The better of the fit from the centre of the priors and of that from the best of many draws of them.
+
+    A resonance that is stated beside the true one leaves a fit in a valley of its own: the vibration that is recorded
+    and the one that is simulated have nothing in common there, and damping makes them alike.
+
+    Args:
+        replay: recordings.
+        structure: the nominal model.
+    """
+    first = fit(replay, structure)
+    drawn = [j for j, name in enumerate(structure.names) if name in RESONANT]
+    if not drawn:
+        return first
+    metric = Metric.about(replay, first)
+    starts = np.tile(first.coordinates, (DRAWS, 1))
+    starts[:, drawn] = structure.start[drawn] + structure.sigma[drawn] * _normal(len(drawn))
+    costs = [
+        metric.cost(replay.layout, structure, *pair)
+        for pair in zip(starts, replay.mismatch(structure, starts), strict=True)
+    ]
+    best = int(np.argmin(np.where(np.isfinite(costs), costs, np.inf)))
+    if not np.isfinite(costs[best]):
+        return first
+    second = fit(replay, structure, starts[best], ahead=first)
+    return min(
+        first,
+        second,
+        key=lambda one: metric.cost(replay.layout, structure, one.coordinates, one.mismatch, one.stir),
+    )
+
+
+def _normal(dimensions: int) -> Floats:
+    """Standard normal points (DRAWS, dimensions), evenly spread and always the same."""
+    return np.asarray(norm.ppf(qmc.Sobol(dimensions, seed=0).random(DRAWS)))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -64,6 +65,17 @@ class Metric:
             return float(np.sum(half) + 0.5 * pull @ pull)
         noise = 0.5 * float(np.sum(self.of_columns(layout, stir.noise) ** 2))
         return float(np.sum(half) + 0.5 * stir.firmness @ pull**2) - noise
+
+    def best_start(self, replay: Replay, structure: Structure, starts: Floats) -> Floats | None:
+        """The start (P,) of several (M, P) that costs least; None where none can be simulated."""
+        pairs = zip(starts, replay.mismatch(structure, starts), strict=True)
+        costs = [self.cost(replay.layout, structure, *pair) for pair in pairs]
+        best = int(np.argmin(np.where(np.isfinite(costs), costs, np.inf)))
+        return np.asarray(starts[best]) if np.isfinite(costs[best]) else None
+
+    def best_fit(self, layout: Layout, fits: Sequence[Fit]) -> Fit:
+        """The fit that costs least."""
+        return min(fits, key=lambda one: self.cost(layout, one.structure, one.coordinates, one.mismatch, one.stir))
 
 
 def near(replay: Replay, scale: Floats) -> Floats:

@@ -35,19 +35,10 @@ def multistart(replay: Replay, structure: Structure) -> Fit:
     metric = Metric.about(replay, first)
     starts = np.tile(first.coordinates, (DRAWS, 1))
     starts[:, drawn] = structure.start[drawn] + structure.sigma[drawn] * _normal(len(drawn))
-    costs = [
-        metric.cost(replay.layout, structure, *pair)
-        for pair in zip(starts, replay.mismatch(structure, starts), strict=True)
-    ]
-    best = int(np.argmin(np.where(np.isfinite(costs), costs, np.inf)))
-    if not np.isfinite(costs[best]):
+    best = metric.best_start(replay, structure, starts)
+    if best is None:
         return first
-    second = fit(replay, structure, starts[best], ahead=first)
-    return min(
-        first,
-        second,
-        key=lambda one: metric.cost(replay.layout, structure, one.coordinates, one.mismatch, one.stir),
-    )
+    return metric.best_fit(replay.layout, [first, fit(replay, structure, best, ahead=first)])
 
 
 def _normal(dimensions: int) -> Floats:

@@ -201,8 +201,7 @@ def _try(
         return Trial(candidate, current, gain(replay, current, current, rules.folds), (NO_MODEL,))
     fits = [fit(replay, structure, starts[0], None if contained else current)]
     fits += [fit(replay, structure, start, fits[0], fits[0]) for start in starts[1:]]
-    metric = Metric.about(replay, current)
-    joint = min(fits, key=lambda one: metric.cost(replay.layout, structure, one.coordinates, one.mismatch, one.stir))
+    joint = Metric.about(replay, current).best_fit(replay.layout, fits)
     gained = gain(replay, joint, current, rules.folds)
     return Trial(candidate, joint, gained, failed_rules(replay, joint, current, candidate, gained, rules, seen))
 
@@ -229,11 +228,9 @@ def _starts(
     starts = []
     for base in bases:
         tried = np.concatenate([base - np.array(given), np.array(added)], axis=1)
-        found = replay.mismatch(structure, tried)
-        costs = [metric.cost(replay.layout, structure, *pair) for pair in zip(tried, found, strict=True)]
-        best = int(np.argmin(np.where(np.isfinite(costs), costs, np.inf)))
-        if np.isfinite(costs[best]):
-            starts.append(tried[best])
+        best = metric.best_start(replay, structure, tried)
+        if best is not None:
+            starts.append(best)
         elif not starts:
             return []
     return starts

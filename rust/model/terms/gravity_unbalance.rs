@@ -13,12 +13,12 @@ impl Term for GravityUnbalance {
         place: Place::Load,
         bases: Base::ALL,
         description: "Weight of a payload off the output axis, in phase with the output angle.",
-        equation: "tau_load += T_g sin(theta_l + psi), T_g = m g r",
+        equation: "tau_load += T_w sin(theta_l + psi), T_w = m g r",
         source: "pendulum; 3e-6 to 3e-4 rad of windup",
         amplitude: "T_gravity",
         parameters: &[
             TermParameter::new("T_gravity", "N m", "weight times lever")
-                .symbol("T_g")
+                .symbol("T_w")
                 .size_25(2.0, 0.1, 10.0)
                 .within(0.0, f64::INFINITY),
             TermParameter::phase("psi", "angle of the payload at theta_l = 0"),

@@ -13,8 +13,8 @@ impl Term for LoadDependentFriction {
         id: "load_dependent_friction",
         place: Place::Mesh,
         bases: Base::ALL,
-        description: "Dry friction in proportion to the gear torque, with shares of their own for driving and back- \
-            driving; sticks truly.",
+        description: "Dry friction in proportion to the gear torque, with shares of their own for driving and \
+            back-driving; sticks truly.",
         equation: "tau_fm += (c / i) abs(T_g) sgn(omega_m), c = c_drive where T_g omega_m > 0, else c_back",
         source: "share from the catalogue efficiency of 0.77 at 67 N m, about half of the loss load-dependent; \
             Shi, Yin, Li 2022",

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 import small_campaign
 from hdfast.diagnosis import diagnose, prove, session
-from hdfast.diagnosis.accept import sizeable
+from hdfast.diagnosis.accept import sizeable, special
 from hdfast.diagnosis.candidate import Candidate
 from hdfast.diagnosis.extended import extended_model
 from hdfast.diagnosis.fitted import Fit
@@ -24,6 +24,7 @@ from hdfast.diagnosis.score import Gain
 from hdfast.diagnosis.screen import Screen, Signature
 from hdfast.diagnosis.select import Round, Search, Trial
 from hdfast.diagnosis.session import set_up_usable
+from hdfast.diagnosis.shapes import in_every_sensor, positive
 from hdfast.diagnosis.stages import Stages
 from hdfast.diagnosis.stir import Stir
 from hdfast.errors import InputError
@@ -499,3 +500,15 @@ def test_exact_a_stiff_coupling_is_named_though_a_refit_follows_the_resonance_it
     found = diagnose(small_campaign.write(tmp_path, ["load_compliance"], coupling))
     assert [one["effect"] for one in found.effects] == ["load_compliance"]
     assert 0.6 < found.effects[0]["parameters"]["K_c"]["value"] / coupling["K_c"] < 1.2
+
+
+@pytest.mark.parametrize(("factor", "at_its_bound"), [(1.1, False), (30.0, True)])
+def test_exact_a_filter_that_is_unlike_the_others_is_at_its_bound(factor, at_its_bound):
+    """Its bound is of how many times as long it is as the first one, which is a millisecond."""
+    own = replace(
+        in_every_sensor("sensor_lowpass", ("motor_torque", "load_angle"), positive("tau_s", 1e-3, "s", high=1.0)),
+        contains=("actuator_lag",),
+    )
+    assert {free.unit for free in own.free} == {"s"}
+    fitted = SimpleNamespace(structure=SimpleNamespace(names=list(own.names)), coordinates=np.log([1e-3, factor]))
+    assert special(own, fitted) == at_its_bound

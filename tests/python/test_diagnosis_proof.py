@@ -201,6 +201,8 @@ def test_exact_what_is_refused_goes_and_what_holds_without_it_stays(tmp_path, mo
     assert refused == ["te_harmonic"]
     assert (rounds[0].accepted is None) == (first == "te_harmonic")
     assert [one["effect"] for one in found.effects] == ["coulomb_friction"]
+    session = found.evidence.session
+    assert list(session.shown.values()) == [session.proof.gain.limited]
     told = found.to_dict()["fit"]["heldout"]["channels"]["motor_torque"]
     assert told["extended_nrmse"] < 0.1 * told["baseline_nrmse"]
 
@@ -223,7 +225,9 @@ def test_exact_effects_that_do_not_hold_beside_the_others_go_one_by_one(monkeypa
     monkeypatch.setattr(beside, "_steps", steps)
     monkeypatch.setattr(beside, "whole_proof", lambda held, found: found.final)
     replay = SimpleNamespace(commanded=lambda final: None)
-    found, proof, lessers = beside.beside(replay, None, Search(rounds, "all", trials), "all", 0.1)
+    sequence = Search(rounds, "all", trials), "all", {"a": 1.0, "b": 2.0, "c": 3.0}
+    (found, proof, shown), lessers = beside.beside(replay, None, sequence, 0.1)
     assert [one.candidate.label for one in found.accepted] == ["b", "c"]
     assert (found.final, proof) == ("less a", "less a")
+    assert shown == {"b": 5.0, "c": 6.0}
     assert lessers == {"b": "less b", "c": "less c"}

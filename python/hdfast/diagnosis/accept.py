@@ -180,9 +180,10 @@ def special(candidate: Candidate, fitted: Fit) -> bool:
 
 
 def _at_bounds(candidate: Candidate, fitted: Fit) -> list[str]:
-    """The effect's own parameters that end at a bound."""
+    """The effect's own parameters that end at a bound; those of a multiple are of the factor."""
+    ends = dict(zip(fitted.structure.names, fitted.coordinates, strict=True))
     bounded = [free for free in candidate.free if not free.ends]
-    return [free.name for free in bounded if not free.low < fitted.value(free.name) < free.high]
+    return [free.name for free in bounded if not free.low < free.from_coordinate(ends[free.name]) < free.high]
 
 
 def _strained(joint: Fit, current: Fit, gained: Gain) -> list[str]:

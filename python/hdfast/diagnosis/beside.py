@@ -8,30 +8,29 @@ from functools import partial
 from hdfast.diagnosis.fitted import Fit
 from hdfast.diagnosis.holdout import Proof, replayed, weigh_up
 from hdfast.diagnosis.lesser import without_one
-from hdfast.diagnosis.prove import chance, margin_of, whole_proof
+from hdfast.diagnosis.prove import Proven, chance, margin_of, whole_proof
 from hdfast.diagnosis.replay import Replay
 from hdfast.diagnosis.score import folds_near, gain, noise_floor, nrmse
 from hdfast.diagnosis.select import Search, Trial
 from hdfast.diagnosis.together import side_by_side
 
 
-def beside(
-    replay: Replay, held: Replay, found: Search, proof: Proof, floor: float
-) -> tuple[Search, Proof, dict[str, Fit]]:
-    """The search without those of several effects that do not hold beside the others, its proof, and its lessers.
+def beside(replay: Replay, held: Replay, before: Proven, floor: float) -> tuple[Proven, dict[str, Fit]]:
+    """The search without those of several effects that do not hold beside the others, and its lessers.
 
     What an effect took on that came later is told by the whole model alone: beside it, the first may explain nothing.
 
     Args:
         replay: the recordings that were fitted.
         held: those that were held out.
-        found: the search, as far as it holds one effect after another.
-        proof: of it.
+        before: the search, as far as it holds one effect after another.
         floor: nrmse of the sensor noise.
 
     Returns:
-        Search and proof, and the final model without an effect, by its label; none where there is only one.
+        What is left, with the gains of its effects over the models before them, or beside the others where another one
+        has gone, and the final model without an effect, by its label; none where there is only one.
     """
+    found, proof, shown = before
     while len(found.accepted) > 1:
         seen = replay.commanded(found.final)
         trials = _of_their_own(found)
@@ -39,11 +38,13 @@ def beside(
         steps = _steps(seen, held, found, lessers, floor)
         failing = [one for one, step in steps.items() if not step.holds]
         if not failing:
-            return found, proof, {one.candidate.label: lesser for one, lesser in lessers.items()}
+            gains = {one.candidate.label: step.gain.limited for one, step in steps.items()}
+            return (found, proof, gains | shown), {one.candidate.label: lesser for one, lesser in lessers.items()}
         weakest = min(failing, key=lambda one: steps[one].gain.limited)
         found = found.less(weakest, lessers[weakest])
-        proof = whole_proof(held, found)
-    return found, proof, {}
+        proof, shown = whole_proof(held, found), {}
+    gains = {one.candidate.label: proof.gain.limited for one in found.accepted}
+    return (found, proof, gains | shown), {}
 
 
 def _of_their_own(found: Search) -> list[Trial]:

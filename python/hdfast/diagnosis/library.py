@@ -134,7 +134,7 @@ def _friction(s: Sizes) -> list[Candidate]:
         ),
         in_drive(
             "load_dependent_friction",
-            [positive("c_drive", 0.1, "1", high=1.0), multiple("c_back", "c_drive", sigma=0.5)],
+            [positive("c_drive", 0.1, "1", high=1.0), multiple("c_back", "c_drive", "1", sigma=0.5)],
         ),
         *(
             in_drive(

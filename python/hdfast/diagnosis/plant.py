@@ -47,8 +47,8 @@ class Free:
         positive: fitted as a logarithm.
         low, high: bounds of the value.
         unit: SI unit.
-        times: name of an earlier parameter of which this one is a multiple; value, sigma and bounds are then of the
-            factor.
+        times: name of an earlier parameter of the same unit of which this one is a multiple; value, sigma and bounds
+            are then of the factor.
         ends: whether it may end at a bound and mean something there, as a share that is nearly whole.
     """
 

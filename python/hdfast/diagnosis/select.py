@@ -231,8 +231,6 @@ def _starts(
         best = metric.best_start(replay, structure, tried)
         if best is not None:
             starts.append(best)
-        elif not starts:
-            return []
     return starts
 
 

@@ -59,7 +59,7 @@ class Session:
         baseline: the calibrated nominal model.
         search: rounds and result of the search.
         proof: baseline and extended model on held-out recordings, or None.
-        shown: gain of each accepted effect there over the model before it, by its label.
+        shown: gain of each accepted effect there, by its label.
         lessers: of several accepted effects, the final model without one, by its label.
         floor: nrmse of the sensor noise on the fitted recordings.
         weaker: sentence that says how held-out data were made when the campaign names none.
@@ -226,8 +226,7 @@ def run(campaign: Campaign, sources: Sequence[Source], seed: int, threads: int |
     shown: dict[str, float] = {}
     lessers: dict[str, Fit] = {}
     if held is not None:
-        found, proof, shown = proven(replay, held, found)
-        found, proof, lessers = beside(replay, held, found, proof, floor)
+        (found, proof, shown), lessers = beside(replay, held, proven(replay, held, found), floor)
     return Session(setup.campaign, replay, held, calibrated, found, proof, shown, lessers, floor, setup.weaker)
 
 

@@ -78,9 +78,9 @@ def signed(name: str, value: float, sigma: float, unit: str, *, low: float = -ma
     return Free(name, value, sigma, False, unit, low, high)
 
 
-def multiple(name: str, of: str, *, sigma: float, high: float = math.inf) -> Free:
-    """A parameter that is about as large as an earlier one of the same law, at most so many times."""
-    return Free(name, 1.0, sigma, True, "1", 0.0, high, times=of)
+def multiple(name: str, of: str, unit: str, *, sigma: float, high: float = math.inf) -> Free:
+    """A parameter that is about as large as an earlier one of the same law and unit, at most so many times."""
+    return Free(name, 1.0, sigma, True, unit, 0.0, high, times=of)
 
 
 def phase(name: str) -> Free:
@@ -114,7 +114,7 @@ def in_sensor(effect: str, channel: str, free: Iterable[Free], *, waves: tuple[s
 def in_every_sensor(effect: str, channels: Iterable[str], free: Free) -> Candidate:
     """An effect on the sensors of several channels that are of one make: to a tenth of the same size."""
     first, *others = [in_sensor(effect, channel, [free]) for channel in channels]
-    tied = [multiple(one.names[0], first.names[0], sigma=ALIKE, high=MOST_UNLIKE) for one in others]
+    tied = [multiple(one.names[0], first.names[0], free.unit, sigma=ALIKE, high=MOST_UNLIKE) for one in others]
     fixed = {name: value for one in (first, *others) for name, value in one.fixed.items()}
     sensors = tuple(pair for one in (first, *others) for pair in one.sensors)
     return replace(first, sensors=sensors, free=(*first.free, *tied), fixed=fixed, shape="on every channel")

@@ -6,6 +6,7 @@ import json
 
 import numpy as np
 import pytest
+from hdfast.errors import InputError
 from hdfast.proof.bridge import cases, controls
 from hdfast.proof.bridge.detectable import detectable
 from hdfast.proof.bridge.injections import INJECTIONS
@@ -46,6 +47,15 @@ def recorded(seed, role):
 def machine():
     ones = (recorded(1, "fit"), recorded(2, "fit"), recorded(3, "heldout"))
     return Machine(SECTIONS, ones, ("coulomb_friction",), (), RATIO, 100.0)
+
+
+def test_exact_a_folder_of_other_cases_is_left_alone(tmp_path):
+    (tmp_path / "cases").mkdir()
+    (tmp_path / "cases" / "mine.csv").write_text("t\n")
+    (tmp_path / "campaign.toml").touch()
+    with pytest.raises(InputError, match="not of a set of cases"):
+        cases.make(Folders(tmp_path), [tmp_path / "campaign.toml"], 1, lambda *_: None)
+    assert (tmp_path / "cases" / "mine.csv").exists()
 
 
 def injection(effect, channel="motor_torque"):

@@ -132,6 +132,26 @@ def test_exact_a_killed_run_goes_on_with_the_cases_that_are_left(folders):
     assert [c["outcome"] for c in again["cases"]] == [c["outcome"] for c in first["cases"]]
 
 
+@pytest.mark.parametrize("changed", ["limit", "build"])
+def test_exact_another_tool_does_not_go_on(folders, monkeypatch, changed):
+    judge(folders)
+    (folders.answers("diagnose") / "a1" / tool.OUTCOME).unlink()
+    (folders.sealed / seal.OPENED).unlink()
+    if changed == "build":
+        monkeypatch.setattr(tool, "fingerprint", lambda: "another")
+    with pytest.raises(seal.SealError, match="of another build, command or time limit"):
+        judge(folders, limit=4.0 if changed == "limit" else 3.0)
+    assert not (folders.answers("diagnose") / "a1" / tool.OUTCOME).exists()
+
+
+def test_exact_an_opened_set_takes_no_further_answers(folders):
+    others = [Contender("other", "the same again", command(folders), rival=True)]
+    judge(folders, others, shared=2)
+    with pytest.raises(seal.SealError, match="takes no further answers"):
+        judge(folders, others)
+    assert sorted(path.name for path in folders.answers("other").iterdir()) == ["a1", "b2"]
+
+
 def test_exact_changed_data_stops_the_run(folders):
     (folders.cases / "a1" / "campaign.toml").write_text("# named\n")
     with pytest.raises(seal.SealError):

@@ -126,6 +126,32 @@ def test_exact_part_of_a_set_earns_its_share():
     assert (case.outcome, case.utility) == ("partly", 0.5)
 
 
+def test_exact_what_a_set_leaves_unnamed_is_a_failure_and_a_name_counts_once():
+    label = made.label("set", ["hysteresis", "backlash"])
+    card = score({"x": label}, {"x": Answer("", made.verdict("found", ["backlash", "backlash"]))})
+    assert [f["failure"] for f in card.failures] == ["hysteresis missed"]
+    assert made.by_name(card)["sets: precision"].value == 1.0
+    weak = made.label("set", ["hysteresis", "backlash"], strength=1.2)
+    assert score({"x": weak}, {"x": Answer("", made.verdict("found", ["backlash"]))}).failures == []
+
+
+@pytest.mark.parametrize(("where", "outcome"), [({}, "right"), ({"memory": "fading"}, "missed")])
+def test_exact_a_dependence_is_right_in_variable_and_memory(where, outcome):
+    said = made.verdict("depends_on", ["unknown"], **{"memory": "none", "depends_on": ["load_phase"], **where})
+    assert judge("x", made.label("outside", ["outside_detent"]), Answer("", said)).outcome == outcome
+
+
+def test_exact_the_size_of_a_line_is_its_amplitude_and_no_order():
+    label = made.label("single", ["te_harmonic"])
+    label["effects"][0] |= {"amplitude": 5e-5, "true_parameters": {"order": 6.0}}
+    said = made.verdict("found", ["te_harmonic"])
+    waves = {"te_cos_6": {"value": 3.3e-5, "sigma": 1e-6}, "te_sin_6": {"value": 4.4e-5, "sigma": 1e-6}}
+    said["effects"][0]["parameters"] = {"order": {"value": 6.0, "sigma": 0.0}, **waves}
+    found = made.by_name(score({"x": label}, {"x": Answer("", said)}))
+    assert found["effect parameter"].value == pytest.approx(np.log(1.1))
+    assert found["effect parameter: 90 % interval"].value == 0.0
+
+
 def test_exact_below_detection_nothing_is_missed():
     case = judge("x", made.label("single", ["backlash"], strength=0.7), Answer("", made.verdict("no_evidence")))
     assert (case.outcome, case.utility) == ("abstained", 0.0)
@@ -160,6 +186,12 @@ def test_exact_overlap_of_windows():
         ({"effects": None}, "effects = None"),
         ({"where": "motor"}, "where = 'motor'"),
         ({"where": {"orders": [None]}}, "orders = [None]"),
+        ({"where": {"windows": [["a", 1, "x"]]}}, "windows = [['a', 1, 'x']]"),
+        ({"where": {"windows": [[0.0, 1.0]]}}, "windows = [[0.0, 1.0]]"),
+        ({"where": {"orders": [float("nan")]}}, "NaN"),
+        ({"fit": {"heldout": ["x"]}}, "heldout = ['x']"),
+        ({"fit": {"heldout": {"channels": {"te": 1.0}}}}, "heldout"),
+        ({"masking": [{"parameter": ["B_m"]}]}, "masking"),
         ({"masking": None}, "masking = None"),
         ({"masking": ["B_m"]}, "masking = ['B_m']"),
         ({"effects": [{"effect": "delay", "probability": 0.9, "rivals": None}]}, "rivals = None"),

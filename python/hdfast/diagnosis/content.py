@@ -133,7 +133,7 @@ def as_dict(verdict: Verdict, health: Health, seed: int, version: str) -> dict[s
 def _effect(one: Standing, verdict: Verdict, sigma: Mapping[str, float]) -> dict[str, Any]:
     final = verdict.session.search.final
     candidate = one.trial.candidate
-    seen = next(r for r in verdict.session.search.rounds if r.accepted is one.trial)
+    seen = verdict.session.search.round_of(one.trial)
     prefixes = [f"{channel}_{effect}_" for effect, channel in candidate.sensors] or [f"{candidate.law}_"]
     values = {**candidate.fixed, **{name: final.value(name) for name in final.structure.names}}
     units = {free.name: free.unit for free in final.structure.free}
@@ -228,18 +228,18 @@ def _fit(verdict: Verdict) -> dict[str, Any]:
             "baseline_nrmse": nrmse(layout, session.baseline.mismatch),
             "extended_nrmse": nrmse(layout, extended.mismatch),
             "noise_floor_nrmse": session.floor,
-            "channels": _channels(session.replay, session.baseline.mismatch, extended.mismatch),
+            "channels": by_channel(session.replay, session.baseline.mismatch, extended.mismatch),
         },
         "heldout": {
             "baseline_nrmse": proof.baseline if proof else None,
             "extended_nrmse": proof.extended if proof else None,
             "noise_floor_nrmse": proof.floor if proof else None,
-            "channels": _channels(session.held, *proof.mismatch) if proof and session.held else {},
+            "channels": by_channel(session.held, *proof.mismatch) if proof and session.held else {},
         },
     }
 
 
-def _channels(replay: Replay, before: Floats, after: Floats) -> dict[str, dict[str, float]]:
+def by_channel(replay: Replay, before: Floats, after: Floats) -> dict[str, dict[str, float]]:
     """Errors by channel, the corner of the low-pass through which they are seen, and what an error of 1 stands for."""
     return {
         channel: {

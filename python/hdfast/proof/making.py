@@ -18,6 +18,7 @@ from hdfast import files
 from hdfast.errors import require_package
 from hdfast.proof import seal
 from hdfast.proof.folders import Folders
+from hdfast.proof.generator import VERSION
 from hdfast.proof.generator.recipe import Bench, Recipe
 
 PARTS = "parts"
@@ -39,7 +40,7 @@ def make(folders: Folders, count: int, seed: int, workers: int, step: Callable[[
         MissingPackageError: numba is not installed.
         SealError: the folder holds another set.
     """
-    seal.same_plan(folders.sealed, folders.seal, {"cases": count, "seed": seed})
+    seal.same_plan(folders.sealed, folders.seal, {"cases": count, "seed": seed, "version": VERSION})
     if folders.seal.exists():
         return
     recipes = _plan(count, seed)

@@ -16,9 +16,9 @@ from hdfast.proof.folders import Folders
 from hdfast.proof.making import MOST_CASES
 from hdfast.proof.rivals.table import Contender
 from hdfast.proof.score import ScoreCard, comparison, score
-from hdfast.proof.tool import DIAGNOSE, LIMIT, answer_all, read_answers
+from hdfast.proof.tool import DIAGNOSE, LIMIT, answer_all, read_answers, same_tool, unanswered
 
-PROOF, TABLE, PAGE, ANSWERS = "proof.json", "RESULTS.md", "index.html", "answers.json"
+PROOF, TABLE, PAGE, ANSWERS, TOOL = "proof.json", "RESULTS.md", "index.html", "answers.json", "tool.json"
 OWN = "diagnose"
 LIMITATIONS = (
     "The generator has other inertias, another integrator and other laws than the engine, but it stands in the same "
@@ -89,6 +89,11 @@ def judge(
     tools = {name: tool} | {one.name: one.command for one in others}
     names = {each: folders.names if each == name else folders.names[:shared] for each in tools}
     seal.verify_data(folders.cases, folders.seal)
+    for each, command in tools.items():
+        if left := unanswered(names[each], folders.answers(each)):
+            seal.still_closed(folders.sealed, each)
+            note = files.prepare(folders.answers(each).parent) / f"{each}-{TOOL}"
+            same_tool(note, command, limit, begun=len(left) < len(names[each]))
     for each, command in tools.items():
         part = "answers" if each == name else each
         answer_all(folders.cases, names[each], folders.answers(each), workers, command, limit, partial(step, part))

@@ -92,6 +92,17 @@ def verify_labels(sealed: Path, public: Path) -> dict[str, Any]:
     return labels
 
 
+def still_closed(sealed: Path, tool: str) -> None:
+    """Check that no answers of a tool have been scored: further ones would never be.
+
+    Raises:
+        SealError: the set was opened for this tool.
+    """
+    marker = sealed / OPENED
+    if marker.exists() and tool in _read(marker):
+        raise SealError(f"{sealed}: opened before, for other cases of {tool}; it takes no further answers")
+
+
 def open_once(sealed: Path, public: Path, tool: str, answers: Path) -> dict[str, Any]:
     """Open the labels for the answers of one tool; the same answers may be scored again, others never.
 

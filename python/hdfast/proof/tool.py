@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 import os
 import shutil
@@ -16,12 +17,15 @@ from concurrent.futures import CancelledError, ThreadPoolExecutor, as_completed
 from contextlib import suppress
 from pathlib import Path
 
+import hdfast
 from hdfast import files
 from hdfast.proof.score import Answer, read_answer
+from hdfast.proof.seal import SealError
 
 LIMIT = 120.0
 POLL = 0.2
 OUTCOME = "outcome.json"
+CODE = (".py", ".so", ".pyd")
 COMMAND = "import sys; from hdfast.cli import main; sys.exit(main())"
 DIAGNOSE = (sys.executable, "-c", COMMAND, "diagnose", "{campaign}", "--out", "{out}", "--quiet")
 ACCEPTED_CODES = (0, 1)
@@ -42,7 +46,7 @@ def answer_all(
         limit: wall time per case [s].
         step: told after every case how many of how many are done.
     """
-    left = [name for name in names if not (answers / name / OUTCOME).exists()]
+    left = unanswered(names, answers)
     done = len(names) - len(left)
     step(done, len(names))
     stop = threading.Event()
@@ -56,6 +60,39 @@ def answer_all(
             stop.set()
             pool.shutdown(cancel_futures=True)
             raise
+
+
+def unanswered(names: Sequence[str], answers: Path) -> list[str]:
+    """The cases without an outcome."""
+    return [name for name in names if not (answers / name / OUTCOME).exists()]
+
+
+def same_tool(note: Path, tool: Sequence[str], limit: float, *, begun: bool) -> None:
+    """Note who answers, or check that it is who has begun.
+
+    Args:
+        note: file beside the answers.
+        tool: command with places.
+        limit: wall time per case [s].
+        begun: whether there are answers.
+
+    Raises:
+        SealError: they are of another build, command or limit.
+    """
+    own = {"command": [Path(tool[0]).name, *tool[1:]], "limit": limit, "build": fingerprint()}
+    if not begun:
+        files.write_json(note, own)
+    elif not note.exists() or json.loads(note.read_text(encoding="utf-8")) != own:
+        raise SealError(f"{note}: the answers there are of another build, command or time limit (give another --out)")
+
+
+def fingerprint() -> str:
+    """SHA-256 of the code of this package, in hexadecimal."""
+    root = Path(hdfast.__file__).parent
+    found = hashlib.sha256()
+    for path in sorted(one for one in root.rglob("*") if one.suffix in CODE):
+        found.update(path.relative_to(root).as_posix().encode() + b"\0" + path.read_bytes())
+    return found.hexdigest()
 
 
 def answer(case: Path, out: Path, tool: Sequence[str], limit: float, stop: threading.Event) -> None:

@@ -99,7 +99,8 @@ def markdown(proof: dict[str, Any]) -> str:
 
 
 def _markdown_table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:
-    return [f"| {' | '.join(row)} |" for row in (header, ["---"] * len(header), *rows)]
+    cells = ([cell.replace("|", "\\|") for cell in row] for row in (header, ["---"] * len(header), *rows))
+    return [f"| {' | '.join(row)} |" for row in cells]
 
 
 def _machine(proof: dict[str, Any]) -> str:

@@ -17,8 +17,8 @@ from hdfast.diagnosis.plant import TORQUE_SCALE
 from hdfast.diagnosis.prepare import Unit
 from hdfast.diagnosis.session import Session
 from hdfast.errors import InputError
-from hdfast.recordings import Campaign, load_campaign
-from hdfast.recordings.campaign import CampaignRecording
+from hdfast.health import check
+from hdfast.recordings import Campaign, Recording, load_campaign
 
 KEPT = ("title", "drive", "kinematic_error", "terms", "controller", "sensors")
 REST_OF = {"motor_torque": "motor_torque", "load_angle": "te", "output_torque": "output_torque"}
@@ -108,18 +108,22 @@ def calibrated(path: Path) -> Machine:
 
 def _recordings(campaign: Campaign, session: Session, scale: float) -> tuple[Recorded, ...]:
     found = []
-    by_name = {recording.name: recording for recording in campaign.recordings}
+    begun = {recording.name: recording.started_at_s for recording in campaign.recordings}
+    checked = {item.name: item.recording for item in check(campaign) if item.recording is not None}
     final = session.search.final
     for replay in (session.replay, session.held):
         if replay is None:
             continue
         rests = replay.plant.mismatch(final.structure, final.coordinates[None])
         for unit, rest in zip(replay.plant.units, rests, strict=True):
-            found.append(_recorded(by_name[unit.name], unit, {name: own[0] for name, own in rest.items()}, scale))
+            left = {name: own[0] for name, own in rest.items()}
+            found.append(_recorded(checked[unit.name], begun[unit.name], unit, left, scale))
     return tuple(found)
 
 
-def _recorded(recording: CampaignRecording, unit: Unit, rest: Mapping[str, Floats], scale: float) -> Recorded:
+def _recorded(
+    recording: Recording, started_at_s: float, unit: Unit, rest: Mapping[str, Floats], scale: float
+) -> Recorded:
     columns = {name: np.array(values) for name, values in recording.columns.items()}
     columns["motor_torque"] = scale * columns["motor_torque"]
     clock = columns["t"] - unit.offset
@@ -130,6 +134,6 @@ def _recorded(recording: CampaignRecording, unit: Unit, rest: Mapping[str, Float
         known["load_angle"] = -known["load_angle"]
     within = np.clip(clock, unit.t[0], unit.t[-1])
     return Recorded(
-        columns, unit.role, unit.group, recording.started_at_s, spline(within), spline(within, 1), spline(within, 2),
+        columns, unit.role, unit.group, started_at_s, spline(within), spline(within, 1), spline(within, 2),
         known,
     )  # fmt: skip

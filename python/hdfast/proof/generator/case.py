@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.random import Generator
 
-from hdfast.proof.generator import sensors, stepping
+from hdfast.proof.generator import VERSION, sensors, stepping
 from hdfast.proof.generator.campaign_file import measured, write_case
 from hdfast.proof.generator.certificate import angle_share, hiding, likeness
 from hdfast.proof.generator.effects import EFFECTS, Drive
@@ -25,7 +25,6 @@ from hdfast.proof.generator.rig import Rig, draw_rig
 from hdfast.proof.generator.sizing import QUIETEST, UNDETECTABLE, Sized, follow, length, sketch, swallowed, together
 from hdfast.proof.generator.truth import refitted
 
-VERSION = "9"
 ATTEMPTS = 40
 ABSORBED_RATIO, ABSORBED_LOW, ABSORBED_HIGH = 1.15, 0.05, 0.30
 UNDECIDABLE, STRANGE = 0.98, 0.95

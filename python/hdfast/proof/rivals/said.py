@@ -8,6 +8,7 @@ from importlib.metadata import version
 from typing import Any
 
 from hdfast.diagnosis.candidate import Candidate
+from hdfast.diagnosis.content import by_channel
 from hdfast.diagnosis.facts import FACTS
 from hdfast.diagnosis.fitted import Fit
 from hdfast.diagnosis.holdout import Proof, replayed, weigh_up
@@ -66,6 +67,7 @@ def as_dict(said: Said, setup: Setup, calibrated: Fit) -> dict[str, Any]:
                 "baseline_nrmse": _finite(proof.baseline) if proof else None,
                 "extended_nrmse": _finite(proof.extended) if proof else None,
                 "noise_floor_nrmse": proof.floor if proof else None,
+                "channels": _by_channel(setup.held, proof) if proof and setup.held else {},
             },
         },
         "masking": [],
@@ -73,6 +75,13 @@ def as_dict(said: Said, setup: Setup, calibrated: Fit) -> dict[str, Any]:
         "next_experiment": None,
         "seed": 0,
         "version": version("hdfast"),
+    }
+
+
+def _by_channel(held: Replay, proof: Proof) -> dict[str, dict[str, float | None]]:
+    return {
+        channel: {key: _finite(value) for key, value in own.items()}
+        for channel, own in by_channel(held, *proof.mismatch).items()
     }
 
 

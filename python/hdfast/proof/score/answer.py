@@ -76,13 +76,17 @@ def read_answer(folder: Path, seconds: float = 0.0, fault: str = "", detail: str
     if fault:
         return Answer(fault, seconds=seconds, detail=detail)
     try:
-        verdict = json.loads((folder / "verdict.json").read_text(encoding="utf-8"))
+        verdict = json.loads((folder / "verdict.json").read_text(encoding="utf-8"), parse_constant=_refuse)
     except FileNotFoundError:
         return Answer("missing", seconds=seconds, detail="no verdict.json")
     except (OSError, ValueError) as error:
         return Answer("invalid", seconds=seconds, detail=str(error))
     complaint = complain(verdict)
     return Answer("invalid", seconds=seconds, detail=complaint) if complaint else Answer("", verdict, seconds)
+
+
+def _refuse(constant: str) -> None:
+    raise ValueError(f"{constant} is no JSON")
 
 
 def complain(verdict: Any) -> str:
@@ -100,14 +104,28 @@ def complain(verdict: Any) -> str:
     complaints = [_of_effect(effect) for effect in verdict["effects"]]
     if any(complaints):
         return next(filter(None, complaints))
-    if not all(isinstance(row, dict) and "parameter" in row for row in verdict["masking"]):
+    if not all(isinstance(row, dict) and isinstance(row.get("parameter"), str) for row in verdict["masking"]):
         return f"masking = {shorten(verdict['masking'])}"
-    orders = (verdict["where"] or {}).get("orders") or []
-    if not isinstance(orders, list) or not all(isinstance(order, int | float) for order in orders):
-        return f"where: orders = {shorten(orders)}"
+    where, heldout = verdict["where"] or {}, (verdict["fit"] or {}).get("heldout") or {}
+    for key, fits in (("orders", _is_number), ("windows", _is_window)):
+        listed = where.get(key) or []
+        if not isinstance(listed, list) or not all(map(fits, listed)):
+            return f"where: {key} = {shorten(listed)}"
+    channels = heldout.get("channels") or {} if isinstance(heldout, dict) else None
+    if not isinstance(channels, dict) or not all(isinstance(own, dict) for own in channels.values()):
+        return f"fit: heldout = {shorten(heldout)}"
     if verdict["verdict"] in CLAIMS and not verdict["effects"]:
         return f"{verdict['verdict']} without an effect"
     return ""
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, int | float)
+
+
+def _is_window(value: Any) -> bool:
+    """Begin and end [s], and the recording."""
+    return isinstance(value, list) and len(value) == 3 and all(map(_is_number, value[:2])) and isinstance(value[2], str)
 
 
 def _of_effect(effect: Any) -> str:

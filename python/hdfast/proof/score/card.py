@@ -9,7 +9,7 @@ from typing import Any
 
 from hdfast.proof.score import confidence, identification, localisation, parameters
 from hdfast.proof.score.answer import Answer
-from hdfast.proof.score.judge import ABSTAINED, MISSED, Case, judge
+from hdfast.proof.score.judge import ABSTAINED, MISSED, PARTLY, Case, judge
 from hdfast.proof.score.value import Score
 
 UNAVAILABLE = {
@@ -69,6 +69,8 @@ def failure(case: Case) -> dict[str, Any]:
         kind = {"late": "time-out", "crashed": "crash"}.get(case.answer.fault, "invalid answer")
     elif case.outcome in (MISSED, ABSTAINED):
         kind = case.outcome
+    elif case.outcome == PARTLY:
+        kind = f"{', '.join(case.unnamed)} missed"
     else:
         kind = "false alarm" if case.stratum == "null" else "wrong name"
     minor = {n["id"] for n in case.label.get("nuisance", [])}

@@ -70,7 +70,7 @@ def _sets(cases: list[Case]) -> list[Score]:
     sets = [c for c in cases if c.stratum == "set"]
 
     def precision(chosen: list[Case]) -> float:
-        said = sum(len(c.answer.named) for c in chosen)
+        said = sum(len(set(c.answer.named)) for c in chosen)
         return sum(len(set(c.answer.named) & set(c.ids)) for c in chosen) / said if said else float("nan")
 
     def recall(chosen: list[Case]) -> float:
@@ -90,16 +90,11 @@ def _showable(case: Case) -> set[str]:
 
 def _outside(cases: list[Case]) -> list[Score]:
     chosen = [c for c in cases if c.stratum == "outside"]
-
-    def dependence(case: Case) -> bool:
-        where = case.answer.verdict.get("where") or {}
-        right = bool(set(where.get("depends_on") or []) & set(case.label["depends_on"]))
-        return case.answer.kind == "depends_on" and right and where.get("memory") == case.label["memory"]
-
     return [
         share("outside the list: not named", [not c.answer.named and not c.answer.fault for c in chosen], ">= 80 %",
               lambda v: v >= 0.8),
-        share("outside the list: variable and memory", [dependence(c) for c in chosen], ">= 60 %", lambda v: v >= 0.6),
+        share("outside the list: variable and memory", [c.depends_rightly for c in chosen], ">= 60 %",
+              lambda v: v >= 0.6),
     ]  # fmt: skip
 
 

@@ -57,10 +57,22 @@ class Case:
         return bool(self.answer.fault) or self.answer.kind in CLAIMS
 
     @property
+    def unnamed(self) -> list[str]:
+        """Ids in the label that are large enough to be named and are not."""
+        large = [e["id"] for e in self.label["effects"] if float(e["amplitude_over_mda"]) >= NAMED_FROM]
+        return [i for i in large if i not in self.answer.named]
+
+    @property
     def fails(self) -> bool:
         """Whether the answer is wrong or leaves unnamed what is large enough to be named."""
-        silent = self.outcome in (MISSED, ABSTAINED) and self.strength >= NAMED_FROM
-        return self.outcome == WRONG or silent
+        return self.outcome == WRONG or (self.outcome in (MISSED, ABSTAINED, PARTLY) and bool(self.unnamed))
+
+    @property
+    def depends_rightly(self) -> bool:
+        """Whether the answer is a dependence on the right variable, with the right memory."""
+        where = self.answer.verdict.get("where") or {}
+        right = bool(set(where.get("depends_on") or []) & set(self.label["depends_on"]))
+        return self.answer.kind == "depends_on" and right and where.get("memory") == self.label["memory"]
 
     @property
     def wrong_names(self) -> list[str]:
@@ -86,7 +98,7 @@ def _outcome(case: Case) -> str:
     if case.stratum == "outside":
         if answer.named:
             return WRONG
-        return RIGHT if answer.kind == "depends_on" else _silence(case)
+        return RIGHT if case.depends_rightly else _silence(case)
     if (
         case.twins
         and ids & answer.considered

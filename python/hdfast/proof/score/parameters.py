@@ -14,6 +14,8 @@ from hdfast.proof.score.value import Score, share, statistic
 
 NINETY = 1.6448536269514722
 WORSE = 1.02
+COUNTS = ("order", "pole_pairs")
+WAVE = ("te_cos_", "te_sin_")
 TRUTH, NOISE = "oracle_heldout", "noise_heldout"
 
 
@@ -44,13 +46,25 @@ def _median(values: list[float]) -> float:
 
 
 def _pair(case: Case) -> tuple[float, float, float] | None:
-    """Estimate, its sigma and the truth of the first parameter that both sides state."""
-    stated = case.answer.listed[0].get("parameters") or {}
-    for name, true in case.label["effects"][0]["true_parameters"].items():
-        entry = stated.get(name)
-        if isinstance(entry, dict) and isinstance(entry.get("value"), int | float):
-            return float(entry["value"]), float(entry.get("sigma") or 0.0), float(true)
-    return None
+    """Estimate, its sigma and the truth of the first parameter that both sides state and that is no count.
+
+    Of a line of the kinematic error, whose order alone is the same on both sides, it is the amplitude.
+    """
+    stated, effect = case.answer.listed[0].get("parameters") or {}, case.label["effects"][0]
+    known = {name: entry for name, entry in stated.items() if _is_known(entry)}
+    for name, true in effect["true_parameters"].items():
+        if name in known and name not in COUNTS:
+            return float(known[name]["value"]), float(known[name].get("sigma") or 0.0), float(true)
+    waves = [entry for name, entry in known.items() if name.startswith(WAVE)]
+    if len(waves) != 2 or "amplitude" not in effect:
+        return None
+    values, sigmas = (np.array([float(one.get(key) or 0.0) for one in waves]) for key in ("value", "sigma"))
+    size = float(np.linalg.norm(values))
+    return size, float(np.linalg.norm(values * sigmas)) / max(size, 1e-300), float(effect["amplitude"])
+
+
+def _is_known(entry: Any) -> bool:
+    return isinstance(entry, dict) and isinstance(entry.get("value"), int | float)
 
 
 def _effect_error(case: Case) -> float | None:

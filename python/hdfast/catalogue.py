@@ -66,13 +66,24 @@ def statuses() -> dict[int, Status]:
 
 @cache
 def methods() -> dict[str, dict[str, Any]]:
-    """Integration methods by name: order, order of the dense output, stages."""
+    """Integration methods by name: order, order of the dense output, stages, whether they know terms."""
     return {row["name"]: dict(row) for row in _core.methods()}
 
 
-def choose_method(method: object) -> str:
-    """The method's name with "auto" resolved."""
+def choose_method(method: object, *, terms: bool = False) -> str:
+    """The method's name with "auto" resolved.
+
+    Args:
+        method: name of a method.
+        terms: whether the model has some.
+
+    Raises:
+        InputError: an unknown method, or one that does not know terms.
+    """
     name = choose("method", method, ["auto", *methods()])
+    known = [one for one, row in methods().items() if row["terms"]]
+    if terms and name not in ("auto", *known):
+        raise InputError(f"method = {name!r} with terms (allowed: auto, {', '.join(known)})")
     return AUTO_METHOD if name == "auto" else name
 
 

@@ -151,7 +151,7 @@ class _Reader:
             self.correlation(tolerances),
             self.batch_size(),
             self.specs(),
-            self.run(),
+            self.run(model),
             self.trajectories(scenario.t_end),
             read_sensors(self.file),
             drive.effects,
@@ -233,13 +233,13 @@ class _Reader:
             found[metric] = self.file.guard(path, read_spec, metric, entry)
         return found
 
-    def run(self) -> Run:
+    def run(self, model: Model) -> Run:
         section = self.file.section("run")
         self.file.known(("run",), section, RUN_KEYS)
         readers: dict[str, Callable[[Any], Any]] = {
             "rows": lambda value: checks.whole("rows", value, 1, MAX_ROWS),
             "seed": lambda value: checks.whole("seed", value, 0, checks.MAX_SEED),
-            "method": lambda value: (catalogue.choose_method(value), value)[1],
+            "method": lambda value: (catalogue.choose_method(value, terms=bool(model.terms)), value)[1],
             "rtol": lambda value: checks.number("rtol", value, *RTOL),
             "atol": lambda value: checks.number("atol", value, *ATOL),
             "max_steps": lambda value: checks.whole("max_steps", value, 1, MAX_STEPS),

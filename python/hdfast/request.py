@@ -108,7 +108,7 @@ def prepare(
     observation = None if sensors is None else observe(sensors, readings, chosen, grids)
     stage = None if observation is None else observation.stage
     sampled, times = (chosen, grids) if observation is None else (observation.signals * 2, observation.grids)
-    automatic, method = method == "auto", catalogue.choose_method(method)
+    automatic, method = method == "auto", catalogue.choose_method(method, terms=bool(model.terms))
     directions = choose_directions(sensitivities, model, table, method, stage)
     numbers = len(quantities) + len(sampled) * max(map(len, times), default=0)
     _check_size(given.count, numbers, len(directions.names))

@@ -60,8 +60,9 @@ def sweep(
         sensitivities: names of parameters (scenario columns, parameters of terms and of sensors included) and of
             initial states (`initial_theta_m`, `initial_omega_m`, ...) with respect to which all numbers are
             differentiated, readings of the sensors included; with the methods auto, dop853 and rodas5p.
-        method: "auto", "bs3", "tsit5", "dopri5", "dop853" or, for stiff motions, "rodas5p". With terms, "auto" runs a
-            row by dop853 and starts it again with rodas5p where stability holds its steps down; `result.method` tells.
+        method: "auto", "bs3", "tsit5", "dopri5", "dop853" or, for stiff motions, "rodas5p". With terms, which bs3 and
+            dopri5 do not know, "auto" runs a row by dop853 and starts it again with rodas5p where stability holds its
+            steps down; `result.method` tells.
         rtol: relative tolerance, 1e-13 to 1e-1.
         atol: factor on the built-in absolute tolerances of the states, 1e-9 to 1e9.
         max_steps: steps after which a row is given up with the status "max_steps".

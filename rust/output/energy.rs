@@ -14,7 +14,7 @@ pub fn lost_in_terms<S: Scalar, const N: usize>(
     seat.integral(Mark::Begin, Mark::End, Integral::TermPower) - (after - before)
 }
 
-/// What the balance of energy lacks, as a share of the energy exchanged.
+/// What the balance of energy lacks, as a share of the energy exchanged; 0 where none is.
 pub fn residual<S: Scalar, const N: usize>(
     seat: &Seat<S, N>,
     retrace: &mut dyn Retrace<S, N>,
@@ -30,5 +30,5 @@ pub fn residual<S: Scalar, const N: usize>(
     let before = retrace.energies(seat, 0.0, &seat.initial).mechanical.plain();
     let change = retrace.energies(seat, end.0, end.1).mechanical.plain() - before;
     let exchanged = motor.abs().max(load.abs()).max(taken).max(change.abs());
-    (change - (motor - load - taken)).abs() / exchanged
+    if exchanged == 0.0 { 0.0 } else { (change - (motor - load - taken)).abs() / exchanged }
 }

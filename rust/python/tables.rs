@@ -9,6 +9,9 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
+/// Methods that are built for models with terms.
+const WITH_TERMS: [&str; 3] = [Tsit5::NAME, Dop853::NAME, Rodas5p::NAME];
+
 impl From<SetupError> for PyErr {
     fn from(error: SetupError) -> Self {
         PyValueError::new_err(error.to_string())
@@ -41,11 +44,9 @@ pub(super) fn layout_of(base: &str, spring: &str, orders: Vec<f64>, terms: &[Str
 }
 
 pub(super) fn method_of(name: &str, layout: &Layout) -> Result<MethodName, SetupError> {
-    if !layout.terms.on.is_empty() && !["tsit5", "dop853", "rodas5p"].contains(&name) {
-        return Err(SetupError::Range {
-            what: "method",
-            detail: format!("'{name}', allowed with terms: tsit5, dop853, rodas5p"),
-        });
+    if !layout.terms.on.is_empty() && !WITH_TERMS.contains(&name) {
+        let detail = format!("'{name}', allowed with terms: {}", WITH_TERMS.join(", "));
+        return Err(SetupError::Range { what: "method", detail });
     }
     match name {
         "bs3" => Ok(MethodName::Bs3),
@@ -92,6 +93,7 @@ pub fn methods(py: Python<'_>) -> PyResult<Vec<Bound<'_, PyDict>>> {
         item.set_item("order", T::ORDER)?;
         item.set_item("dense_order", T::DENSE_ORDER)?;
         item.set_item("stages", T::STAGES)?;
+        item.set_item("terms", WITH_TERMS.contains(&T::NAME))?;
         Ok(item)
     }
     Ok(vec![entry::<Bs3>(py)?, entry::<Tsit5>(py)?, entry::<Dopri5>(py)?, entry::<Dop853>(py)?, entry::<Rodas5p>(py)?])

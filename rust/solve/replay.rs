@@ -147,20 +147,22 @@ impl<'a, P: Path, M: Model<N>, T: Method, const N: usize> Replay<'a, P, M, T, N>
         let number = Lane::<P>::splat;
         let row = &seat.assignment.row;
         let c = &row.constants;
-        let (angle, speed) = match seat.segment().drive {
-            Drive::Motion { angle, .. } => (number(angle[0]), number(angle[1])),
+        let (angle, speed) = match (seat.segment().drive, seat.assignment.start) {
+            (Drive::Motion { angle, .. }, _) => (number(angle[0]), number(angle[1])),
+            (_, Start::ZeroAngle) => (number(0.0), number(0.0)),
             _ => (row.theta_m0, number(0.0)),
         };
+        let (error, slope) = self.kinematic_error(angle);
+        let follows = (c.inverse_ratio - slope) * speed;
         let mut full = match seat.assignment.start {
             Start::Given(full) => match seat.segment().drive {
                 Drive::Motion { .. } => [angle, speed, full[2] + (angle - full[0]) * c.inverse_ratio, full[3], full[4]],
                 _ => full,
             },
-            Start::ZeroAngle => [number(0.0); 5],
+            Start::ZeroAngle => [angle, speed, number(0.0), follows, number(0.0)],
             Start::Relaxed => {
-                let (error, slope) = self.kinematic_error(angle);
                 let windup = spring::windup_at(self.stepper.spring, c, seat.segment().load_torque(row).value);
-                [angle, speed, error + windup, (c.inverse_ratio - slope) * speed, number(0.0)]
+                [angle, speed, error + windup, follows, number(0.0)]
             }
         };
         let [theta_m, omega_m, theta_l, omega_l, z] = seat.assignment.initial_tangent;

@@ -411,3 +411,18 @@ def test_exact_a_mode_is_the_same_beside_orders():
         for metrics in (["mode_frequency_start"], ["order_2", "mode_frequency_start"])
     )
     assert alone.tobytes() == beside.tobytes()
+
+
+@pytest.mark.parametrize("base", ["two_inertia", "one_inertia"])
+def test_exact_an_imposed_motion_starts_where_it_is(sweep, base):
+    """Held still far from zero, a drive without initial windup stays still but for the kinematic error."""
+    t = np.linspace(0.0, 0.2, 9)
+    scenario = Scenario.motion(t, np.full(9, 5.0), initial="zero_angle")
+    found = sweep(one(parameters()), model=hdfast.Model(base), scenario=scenario, t_eval=t, signals=["theta_m", "te"])
+    np.testing.assert_allclose(found.samples["theta_m"][0], 5.0)
+    assert np.abs(found.samples["te"]).max() < 1e-3
+
+
+def test_exact_no_energy_exchanged_is_none_lost():
+    found = hdfast.sweep({}, scenario=Scenario.torque_profile([0.0, 1.0], [0.0, 0.0]), metrics=["energy_residual"])
+    assert found["energy_residual"][0] == 0.0

@@ -218,6 +218,16 @@ def test_exact_rows_that_fail_have_no_derivatives():
     assert result.final_state_sensitivities.shape == (3, 5, 2)
 
 
+def test_against_differences_of_friction_with_a_cusp_at_rest():
+    """The slope of a Stribeck law with an exponent below 1 is infinite at rest, where the drive begins."""
+    model, step = hdfast.Model(terms=["stribeck_friction"]), 1e-4
+    options = {"model": model, "metrics": ["te_rms"], "rtol": 1e-10, "scenario": START_STOP}
+    drive = {"stribeck_shape": 0.5, "J_l": [0.5, 0.5 + step, 0.5 - step]}
+    result = hdfast.sweep(drive, sensitivities=["J_l"], **options)
+    _, above, below = result["te_rms"]
+    assert result.metric_sensitivities["te_rms"][0, 0] == pytest.approx((above - below) / (2.0 * step), rel=1e-3)
+
+
 def test_exact_dataset_holds_the_derivatives():
     pytest.importorskip("xarray")
     result = hdfast.sweep({"J_l": [0.5, 0.4]}, sensitivities=["J_l", "K_p"], t_eval=[0.5, 1.0], metrics=["te_pp"])

@@ -200,6 +200,7 @@ WRONG = [
     ({"metrics": [3]}, "metrics = 3"),
     ({"method": "rk4"}, "method"),
     ({"method": None}, "method"),
+    ({"method": "dopri5", "model": hdfast.Model(terms=["backlash"])}, r"'dopri5' with terms \(allowed: auto, tsit5"),
     ({"rtol": 0.0}, "rtol = 0 is out of range"),
     ({"rtol": 1e-16}, "rtol"),
     ({"rtol": 1.0}, "rtol"),

@@ -41,7 +41,9 @@ impl Term for StribeckFriction {
     #[inline(always)]
     fn motor_friction<R: Real>(p: &[R], motion: &Motion<R>, dry: &mut Dry<R>, _hidden: Hidden<R>) {
         let [sliding, ratio, speed, shape] = [p[0], p[1], p[2], p[3]];
-        let power = (motion.omega_m.abs() / speed).powf(shape);
+        let pace = motion.omega_m.abs() / speed;
+        let cusp = pace.le(R::zero()) & shape.lt(R::splat(1.0));
+        let power = R::select(cusp, R::zero(), pace.powf(shape));
         let beyond = (dry.direction * motion.omega_m).lt(R::zero());
         let decay = (-R::select(beyond, -power, power)).exp();
         let excess = sliding * (ratio - R::splat(1.0));

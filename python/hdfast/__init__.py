@@ -1,7 +1,8 @@
 """Batch simulation of the torsional vibration of harmonic drives.
 
 `sweep` runs many rows of parameters, `simulate` one row with its trajectory; `params` lists the parameters,
-`Model` the choice of equations and `Scenario` what is done to the drive.
+`Model` the choice of equations and `Scenario` what is done to the drive. `diagnose` finds what the model of a drive
+leaves out of its recordings, `compare` and `calibrate` hold the two side by side and refit the model.
 """
 
 from __future__ import annotations
@@ -31,7 +32,10 @@ from hdfast.terms import terms
 __version__ = version("hdfast")
 
 __all__ = [
+    "Calibration",
+    "Comparison",
     "ConfigError",
+    "Diagnosis",
     "InputError",
     "Interrupted",
     "MissingPackageError",
@@ -42,8 +46,11 @@ __all__ = [
     "SweepResult",
     "Trajectory",
     "build_info",
+    "calibrate",
     "column",
+    "compare",
     "defaults",
+    "diagnose",
     "jacobian",
     "metrics",
     "params",
@@ -57,6 +64,8 @@ __all__ = [
 
 MODULES = ("bench", "health", "identify", "proof", "recordings", "reference", "sensors", "studies", "tolerance")
 ROOMS = {
+    "Calibration": "calibration",
+    "Comparison": "comparison",
     "Diagnosis": "diagnosis",
     "calibrate": "calibration",
     "compare": "comparison",

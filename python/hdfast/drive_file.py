@@ -158,7 +158,7 @@ class _Reader:
         if not isinstance(entry, dict):
             self.values[name] = self.file.guard(path, checks.finite, key, entry)
             return
-        self.file.known(path, entry, ("value", "sigma", "unit"))
+        self.file.known(path, entry, ("value", "sigma"))
         if "value" not in entry:
             raise self.file.error(path, f"{key} has no key 'value'")
         self.values[name] = self.file.guard(path, checks.finite, key, entry["value"])

@@ -150,7 +150,11 @@ def params(model: Model | None = None) -> ParameterTable:
 
 
 def defaults(rows: int, model: Model | None = None) -> Floats:
-    """A float64 array (rows, P) with the default drive in every row; columns as in `params(model)`."""
+    """A float64 array (rows, P) with the default drive in every row; columns as in `params(model)`.
+
+    Raises:
+        InputError: a negative number of rows, or more than the memory of this machine holds.
+    """
     count = checks.whole("rows", rows, 0, 2**40)
     values = params(model).defaults
     memory = checks.memory_limit()

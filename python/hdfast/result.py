@@ -42,6 +42,7 @@ class SweepResult:
         samples: arrays (M, T) by signal name, NaN beyond a row's grid or end; empty without t_eval.
         recorded: what the sensors read, arrays (M, T) by channel; empty without sensors.
         t_eval: the sample times [s] of each grid.
+        states: names of the S states.
         final_state: (M, S) last accepted state, columns as `states`.
         sensitivities: names of what derivatives were taken with respect to, W of them.
         metric_sensitivities: arrays (M, W) by metric name, derivatives in the metric's over the parameter's unit; NaN
@@ -57,7 +58,9 @@ class SweepResult:
         method: (M,) name of the method that ran the row.
         steps, rejected: (M,) accepted and rejected steps.
         time: (M,) time reached [s].
+        interrupted: whether Ctrl-C ended the sweep.
         seconds, threads, simd: how the sweep ran.
+        model, request: what was asked for.
     """
 
     def __init__(self, request: Request, raw: Mapping[str, Any]) -> None:

@@ -35,6 +35,7 @@ class Trajectory:
         status: name of the outcome, "finished" when all went well.
         message: the outcome in words, with a remedy when it failed.
         parameters: all parameter values by name.
+        scenario: what is done to the drive.
         result: the `SweepResult` of the single row.
     """
 
@@ -94,6 +95,7 @@ def simulate(
 
     Raises:
         InputError: the call cannot mean anything, or more than one row was given.
+        RowError: with strict, the row cannot be simulated.
     """
     for name in options:
         choose("option", name, OPTIONS)

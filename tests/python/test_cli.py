@@ -213,6 +213,22 @@ def test_exact_examples_of_bench_and_identify_fit_together(kind, capsys):
         assert text in capsys.readouterr().out
 
 
+def test_exact_bench_takes_dry_friction_from_the_file_and_names_what_it_leaves_out(small, tmp_path, capsys):
+    terms = '[[terms]]\neffect = "hysteresis"\n[[terms]]\neffect = "coulomb_friction"\nparameters = { T_c = 0.02 }\n'
+    small.write_text(small.read_text() + terms)
+    assert main(["bench", "coastdown", str(small), "--out", str(tmp_path / "own")]) == 0
+    assert "in the file, not in this test: hysteresis\n" in capsys.readouterr().out
+    for asked, level in (([], 0.02), (["--coulomb", "0.05"], 0.05)):
+        assert main(["bench", "coastdown", str(small), "--out", str(tmp_path / "own"), "--json", *asked]) == 0
+        said = json.loads(capsys.readouterr().out)
+        assert (said["truth"]["T_c"], said["left_out"]) == (level, ["hysteresis"])
+
+
+def test_exact_module_is_the_command():
+    found = subprocess.run([sys.executable, "-m", "hdfast", "--version"], capture_output=True, text=True, check=True)
+    assert hdfast.__version__ in found.stdout
+
+
 @pytest.mark.parametrize(
     ("arguments", "text"),
     [
@@ -233,6 +249,7 @@ def test_exact_examples_of_bench_and_identify_fit_together(kind, capsys):
         ),
         (["sweep", str(EXAMPLE), "--out", "/dev/null/x"], "cannot be written"),
         (["params", "--spring", "steel"], "steel"),
+        (["bench", "coastdown"], "FILE.toml"),
         (["params", "--terms", "coulom"], "did you mean 'coulomb_friction'? (see hdfast terms)"),
         (["terms", "back"], "did you mean 'backlash'?"),
     ],

@@ -13,6 +13,7 @@ from hdfast.bench import folder
 from hdfast.bench.rig import SENSORS, rig
 from hdfast.checks import MAX_SEED
 from hdfast.config import Config, load
+from hdfast.model import Model
 from hdfast.printing import json_text
 from hdfast.recordings import Recording
 from hdfast.sensors import SensorStage, encoder
@@ -21,13 +22,15 @@ NAME = "bench"
 TEXT = "Make the recordings a test rig would give of a known drive, through its sensors."
 EXAMPLE = "hdfast bench stiffness examples/shf-25-120.toml --out out/bench-stiffness"
 KINDS = {
-    "stiffness": "torque-windup loop at the locked input (quasi-static, with slip elements)",
+    "stiffness": "torque-windup loop at the locked input (quasi-static, the file's spring with slip elements)",
     "kinematic-error": "slow runs at constant speed in both directions",
     "startstop": "the file's scenario",
     "friction": "ladder of constant speeds (rigid, with dry friction)",
     "starting-torque": "slow torque ramps out of rest at twelve angles (rigid, with dry friction)",
     "coastdown": "coasting to rest (rigid, with dry friction)",
 }
+WHOLE = ("kinematic-error", "startstop")
+DRY, T_C, AT_REST = "coulomb_friction", 0.03, 4.0 / 3.0
 
 
 def arguments(command: argparse.ArgumentParser, whole: Callable[[str, int, int], Any]) -> None:
@@ -58,7 +61,9 @@ def arguments(command: argparse.ArgumentParser, whole: Callable[[str, int, int],
             part.add_argument("--speed-rpm", type=float, default=15.0, help="motor speed [r/min]")
             part.add_argument("--revolutions", type=whole("--revolutions", 1, 10**6), default=121, help="of the motor")
         elif kind != "startstop":
-            part.add_argument("--coulomb", type=float, default=0.03, help="Coulomb torque [N m]")
+            part.add_argument(
+                "--coulomb", type=float, help="Coulomb torque [N m; the file's, else 0.03]; at rest it is a third more"
+            )
 
 
 def run(options: argparse.Namespace) -> int:
@@ -71,12 +76,20 @@ def run(options: argparse.Namespace) -> int:
     drive = settings.nominal()
     path = folder.write(options.out, options.kind, recordings, truth, drive, sensors, options.seed, options.format)
     page = bench_page.write(options.kind, recordings, truth, path.parent, settings.text)
+    absent = _left_out(options.kind, settings.model)
     if options.json:
-        print(json_text({"kind": options.kind, "campaign": str(path), "truth": truth}))
+        print(json_text({"kind": options.kind, "campaign": str(path), "truth": truth, "left_out": absent}))
     elif not options.quiet:
         lines = [f"{item.name}: {len(item['t'])} samples, {', '.join(item.columns)}" for item in recordings]
+        lines += [f"in the file, not in this test: {', '.join(absent)}"] if absent else []
         print("\n".join([*lines, "", str(page), str(path), str(path.parent / folder.TRUTH)]))
     return 0
+
+
+def _left_out(kind: str, model: Model) -> list[str]:
+    """Terms of the file that the test does not simulate: the loop knows the spring, rigid tests dry friction."""
+    known = model.terms if kind in WHOLE else () if kind == "stiffness" else (DRY,)
+    return [term for term in model.terms if term not in known]
 
 
 def _sensors(options: argparse.Namespace, settings: Config) -> SensorStage:
@@ -119,7 +132,9 @@ def _record(
         return [bench.startstop(drive, model=model, scenario=settings.scenario, **shared)], nominal
     viscous = nominal["B_m"] + nominal["B_ml"] + nominal["B_l"] / nominal["ratio"] ** 2
     inertia = nominal["J_m"] + nominal["J_l"] / nominal["ratio"] ** 2
-    law = bench.FrictionLaw(T_c=options.coulomb, T_s=4.0 / 3.0 * options.coulomb, B=viscous)
+    stated = nominal[settings.table.canonical(f"{DRY}_T_c")] if DRY in model.terms else T_C
+    coulomb = stated if options.coulomb is None else options.coulomb
+    law = bench.FrictionLaw(T_c=coulomb, T_s=AT_REST * coulomb, B=viscous)
     truth = {**asdict(law), "inertia": inertia}
     if options.kind == "friction":
         return bench.friction(law, ratio=nominal["ratio"], **shared), truth

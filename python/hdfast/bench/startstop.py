@@ -37,6 +37,10 @@ def startstop(
         scenario: the inputs; default `Scenario.start_stop()`.
         sensors: the sensors; default `rig()`.
         seed: seed of noise and encoder positions.
+
+    Raises:
+        InputError: an argument cannot mean anything, or the drive does not come to the end of the scenario.
+        RowError: the drive cannot be simulated.
     """
     chosen = Scenario.start_stop() if scenario is None else scenario
     stage = rig() if sensors is None else sensors

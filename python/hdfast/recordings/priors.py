@@ -23,7 +23,9 @@ OF_A_DRIVE = {
     **dict.fromkeys(("ratio", "s", "phi_max", "te_scale"), 0.0),
 }
 OF_THE_SPRING = (*(name for names in COEFFICIENTS.values() for name in names), "B_sp")
+POLYNOMIAL = COEFFICIENTS["polynomial"][:5]
 EXACT = ("order", "pole_pairs", "teeth", "drag_power")
+PHASE = "psi"
 
 
 @dataclass(frozen=True)
@@ -62,10 +64,12 @@ def _prior(row: Parameter, drive: DriveFile) -> Prior:
     if name not in drive.values:
         if error:
             return Prior(0.0, NO_AMPLITUDE, stated=False)
-        if name in COEFFICIENTS["polynomial"][:5] and any(key in drive.values for key in COEFFICIENTS["polynomial"]):
+        if name in POLYNOMIAL and any(key in drive.values for key in POLYNOMIAL):
             return Prior(0.0, 0.0, stated=False)
-        exact = OF_A_DRIVE.get(name, 1.0) == 0.0
-        return Prior(row.default, 0.0 if exact else NEVER_STATED * abs(row.default), stated=False)
+        own = _own_name(row, drive)
+        exact = own in EXACT or OF_A_DRIVE.get(name, 1.0) == 0.0
+        open_to = ANY_PHASE if own.startswith(PHASE) else NEVER_STATED * abs(row.default)
+        return Prior(row.default, 0.0 if exact else open_to, stated=False)
     value = drive.values[name]
     if name in drive.sigma:
         return Prior(value, drive.sigma[name], stated=True)
@@ -79,13 +83,8 @@ def _prior(row: Parameter, drive: DriveFile) -> Prior:
 
 def _of_a_term(row: Parameter, drive: DriveFile, value: float) -> float:
     """Standard deviation of a term's parameter: phases anywhere, counts exact, the rest by what the unit measures."""
-    own = next(
-        parameter.name
-        for term in drive.terms
-        for parameter in terms()[term].parameters
-        if row.name in (parameter.name, f"{term}_{parameter.name}")
-    )
-    if own.startswith("psi"):
+    own = _own_name(row, drive)
+    if own.startswith(PHASE):
         return ANY_PHASE
     if own in EXACT:
         return 0.0
@@ -93,3 +92,14 @@ def _of_a_term(row: Parameter, drive: DriveFile, value: float) -> float:
         return TORQUE_SCALE
     by_unit = {"kg m^2": INERTIA, "N m/rad": STIFFNESS, "N m s/rad": DAMPING}
     return by_unit.get(row.unit, FRICTION) * abs(value)
+
+
+def _own_name(row: Parameter, drive: DriveFile) -> str:
+    """What a term of the drive calls its parameter; nothing for one that belongs to no term."""
+    named = (
+        parameter.name
+        for term in drive.terms
+        for parameter in terms()[term].parameters
+        if row.name in (parameter.name, f"{term}_{parameter.name}")
+    )
+    return next(named, "")

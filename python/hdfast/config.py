@@ -51,7 +51,7 @@ class Run:
     threads: int | None = None
     sampling: str = "monte_carlo"
     replicates: int = 16
-    block: int = 1000
+    block: int = 100
     levels: int = 3
     failed: str = "refuse"
 

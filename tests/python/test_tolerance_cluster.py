@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from hdfast import config
 from hdfast.tolerance.chunks import ranges
-from hdfast.tolerance.cluster import run_on_cluster
+from hdfast.tolerance.cluster import outcome, run_on_cluster
 from hdfast.tolerance.store import MemoryStore
 from hdfast.tolerance.task import Task
 from test_tolerance_storage import contents
@@ -70,6 +70,15 @@ def test_exact_a_row_that_kills_workers_is_found_by_halving():
     whole = task(0, 12).table.column("te_pp").to_numpy()
     good = np.arange(12) != 5
     assert np.array_equal(store.column("te_pp")[good], whole[good])
+
+
+def test_exact_what_cannot_mean_anything_is_no_rows_fault():
+    class Refused:
+        def result(self):
+            raise hdfast.InputError("threads = -1 is out of range")
+
+    with pytest.raises(hdfast.InputError, match="threads = -1"):
+        outcome(Refused())
 
 
 def test_exact_wrong_cluster_is_refused(small):

@@ -59,6 +59,30 @@ def test_exact_missing_margin_counts_as_the_event_and_nothing_found_is_bounded()
     assert never.probability.high >= 1e-6
 
 
+def test_exact_margins_of_two_values_are_counted():
+    """A duration outside a range is 0 for most drives: no level is nearer to the event than the one before."""
+    limit = stats.norm.isf(1e-3)
+    found = subset_simulation(lambda scores: np.where(scores[:, 0] > limit, -1.0, 0.001), 2)
+    assert found.levels == 1
+    assert 1e-4 <= found.probability.value <= 2e-3
+    assert found.probability.covers(1e-3)
+
+
+def test_exact_a_margin_of_zero_is_within():
+    found = subset_simulation(lambda scores: np.zeros(len(scores)), 2)
+    assert found.probability.value == 0.0
+    assert found.probability.high == pytest.approx(clopper_pearson(0, 1000)[1])
+
+
+def test_exact_probability_of_margins_on_steps():
+    """Margins in steps of a half tie at every level; the event is a sum of 3 standard deviations and more."""
+    truth, hits = stats.norm.sf(3.0), 0
+    for seed in range(60):
+        found = subset_simulation(lambda scores: np.ceil(2 * plane(2.5, 5)(scores)) / 2, 5, rows=400, seed=seed)
+        hits += found.probability.covers(truth)
+    assert hits >= int(stats.binom(60, 0.95).ppf(0.001)), hits
+
+
 def test_exact_wrong_arguments():
     for options, name in (({"rows": 10}, "rows"), ({"replicates": 1}, "replicates"), ({"share": 0.9}, "share")):
         with pytest.raises(hdfast.InputError, match=name):

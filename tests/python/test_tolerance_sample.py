@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import math
 from itertools import pairwise
+from pathlib import Path
 
 import hdfast
 import numpy as np
@@ -66,7 +67,47 @@ def test_exact_measured_values_from_list_and_file(tmp_path):
     assert one.quantile(np.array([0.0, 0.1, 0.5, 0.9, 1.0])).tolist() == [1, 1, 3, 5, 5]
 
 
+def test_exact_values_beyond_the_bounds_are_cut_off():
+    found = tolerance({"distribution": "discrete", "values": [3, 1, 2], "weights": [2, 1, 1], "upper": 2.5})
+    values, counts = np.unique(found.quantile((np.arange(4000) + 0.5) / 4000), return_counts=True)
+    assert (values.tolist(), counts.tolist()) == ([1, 2], [2000, 2000])
+    never = tolerance({"distribution": "discrete", "values": [1, 2, 3], "weights": [1, 1, 0]})
+    assert never.extremes() == (1, 2)
+    cut = tolerance({"distribution": "empirical", "values": [5, 1, 4, 2, 3], "upper": 3.5})
+    assert cut == tolerance({"distribution": "empirical", "values": [1, 2, 3]})
+
+
+NEGATIVE = [
+    {"distribution": "normal", "mean": 1.1, "sigma": 0.1},
+    {"distribution": "triangular", "mode": 1.05, "lower": 0.9, "upper": 1.1},
+    {"distribution": "beta", "a": 2, "b": 5, "lower": 0.9, "upper": 1.1},
+    {"distribution": "discrete", "values": [0.9, 1.0, 1.1], "weights": [3, 1, 1]},
+    {"distribution": "empirical", "values": [0.9, 1.0, 1.3]},
+]
+
+
+@pytest.mark.parametrize("entry", NEGATIVE, ids=lambda entry: entry["distribution"])
+def test_exact_relative_laws_of_a_negative_nominal_value_are_mirrored(entry):
+    u = (np.arange(500) + 0.5) / 500
+    mirrored = tolerance(entry | {"relative": True}, -2.0).quantile(u)
+    assert mirrored == pytest.approx(-tolerance(entry | {"relative": True}, 2.0).quantile(1.0 - u))
+    assert np.all(np.diff(mirrored) >= 0.0)
+
+
+def test_exact_impossible_and_certain_probabilities_have_finite_values():
+    values = normal("a", 0.0, 1.0).quantile(np.array([0.0, 1.0]))
+    assert values == pytest.approx([stats.norm.ppf(2.0**-54), stats.norm.isf(2.0**-53)], rel=1e-6)
+
+
+def test_exact_a_table_with_a_column_twice_is_refused(tmp_path):
+    (tmp_path / "m.csv").write_text("J_l,J_l\n1,2\n3,4\n")
+    with pytest.raises(hdfast.InputError, match="2 columns 'J_l'"):
+        tolerance({"distribution": "empirical", "file": "m.csv"}, folder=tmp_path)
+
+
 WRONG = [
+    ({"distribution": "discrete", "values": [1, 2], "weights": [1, 0]}, "1 different numbers that can occur"),
+    ({"distribution": "empirical", "values": [1, 2, 3], "upper": 1.5}, "1 different numbers that can occur"),
     ({"distribution": "beta", "a": -1, "b": 1, "lower": 0, "upper": 1}, "a = -1"),
     ({"distribution": "beta", "a": 1, "b": 1, "lower": 0}, "'upper'"),
     ({"distribution": "discrete", "values": [1]}, "at least 2"),
@@ -142,6 +183,40 @@ def test_exact_batches_share_what_they_should():
     assert values.var() == pytest.approx(1.0, rel=0.03)
     within = values.var(axis=1, ddof=1).mean()
     assert within == pytest.approx(0.64, rel=0.03)
+
+
+PAIR = correlation([["a", "b", 0.8]], "scores", ["a", "b"])
+
+
+def batched_pair(first, second):
+    return normal("a", 0.0, 1.0, batch_share=first), normal("b", 0.0, 1.0, batch_share=second)
+
+
+@pytest.mark.parametrize("sampling", ["monte_carlo", "latin_hypercube", "sobol"])
+@pytest.mark.parametrize("shares", [(0.5, 0.5), (0.5, 0.2), (1.0, 0.7)])
+def test_exact_correlation_holds_for_drives_of_batches(sampling, shares):
+    plan = Plan(batched_pair(*shares), sampling, 3, correlation=PAIR, batch_size=2)
+    drawn = plan.draw(0, 40_000)
+    assert np.corrcoef(drawn["a"], drawn["b"])[0, 1] == pytest.approx(0.8, abs=0.015)
+    if sampling == "sobol":  # neighbours are of two scramblings, which are too few to average over
+        return
+    for share, values in zip(shares, drawn.values(), strict=True):
+        assert np.corrcoef(values[::2], values[1::2])[0, 1] == pytest.approx(share, abs=0.03)
+
+
+def test_exact_correlation_that_batches_make_impossible_is_refused():
+    with pytest.raises(hdfast.InputError, match=r"by 0.8 with batch_share = 0.5 and 0 \(allowed: less than 0.707"):
+        Plan(batched_pair(0.5, 0.0), correlation=PAIR, batch_size=50)
+    with pytest.raises(hdfast.InputError, match=r"batch_share = 1 and 0 \(allowed: less than 0 "):
+        Plan(batched_pair(1.0, 0.0), correlation=PAIR, batch_size=50)
+    assert Plan(batched_pair(0.5, 0.0), correlation=PAIR).parts == PAIR
+
+
+def test_exact_documented_file_has_the_correlation_it_states():
+    page = (Path(__file__).parents[2] / "docs" / "sweep-file.md").read_text()
+    plan = config.parse(page.split("```toml\n")[1].split("```")[0]).plan()
+    drawn = plan.draw(0, 40_000)
+    assert np.corrcoef(np.log(drawn["B_m"]), np.log(drawn["B_ml"]))[0, 1] == pytest.approx(0.8, abs=0.04)
 
 
 def test_exact_worst_case_designs():

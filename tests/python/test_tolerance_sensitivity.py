@@ -1,12 +1,15 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from hdfast.tolerance import indices, sensitivity
 from hdfast.tolerance.allocation import allocate
+from hdfast.tolerance.distributions import Tolerance
 from hdfast.tolerance.effects import effects
+from hdfast.tolerance.intervals import Groups
 from hdfast.tolerance.limits import Spec
 from hdfast.tolerance.sample import Plan
 from scipy import stats
@@ -76,8 +79,6 @@ def test_against_openturns_on_the_same_samples():
     table = ot.CorrelationAnalysis(ot.Sample(np.column_stack(list(drawn.values()))), ot.Sample(y.reshape(-1, 1)))
     ranks = [sensitivity.rank_correlation(drawn[name], y).value for name in drawn]
     assert ranks == pytest.approx(list(table.computeSpearmanCorrelation()), abs=1e-9)
-    partial = sensitivity.partial_rank_correlation(drawn, y)
-    assert list(partial.values()) == pytest.approx(list(table.computePRCC()), abs=1e-9)
 
 
 def test_exact_shares_of_variance_from_rows_at_hand():
@@ -104,7 +105,6 @@ def test_exact_nan_is_refused_everywhere():
     for call in (
         lambda: sensitivity.rank_correlation(x, y),
         lambda: sensitivity.variance_share(x, y),
-        lambda: sensitivity.partial_rank_correlation({"a": x}, y),
         lambda: indices.sobol_indices(y, ["a", "b", "c"][:2]),
         lambda: indices.morris_effects(np.tile([[0.0], [1.0]], (100, 1)), y, ["a"]),
     ):
@@ -116,6 +116,44 @@ def test_exact_constant_output_has_no_sensitivity():
     drawn = Plan(PROBLEM.tolerances).draw(0, 200)
     assert math.isnan(sensitivity.variance_share(drawn["a"], np.ones(200)).value)
     assert math.isnan(indices.sobol_indices(np.ones(50), NAMES[:3]).first["a"].value)
+
+
+@pytest.mark.parametrize("ask", [sensitivity.variance_share, sensitivity.rank_correlation])
+def test_exact_rows_that_repeat_in_batches_tell_as_much_as_one_of_each(ask):
+    drawn = Plan(PROBLEM.tolerances, seed=3).draw(0, 400)
+    x, y = drawn["a"], PROBLEM(drawn)
+    batches = Groups(np.repeat(np.arange(400), 10), alike=True)
+    once, repeated = ask(x, y), ask(np.repeat(x, 10), np.repeat(y, 10), batches)
+    assert repeated.value == pytest.approx(once.value, abs=0.05)
+    assert repeated.high - repeated.low == pytest.approx(once.high - once.low, rel=0.4)
+    assert math.isnan(ask(x, y, Groups(np.zeros(400, dtype=np.int64), alike=True)).low)
+
+
+def test_exact_change_of_a_percentile_with_rows_that_repeat_in_batches():
+    def width(plan, rows):
+        found = effects(
+            lambda plan, n: run(plan.draw(0, n)), plan, LIMITS, ["y"], rows=rows, percentage=50.0, factors=[0.5],
+            names=["a"],
+        )  # fmt: skip
+        return found[0].percentiles["y"].high - found[0].percentiles["y"].low
+
+    same = tuple(replace(tolerance, batch_share=1.0) for tolerance in PROBLEM.tolerances)
+    once, repeated = width(Plan(PROBLEM.tolerances), 300), width(Plan(same, batch_size=10), 3000)
+    assert 0.6 * once < repeated < 1.7 * once
+    assert math.isfinite(width(Plan(PROBLEM.tolerances, "latin_hypercube"), 300))
+
+
+def test_exact_one_row_outside_leaves_its_share_open():
+    """Without that row nothing varies, and a jackknife of it knows no spread."""
+    x = np.arange(200.0)
+    assert math.isnan(sensitivity.variance_share(x, (x == 7.0).astype(float)).low)
+
+
+def test_exact_gradient_of_a_parameter_without_spread():
+    never = Tolerance("d", "discrete", 0.0, 0.0, 0.1, 0.2, (1.0 - 1e-9, 1e-9), (0.1, 0.2))
+    found = sensitivity.gradient(lambda c: {"y": PROBLEM(c) + c["d"]}, (*PROBLEM.tolerances, never))["y"]
+    assert math.isnan(found.slope["d"])
+    assert found.share == pytest.approx({**PROBLEM.shares, "d": 0.0}, rel=1e-3)
 
 
 def test_exact_gradient_of_a_linear_problem():

@@ -42,6 +42,7 @@ def columns(study):
 
 @pytest.mark.parametrize("sampling", ["monte_carlo", "sobol", "latin_hypercube"])
 def test_exact_same_bits_whatever_the_chunks_threads_and_place(small, tmp_path, sampling):
+    small.write_text(SMALL + "block = 20\n")
     whole = hdfast.tolerance(small, sampling=sampling, n=60)
     for chunk, threads in ((7, 1), (60, 2), (1000, 1)):
         other = hdfast.tolerance(
@@ -210,6 +211,26 @@ def test_exact_trajectories_in_zarr(tmp_path):
     hdfast.tolerance(path, n=12, out=tmp_path / "b", chunk=12)
     hdfast.tolerance(path, n=30, out=tmp_path / "b", chunk=12, resume=True)
     assert contents(tmp_path / "b") == whole
+
+
+def test_exact_a_chunk_without_samples_is_stored_and_found_again(tmp_path):
+    zarr = pytest.importorskip("zarr")
+    parsed = config.parse(SMALL + '[trajectories]\nsignals = ["te"]\nstep = 0.1\n')
+    task = Task(parsed, parsed.plan(), ("te_pp",), 1)
+
+    def store(*, resume):
+        times = parsed.trajectories.times(0.6)
+        return FolderStore(tmp_path / "out", fingerprint(task), chunk=1, resume=resume, signals=("te",), times=times)
+
+    first = store(resume=False)
+    first.put(task.poisoned(0, "killed"))
+    first.put(task(1, 2))
+    again = store(resume=True)
+    assert again.done(0, 1)
+    assert again.done(1, 2)
+    samples = zarr.open_group(str(tmp_path / "out" / "trajectories.zarr"), mode="r")["te"][:]
+    assert np.all(np.isnan(samples[0]))
+    assert np.all(np.isfinite(samples[1]))
 
 
 @pytest.mark.parametrize("where", ["memory", "folder"])

@@ -147,6 +147,12 @@ def test_exact_worst_case_sampling_judges_every_corner(small):
     assert hdfast.tolerance(tight, sampling="corners").yields["te_pp"].outcome == "not met"
 
 
+def test_exact_effects_of_a_worst_case_study_are_those_of_its_random_drives():
+    parsed = config.parse(SMALL + '[correlation]\npairs = [["J_l", "te_scale", 0.9]]\n')
+    corners, random = hdfast.tolerance(parsed, sampling="corners"), hdfast.tolerance(parsed, n=10)
+    assert corners.effects_of(["J_l"], rows=40) == random.effects_of(["J_l"], rows=40)
+
+
 def test_exact_discrete_and_batched_inputs_run_through():
     text = SMALL.replace(
         'distribution = "lognormal"\nsigma_log = 0.1', 'distribution = "discrete"\nvalues = [0.9, 1.1]'
@@ -238,6 +244,9 @@ def test_exact_wrong_arguments_name_value_and_range(small):
         ({"failed": "drop"}, "failed = 'drop'"),
         ({"chunk": 0}, "chunk = 0"),
         ({"workers": -3}, "workers = -3"),
+        ({"threads": -1, "cluster": "local"}, "threads = -1 is out of range"),
+        ({"threads": 0, "cluster": "local"}, "threads = 0 is out of range"),
+        ({"sampling": "latin_hypercube", "n": 1000}, "n = 1000 rows are a single Latin hypercube"),
         ({"workers": 2}, "cluster = 'local' only"),
         ({"workers": 2, "cluster": "tcp://here:1"}, "cluster = 'local' only"),
     ):

@@ -14,7 +14,7 @@ from hdfast.checks import Floats
 from hdfast.errors import InputError, choose, shorten
 from hdfast.tolerance.designs import sobol_points
 from hdfast.tolerance.distributions import Tolerance
-from hdfast.tolerance.laws import TINY
+from hdfast.tolerance.laws import normal_scores
 from hdfast.tolerance.limits import Spec, Verdict, judge_values
 from hdfast.tolerance.sample import MAX_ROWS, Plan
 
@@ -117,10 +117,7 @@ def _terms(deviates: Floats) -> Floats:
 
 def _scores(plan: Plan, rows: int) -> Floats:
     """(rows, d) standard normal scores, dependence included."""
-    from scipy.special import ndtri
-
-    points = ndtri(np.clip(sobol_points(len(plan.names), plan.seed, 0, 0, rows), TINY, 1.0 - TINY))
-    return plan.dependent_scores(points)
+    return plan.dependent_scores(normal_scores(sobol_points(len(plan.names), plan.seed, 0, 0, rows)))
 
 
 def _deviate(tolerance: Tolerance, values: Floats) -> Floats:
@@ -154,7 +151,7 @@ def _fit(
         coefficients = np.asarray(np.linalg.lstsq(terms, y, rcond=None)[0], dtype=np.float64)
         whole = float(np.var(y))
         left = float(np.var(y - terms @ coefficients))
-        surfaces[metric] = _Surface(coefficients, 1.0 - left / whole if whole > 0.0 else math.nan)
+        surfaces[metric] = _Surface(coefficients, 1.0 - left / whole if np.ptp(y) > 0.0 else math.nan)
     return surfaces
 
 

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
 
-from hdfast.errors import require_package
+from hdfast.errors import InputError, require_package
 from hdfast.threads import available_threads
 from hdfast.tolerance.chunks import Range, Report, Store, Work, describe
 from hdfast.tolerance.task import Piece, join
@@ -72,9 +72,15 @@ def blame(failure: Exception) -> str:
 
 
 def outcome(future: Any) -> Piece | Exception:
-    """What a finished task left: its piece, or why there is none; a piece can die with the worker that holds it."""
+    """What a finished task left: its piece, or why there is none; a piece can die with the worker that holds it.
+
+    Raises:
+        InputError: what was asked for cannot mean anything, which is no row's fault.
+    """
     try:
         piece: Piece = future.result()
+    except InputError:
+        raise
     except Exception as failure:
         return failure
     return piece

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -45,6 +45,34 @@ class Correlation:
             mixed[:, j] = sum(lower[j, k] * scores[:, k] for k in range(j + 1))
         return mixed
 
+    def of_parts(self, shares: Sequence[float]) -> Correlation:
+        """The correlation that two independent parts of every score need for their sum to have this one.
+
+        A score is sqrt(s) times a part that its batch has in common and sqrt(1 - s) times a part of its own. When both
+        parts of i and j correlate by m, the scores do by m (sqrt(s_i s_j) + sqrt((1 - s_i) (1 - s_j))): by m itself
+        where the shares are equal, and by less at most the more they differ.
+
+        Args:
+            shares: (d,) share s of the variance of each score that a batch has in common.
+
+        Raises:
+            InputError: shares so different that the scores cannot correlate as asked.
+        """
+        share, asked = np.array(shares), np.array(self.matrix)
+        most = np.sqrt(np.outer(share, share)) + np.sqrt(np.outer(1.0 - share, 1.0 - share))
+        needed = np.divide(asked, most, out=np.where(asked == 0.0, 0.0, np.inf), where=most > 0.0)
+        np.fill_diagonal(needed, 1.0)
+        beyond = np.argwhere(np.triu(np.abs(needed) >= 1.0, 1)).tolist()
+        if beyond:
+            i, j = beyond[0]
+            raise InputError(
+                f"pairs: the scores of {self.names[i]} and {self.names[j]} cannot correlate by {asked[i, j]:.3g} with "
+                f"batch_share = {share[i]:g} and {share[j]:g} (allowed: less than {most[i, j]:.3g} in size); give them "
+                "shares that differ less"
+            )
+        _require_joint(needed, "with these batch shares")
+        return replace(self, matrix=tuple(map(tuple, needed.tolist())))
+
     def reorder(self, u: Floats) -> Floats:
         """(n, d) columns of u, reordered so that their normal scores correlate as asked (Iman and Conover 1982)."""
         from scipy.special import ndtri
@@ -77,11 +105,15 @@ def correlation(pairs: Sequence[Sequence[Any]], kind: str, names: Sequence[str])
     for pair, number in values.items():
         i, j = (used.index(name) for name in pair)
         matrix[i, j] = matrix[j, i] = number
+    _require_joint(matrix, "together")
+    given = tuple((str(first), str(second), float(value)) for first, second, value in pairs)
+    return Correlation(tuple(used), tuple(map(tuple, matrix.tolist())), kind, given)
+
+
+def _require_joint(matrix: Floats, how: str) -> None:
     smallest = float(np.linalg.eigvalsh(matrix)[0])
     if smallest < 1e-9:
         raise InputError(
-            f"pairs: no distribution has these correlations together (smallest eigenvalue {smallest:.3g}, "
+            f"pairs: no distribution has these correlations {how} (smallest eigenvalue {smallest:.3g}, "
             "allowed: above 1e-9); weaken the strongest of them"
         )
-    given = tuple((str(first), str(second), float(value)) for first, second, value in pairs)
-    return Correlation(tuple(used), tuple(map(tuple, matrix.tolist())), kind, given)

@@ -43,13 +43,13 @@ def monte_carlo(plan: Plan, start: int, stop: int) -> Floats:
 
 def latin_hypercube(plan: Plan, start: int, stop: int) -> Floats:
     """Blocks of `plan.block` rows, each a Latin hypercube of its own; a dependence is induced block by block."""
-    size = plan.block
+    size, dependence = plan.block, plan.parts
     parts = []
     for block in range(start // size, (stop - 1) // size + 1):
         whole = np.column_stack([_strata(plan.seed, name, block, size) for name in plan.names])
-        if plan.correlation is not None:
-            columns = [plan.names.index(name) for name in plan.correlation.names]
-            whole[:, columns] = plan.correlation.reorder(whole[:, columns])
+        if dependence is not None:
+            columns = [plan.names.index(name) for name in dependence.names]
+            whole[:, columns] = dependence.reorder(whole[:, columns])
         parts.append(whole[max(start - block * size, 0) : stop - block * size])
     return np.concatenate(parts)
 

@@ -71,7 +71,8 @@ class Tolerance:
     def deviation(self) -> float:
         """Standard deviation of the values."""
         u = (np.arange(4096) + 0.5) / 4096
-        return float(np.std(self.quantile(u)))
+        values = self.quantile(u)
+        return float(np.std(values)) if np.ptp(values) else 0.0
 
     def extremes(self) -> tuple[float, float]:
         """Worst-case values: the bounds where finite, else the quantiles at -3 and +3 standard deviations (0.135 %)."""

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +13,7 @@ from numpy.typing import NDArray
 from hdfast import checks
 from hdfast.checks import Floats
 from hdfast.errors import choose
-from hdfast.tolerance.intervals import CONFIDENCE, Estimate, Groups, clopper_pearson, mean
+from hdfast.tolerance.intervals import CONFIDENCE, Estimate, Groups, clopper_pearson, mean, student
 from hdfast.tolerance.limits import JOINT, Spec, counted
 from hdfast.tolerance.sample import MAX_ROWS, Plan
 
@@ -59,7 +60,7 @@ def effects(
 
     Args:
         evaluate: (plan, rows) to metrics (rows,) and which rows finished.
-        plan: what is drawn as it is.
+        plan: what is drawn as it is; by "monte_carlo" where its sampling shows no interval (extremes, one group).
         specs: limits by metric.
         metrics: metrics whose percentiles are followed; for one with a lower limit only, the opposite tail.
         rows: per variant; every variant draws the same probabilities, so differences are not blurred by chance.
@@ -82,8 +83,11 @@ def effects(
         checks.number("factors", factor, 0.0, 100.0)
     for name in names or ():
         choose("names", name, plan.names)
-    before = evaluate(plan, rows)
     groups = plan.groups(0, rows)
+    if groups is not None and groups.count < 2:
+        plan = replace(plan, sampling="monte_carlo")
+        groups = plan.groups(0, rows)
+    before = evaluate(plan, rows)
     found = []
     for name in plan.names if names is None else names:
         for factor in factors:
@@ -114,9 +118,9 @@ def _compare(
         old, new = before[0][metric][both], after[0][metric][both]
         spec = specs.get(metric)
         share = percentage / 100.0 if spec is None or math.isfinite(spec.upper) else 1.0 - percentage / 100.0
-        percentiles[metric] = _percentile_change(old, new, share)
-        whole = float(np.var(old)) if len(old) else 0.0
-        variances[metric] = float(np.var(new)) / whole - 1.0 if whole > 0.0 else math.nan
+        percentiles[metric] = _percentile_change(old, new, share, groups and groups.take(both))
+        varies = len(old) > 0 and np.ptp(old) > 0.0
+        variances[metric] = float(np.var(new) / np.var(old)) - 1.0 if varies else math.nan
     return Effect(name, factor, yields, percentiles, variances, int(np.sum(~complete)))
 
 
@@ -134,13 +138,19 @@ def _yield_change(old: NDArray[np.bool_], new: NDArray[np.bool_], groups: Groups
     return Estimate(0.0, -reach, reach)
 
 
-def _percentile_change(old: Floats, new: Floats, share: float, confidence: float = CONFIDENCE) -> Estimate:
-    from scipy.special import ndtri
-
+def _percentile_change(
+    old: Floats, new: Floats, share: float, groups: Groups | None, confidence: float = CONFIDENCE
+) -> Estimate:
+    """Change of a percentile; interval by the bootstrap of rows, or of whole groups where rows depend on each other."""
     if len(old) < 2:
         return Estimate(math.nan, math.nan, math.nan)
-    picks = np.random.default_rng(1).integers(0, len(old), (RESAMPLES, len(old)))
     value = float(np.quantile(new, share) - np.quantile(old, share))
-    changes = np.quantile(new[picks], share, axis=1) - np.quantile(old[picks], share, axis=1)
-    reach = float(ndtri(0.5 + confidence / 2.0)) * float(np.std(changes, ddof=1))
+    units = len(old) if groups is None else groups.count
+    if units < 2:
+        return Estimate(value, math.nan, math.nan)
+    picks = np.random.default_rng(1).integers(0, units, (RESAMPLES, units))
+    members = None if groups is None else groups.members
+    rows: Iterable[Any] = picks if members is None else [np.concatenate([members[k] for k in pick]) for pick in picks]
+    changes = [float(np.quantile(new[chosen], share) - np.quantile(old[chosen], share)) for chosen in rows]
+    reach = student(units, confidence) * math.sqrt(units / (units - 1)) * float(np.std(changes, ddof=1))
     return Estimate(value, value - reach, value + reach)

@@ -63,10 +63,9 @@ class FurtherRuns:
         self, names: Sequence[str] | None = None, *, rows: int = EFFECT_ROWS, percentage: float = 99.0, **options: Any
     ) -> list[Effect]:
         """As `effects`, for some parameters, other factors or more rows; see `hdfast.tolerance.effects.effects`."""
-        plan = self.plan if self.plan.design.random else Plan(self.plan.tolerances, seed=self.plan.seed)
         return effects(
             lambda variant, count: self.evaluate(variant.draw(0, count)),
-            plan,
+            self.plan,
             self.specs,
             list(self.metrics),
             rows=rows,

@@ -63,11 +63,10 @@ def sobol_indices(
     dimensions = len(names)
     if len(values) % (dimensions + 2) or not np.all(np.isfinite(values)):
         raise ValueError(f"values must be finite and a multiple of {dimensions + 2} in number")
-    deviation = float(np.std(values))
-    if deviation == 0.0:
+    if np.ptp(values) == 0.0:
         nothing = Estimate(math.nan, math.nan, math.nan)
         return Indices(dict.fromkeys(names, nothing), dict.fromkeys(names, nothing))
-    table = ((values - np.mean(values)) / deviation).reshape(-1, dimensions + 2)
+    table = ((values - np.mean(values)) / np.std(values)).reshape(-1, dimensions + 2)
     count = len(table)
     parts = min(SCRAMBLINGS, count)
     generator = np.random.default_rng(seed)

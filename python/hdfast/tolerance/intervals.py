@@ -1,4 +1,4 @@
-"""Confidence intervals: exact ones for independent rows, from group means for rows that depend on each other."""
+"""Confidence intervals: exact ones for independent rows, from what groups differ by for rows that are not."""
 
 from __future__ import annotations
 
@@ -31,6 +31,17 @@ class Groups:
         return Groups(self.number[index], self.alike)
 
     @property
+    def index(self) -> NDArray[np.intp]:
+        """(n,) number of the group of every row among the groups that occur, from 0."""
+        return np.unique(self.number, return_inverse=True)[1]
+
+    @property
+    def members(self) -> list[NDArray[np.intp]]:
+        """Rows of each group that occurs."""
+        index = self.index
+        return np.split(np.argsort(index, kind="stable"), np.cumsum(np.bincount(index))[:-1])
+
+    @property
     def count(self) -> int:
         """How many groups there are."""
         return len(np.unique(self.number))
@@ -49,8 +60,8 @@ class Estimate:
         return self.low <= truth <= self.high
 
 
-def clopper_pearson(hits: int, rows: int, confidence: float = CONFIDENCE) -> tuple[float, float]:
-    """Exact two-sided interval of a share (Clopper and Pearson 1934)."""
+def clopper_pearson(hits: float, rows: float, confidence: float = CONFIDENCE) -> tuple[float, float]:
+    """Exact two-sided interval of a share (Clopper and Pearson 1934); numbers of rows in effect need not be whole."""
     from scipy.special import betaincinv
 
     tail = (1.0 - confidence) / 2.0
@@ -60,25 +71,38 @@ def clopper_pearson(hits: int, rows: int, confidence: float = CONFIDENCE) -> tup
 
 
 def share(hits: NDArray[np.bool_], groups: Groups | None = None, confidence: float = CONFIDENCE) -> Estimate:
-    """Share of True with its interval.
-
-    With groups the interval comes from the group shares. When those do not differ, as at 100 %, it is the exact one
-    for independent rows, or for one row per group where the rows of a group are alike.
-    """
+    """Share of True with its exact interval; with groups that of `effective_rows`, NaN when there is one group only."""
     rows, count = len(hits), int(np.count_nonzero(hits))
     if rows == 0:
         return Estimate(math.nan, math.nan, math.nan)
     value = count / rows
-    if groups is not None:
-        spread = mean_spread(hits.astype(float), groups)
-        if math.isnan(spread):
-            return Estimate(value, math.nan, math.nan)
-        if spread > 0.0:
-            reach = _student(groups.count, confidence) * spread
-            return Estimate(value, max(0.0, value - reach), min(1.0, value + reach))
-        if groups.alike:
-            return Estimate(value, *clopper_pearson(round(value * groups.count), groups.count, confidence))
-    return Estimate(value, *clopper_pearson(count, rows, confidence))
+    if groups is None:
+        return Estimate(value, *clopper_pearson(count, rows, confidence))
+    if groups.count < 2:
+        return Estimate(value, math.nan, math.nan)
+    part = effective_rows(hits, groups, confidence) / rows
+    return Estimate(value, *clopper_pearson(part * count, part * rows, confidence))
+
+
+def effective_rows(hits: NDArray[np.bool_], groups: Groups, confidence: float = CONFIDENCE) -> float:
+    """How many independent rows tell as much about the share of True (Korn and Graubard 1998), at most all n.
+
+    p (1 - p) / variance, with the variance of p between m groups, times (t_(n-1) / t_(m-1))^2 for their small number.
+    Where rows of a group are alike, only the m groups that hold the rarer outcome say how much; with fewer than two of
+    these each group counts as one row (n^2 / sum of squared sizes, Kish 1965), which is also the least there can be.
+    """
+    rows, sizes = len(hits), np.bincount(groups.index).astype(float)
+    least, telling = 0.0, len(sizes)
+    if groups.alike:
+        rarer = hits if 2 * np.count_nonzero(hits) < rows else ~hits
+        least, telling = rows**2 / float(np.sum(sizes**2)), groups.take(rarer).count
+    if telling < 2:
+        return least
+    spread = mean_spread(hits.astype(float), groups)
+    if spread == 0.0:
+        return float(rows)
+    ratio = student(rows, confidence) / student(telling, confidence) * float(np.std(hits)) / spread
+    return min(max(ratio**2, least), float(rows))
 
 
 def mean(values: Floats, groups: Groups | None = None, confidence: float = CONFIDENCE) -> Estimate:
@@ -87,23 +111,28 @@ def mean(values: Floats, groups: Groups | None = None, confidence: float = CONFI
         return Estimate(float(np.mean(values)) if len(values) else math.nan, math.nan, math.nan)
     value = float(np.mean(values))
     if groups is None:
-        reach = _student(len(values), confidence) * float(np.std(values, ddof=1)) / math.sqrt(len(values))
+        reach = student(len(values), confidence) * float(np.std(values, ddof=1)) / math.sqrt(len(values))
     else:
-        reach = _student(groups.count, confidence) * mean_spread(values, groups)
+        reach = student(groups.count, confidence) * mean_spread(values, groups)
     return Estimate(value, value - reach, value + reach)
 
 
 def mean_spread(values: Floats, groups: Groups) -> float:
-    """Standard deviation of the overall mean, from the sums of the groups; NaN with fewer than two groups."""
-    _, inverse = np.unique(groups.number, return_inverse=True)
-    sizes = np.bincount(inverse)
+    """Standard deviation of the overall mean by the delete-a-group jackknife; NaN with fewer than two groups.
+
+    Deviations are those from the overall mean (Wolter 2007, v2), so that one large group among small ones is no
+    certainty; with groups of equal size it is the standard deviation of their means over the root of their number.
+    """
+    index = groups.index
+    sizes = np.bincount(index)
     if len(sizes) < 2:
         return math.nan
-    residual = np.bincount(inverse, weights=values - np.mean(values))
-    return float(np.sqrt(len(sizes) / (len(sizes) - 1) * np.sum(residual**2)) / len(values))
+    change = np.bincount(index, weights=values - np.mean(values)) / (len(values) - sizes)
+    return math.sqrt((len(sizes) - 1) / len(sizes) * float(np.sum(change**2)))
 
 
-def _student(count: int, confidence: float) -> float:
+def student(count: int, confidence: float = CONFIDENCE) -> float:
+    """Two-sided quantile of Student's t for a mean of `count` values; NaN for fewer than two."""
     from scipy.special import stdtrit
 
     return float(stdtrit(count - 1, 0.5 + confidence / 2.0)) if count > 1 else math.nan
@@ -133,7 +162,7 @@ def percentile(
         spread = mean_spread((values <= value).astype(float), groups)
         if math.isnan(spread):
             return Estimate(value, math.nan, math.nan)
-        reach = _student(groups.count, confidence) * spread
+        reach = student(groups.count, confidence) * spread
         low = math.floor(len(values) * (share_below - reach))
         high = math.ceil(len(values) * (share_below + reach)) + 1
     return Estimate(
@@ -148,7 +177,8 @@ def _type7(ordered: Floats, share_below: float) -> float:
     lower = math.floor(position)
     upper = min(lower + 1, len(ordered) - 1)
     low, high = float(ordered[lower]), float(ordered[upper])
-    return low if low == high or position == lower else low + (position - lower) * (high - low)
+    exact = low == high or position == lower or math.isinf(low)  # -inf stays, where its way to +inf is NaN
+    return low if exact else low + (position - lower) * (high - low)
 
 
 def _order_ranks(count: int, share_below: float, confidence: float) -> tuple[int, int]:

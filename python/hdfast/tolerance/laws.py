@@ -13,7 +13,7 @@ from hdfast.checks import Floats
 if TYPE_CHECKING:
     from hdfast.tolerance.distributions import Tolerance
 
-TINY = 2.0**-54
+LEAST, MOST = 2.0**-54, 1.0 - 2.0**-53  # probabilities next to 0 and 1, of a finite score
 
 
 @dataclass(frozen=True)
@@ -33,6 +33,13 @@ class Law:
     centre: str = ""
 
 
+def normal_scores(u: Floats) -> Floats:
+    """Normal scores of probabilities, finite for those of 0 and 1 too."""
+    from scipy.special import ndtri
+
+    return np.asarray(ndtri(np.clip(u, LEAST, MOST)))
+
+
 def normal(law: Tolerance, u: Floats) -> Floats:
     """Normal law cut to [lower, upper]; the upper tail is reached from above, where it has digits."""
     low, high = ((bound - law.centre) / law.width for bound in (law.lower, law.upper))
@@ -47,12 +54,12 @@ def lognormal(law: Tolerance, u: Floats) -> Floats:
 
 
 def _cut_scores(u: Floats, low: float, high: float) -> Floats:
-    from scipy.special import ndtr, ndtri
+    from scipy.special import ndtr
 
     if low > 0.0:
         return -_cut_scores(1.0 - u, -high, -low)
     floor, ceiling = float(ndtr(low)), float(ndtr(high))
-    return np.asarray(ndtri(np.clip(floor + u * (ceiling - floor), TINY, 1.0 - TINY)))
+    return normal_scores(floor + u * (ceiling - floor))
 
 
 def uniform(law: Tolerance, u: Floats) -> Floats:

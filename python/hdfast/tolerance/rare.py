@@ -7,10 +7,11 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hdfast import checks
 from hdfast.checks import Floats
-from hdfast.tolerance.intervals import CONFIDENCE, Estimate
+from hdfast.tolerance.intervals import CONFIDENCE, Estimate, clopper_pearson, student
 
 ACCEPTANCE = 0.44
 FIRST_STEP = 0.6
@@ -53,10 +54,12 @@ def subset_simulation(
     """Subset simulation (Au and Beck 2001) with adaptive conditional sampling (Papaioannou et al. 2015).
 
     Every level keeps the `share` of rows nearest to the event and walks on from there, so that a probability of 1e-6
-    takes six levels of `rows` rows and not 1e8 rows.
+    takes six levels of `rows` rows and not 1e8 rows. Margins that tie (a duration that is mostly 0) may leave no level
+    nearer to the event; rows of the last level are then counted as they are, and no limit is below what that can show.
 
     Args:
-        margin: (m, d) independent standard normal scores to (m,) margins; below 0 is the event, NaN counts as it.
+        margin: (m, d) independent standard normal scores to (m,) margins; below 0 is the event, 0 is not, NaN counts
+            as it.
         rows: per level and replicate.
         replicates: independent runs; the interval comes from their spread (lognormal, Cox's method).
         smallest: levels stop below this probability, 1e-30 to 0.1.
@@ -85,6 +88,7 @@ class _Levels:
         self.evaluations = 0
         self.values = self.evaluate(self.scores)
         self.probability = np.ones(replicates)
+        self.most = np.zeros(replicates)  # limit where the probability found is 0
         self.open = np.ones(replicates, dtype=bool)
 
     def evaluate(self, scores: Floats) -> Floats:
@@ -97,26 +101,38 @@ class _Levels:
         levels = 1
         while True:
             threshold = np.partition(self.values, self.seeds - 1, axis=1)[:, self.seeds - 1]
-            arrived = self.open & (threshold <= 0.0)
-            self.probability[arrived] *= np.mean(self.values[arrived] <= 0.0, axis=1)
-            self.open &= ~arrived
-            self.probability[self.open] *= self.seeds / self.rows
+            within = np.mean(self.values <= threshold[:, None], axis=1)
+            self.count(self.open & ((threshold < 0.0) | (within == 1.0)), self.rows if levels == 1 else self.seeds)
+            self.probability[self.open] *= within[self.open]
             lost = self.open & (self.probability < self.smallest)
-            self.probability[lost] = 0.0
+            self.probability[lost], self.most[lost] = 0.0, self.smallest
             self.open &= ~lost
             if not self.open.any():
                 break
             self.walk(threshold)
             levels += 1
         found = tuple(self.probability.tolist())
-        return RareEvent(_combine(self.probability, self.smallest, confidence), found, levels, self.evaluations)
+        return RareEvent(_combine(self.probability, self.most, confidence), found, levels, self.evaluations)
+
+    def count(self, last: NDArray[np.bool_], independent: int) -> None:
+        """End replicates at this level: those that arrived, and those of so many ties that no further level is nearer.
+
+        Args:
+            last: (R,) which.
+            independent: how many of the rows of a level are independent; bounds an event that none of them shows.
+        """
+        self.most[last] = self.probability[last] * clopper_pearson(0, independent)[1]
+        self.probability[last] *= np.mean(self.values[last] < 0.0, axis=1)
+        self.open &= ~last
 
     def walk(self, threshold: Floats) -> None:
-        """Refill the open replicates from their best rows; a step is kept when it stays below the threshold."""
+        """Refill the open replicates from rows of the level; a step is kept when it stays within the threshold."""
         which = np.flatnonzero(self.open)
-        best = np.argsort(self.values[which], axis=1, kind="stable")[:, : self.seeds]
-        scores = np.take_along_axis(self.scores[which], best[:, :, None], axis=1)
-        values = np.take_along_axis(self.values[which], best, axis=1)
+        lots = self.generator.random((len(which), self.rows))
+        lots[self.values[which] > threshold[which][:, None]] = 2.0  # rows that tie are drawn, not taken by their order
+        chosen = np.argsort(lots, axis=1)[:, : self.seeds]
+        scores = np.take_along_axis(self.scores[which], chosen[:, :, None], axis=1)
+        values = np.take_along_axis(self.values[which], chosen, axis=1)
         kept_scores, kept_values = [scores], [values]
         step = np.full(len(which), FIRST_STEP)
         for k in range(1, math.ceil(self.rows / self.seeds)):
@@ -134,15 +150,13 @@ class _Levels:
         self.values[which] = np.concatenate(kept_values, axis=1)[:, : self.rows]
 
 
-def _combine(found: Floats, smallest: float, confidence: float) -> Estimate:
-    from scipy.special import stdtrit
-
+def _combine(found: Floats, most: Floats, confidence: float) -> Estimate:
     count = len(found)
-    if np.any(found == 0.0):
-        value = float(np.mean(found))
-        return Estimate(value, 0.0, max(smallest, float(np.max(found))))
+    nothing = found == 0.0
+    if np.any(nothing):
+        return Estimate(float(np.mean(found)), 0.0, float(max(np.max(found), np.max(most[nothing]))))
     logs = np.log(found)
     variance = float(np.var(logs, ddof=1))
     centre = float(np.mean(logs)) + variance / 2.0
-    reach = stdtrit(count - 1, 0.5 + confidence / 2.0) * math.sqrt(variance / count + variance**2 / (2 * (count - 1)))
+    reach = student(count, confidence) * math.sqrt(variance / count + variance**2 / (2 * (count - 1)))
     return Estimate(float(np.mean(found)), math.exp(centre - reach), min(1.0, math.exp(centre + reach)))

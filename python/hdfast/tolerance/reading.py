@@ -62,9 +62,9 @@ class _Entry:
 
     def tolerance(self) -> Tolerance:
         lower, upper = self.bounds()
-        shape, points = self.shape_and_points()
+        shape, points = self.shape_and_points(lower, upper)
         if points:
-            lower, upper = max(lower, min(points)), min(upper, max(points))
+            lower, upper = min(points), max(points)
         centre, width = self.number(LAWS[self.distribution].centre, self.nominal), self.width()
         if self.distribution == "capability":
             centre, width, lower, upper = self.capability(centre, lower, upper)
@@ -122,23 +122,38 @@ class _Entry:
             lower, upper = max(lower, nominal - half), min(upper, nominal + half)
         return nominal + side * (half - 3.0 * cpk * sigma), sigma, lower, upper
 
-    def shape_and_points(self) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    def shape_and_points(self, lower: float, upper: float) -> tuple[tuple[float, ...], tuple[float, ...]]:
         if self.distribution == "beta":
-            return tuple(checks.positive(key, self.entry[key], 1e6) for key in ("a", "b")), ()
+            shape = tuple(checks.positive(key, self.entry[key], 1e6) for key in ("a", "b"))
+            return shape if self.factor > 0.0 else shape[::-1], ()  # a negative nominal value mirrors the law
         if self.distribution == "discrete":
             points = self.numbers("values", self.entry["values"])
             weights = self.numbers("weights", self.entry.get("weights", [1.0] * len(points)))
             if len(weights) != len(points) or np.any(weights < 0.0) or not np.sum(weights) > 0.0:
                 raise InputError(f"weights has {len(weights)} numbers, allowed: {len(points)}, not negative, not all 0")
-            order = np.argsort(points)
-            shares = weights[order] / np.sum(weights)
-            return tuple(shares.tolist()), tuple((points[order] * self.factor).tolist())
+            points, weights = self.possible(points[weights > 0.0], weights[weights > 0.0], lower, upper)
+            return tuple((weights / np.sum(weights)).tolist()), tuple(points.tolist())
         if self.distribution == "empirical":
             if ("values" in self.entry) == ("file" in self.entry):
                 raise InputError(f"{self.where} of distribution 'empirical' needs either 'values' or 'file'")
-            given = self.entry["values"] if "values" in self.entry else self.measured()
-            return (), tuple(np.sort(self.numbers("values", given) * self.factor).tolist())
+            given = self.numbers("values", self.entry["values"] if "values" in self.entry else self.measured())
+            return (), tuple(self.possible(given, given, lower, upper)[0].tolist())
         return (), ()
+
+    def possible(
+        self, points: checks.Floats, weights: checks.Floats, lower: float, upper: float
+    ) -> tuple[checks.Floats, checks.Floats]:
+        """Values within the bounds in rising order, with their weights; nothing of those beyond is ever drawn."""
+        values = points * self.factor
+        order = np.argsort(values, kind="stable")
+        kept = order[(values[order] >= lower) & (values[order] <= upper)]
+        different = len(np.unique(values[kept]))
+        if different < 2:
+            raise InputError(
+                f"{self.where} values has {different} different numbers that can occur from lower = {lower:g} to "
+                f"upper = {upper:g}, allowed: at least 2"
+            )
+        return values[kept], weights[kept]
 
     def numbers(self, key: str, value: Any) -> checks.Floats:
         array = checks.table(key, value)
@@ -161,6 +176,8 @@ class _Entry:
         except (ValueError, OSError) as error:
             raise InputError(f"file = {name!r} cannot be read: {str(error).splitlines()[0]}") from None
         column = choose("column", self.entry.get("column", self.name), table.column_names)
+        if table.column_names.count(column) > 1:
+            raise InputError(f"file = {name!r} has {table.column_names.count(column)} columns {column!r}, allowed: 1")
         return table.column(column).to_numpy()
 
 

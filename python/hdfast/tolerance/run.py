@@ -12,16 +12,19 @@ from hdfast import checks, config
 from hdfast.catalogue import build_info
 from hdfast.config import Config
 from hdfast.errors import InputError, choose, shorten
+from hdfast.threads import MAX_THREADS
 from hdfast.tolerance.chunks import ranges, run_here
 from hdfast.tolerance.cluster import LOCAL, MAX_WORKERS, run_on_cluster
 from hdfast.tolerance.designs import DESIGNS
 from hdfast.tolerance.policy import POLICIES
 from hdfast.tolerance.progress import meter
-from hdfast.tolerance.sample import MAX_ROWS
+from hdfast.tolerance.sample import MAX_ROWS, Plan
 from hdfast.tolerance.simulation import study_metrics
 from hdfast.tolerance.store import CHUNK, FolderStore, MemoryStore
 from hdfast.tolerance.study import Study
 from hdfast.tolerance.task import Task
+
+GROUPS = {"latin_hypercube": "Latin hypercube (block of [run])", "sobol": "Sobol sequence (replicates of [run])"}
 
 
 def tolerance(
@@ -71,7 +74,10 @@ def tolerance(
     rows = plan.rows(checks.whole("n", settings.run.rows if n is None else n, 1, MAX_ROWS))
     if resume and out is None:
         raise InputError("resume = True needs out, the folder of the study to continue")
+    _require_two_groups(plan, rows)
     size = checks.whole("chunk", chunk, 1, MAX_ROWS)
+    if threads is not None:
+        checks.whole("threads", threads, 1, MAX_THREADS)
     task = Task(settings, plan, tuple(study_metrics(settings)), threads)
     store = _store(task, out, size, resume=resume)
     if isinstance(store, FolderStore):
@@ -87,9 +93,17 @@ def tolerance(
         if cluster is None:
             run_here(replace(task, progress=watch.within), todo, store, watch.chunk)
         else:
-            work = replace(task, threads=threads or 1)
+            work = replace(task, threads=1 if threads is None else threads)
             run_on_cluster(work, todo, store, watch.chunk, address=cluster or LOCAL, workers=workers)
     return Study(settings, plan, rows, store, policy, task)
+
+
+def _require_two_groups(plan: Plan, rows: int) -> None:
+    """Refuse a random sample whose rows all depend on each other: its verdict would be undecided for ever."""
+    groups = plan.groups(0, rows)
+    if plan.design.random and groups is not None and groups.count < 2:
+        kind = "batch (size of [batches])" if plan.batched else GROUPS[plan.sampling]
+        raise InputError(f"n = {rows} rows are a single {kind}, which shows no interval (allowed: two or more of them)")
 
 
 def fingerprint(task: Task) -> dict[str, Any]:

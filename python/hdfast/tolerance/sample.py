@@ -13,7 +13,7 @@ from hdfast.tolerance.correlation import Correlation
 from hdfast.tolerance.designs import DESIGNS, Design
 from hdfast.tolerance.distributions import Tolerance
 from hdfast.tolerance.intervals import Groups
-from hdfast.tolerance.laws import TINY
+from hdfast.tolerance.laws import normal_scores
 from hdfast.tolerance.streams import stream
 
 MAX_ROWS = 10**9
@@ -39,18 +39,19 @@ class Plan:
     sampling: str = "monte_carlo"
     seed: int = 1
     replicates: int = 16
-    block: int = 1000
+    block: int = 100
     levels: int = 3
     correlation: Correlation | None = None
     batch_size: int = 1
 
     def __post_init__(self) -> None:
-        if self.correlation is None or self.sampling != "latin_hypercube":
+        dependence = self.parts
+        if dependence is None or self.sampling != "latin_hypercube":
             return
-        least = CORRELATED_BLOCK + len(self.correlation.names)
+        least = CORRELATED_BLOCK + len(dependence.names)
         if self.block < least:
             raise InputError(
-                f"block = {self.block} is too small to correlate {len(self.correlation.names)} parameters "
+                f"block = {self.block} is too small to correlate {len(dependence.names)} parameters "
                 f"by sampling = {self.sampling!r} (allowed: at least {least})"
             )
 
@@ -95,13 +96,28 @@ class Plan:
         dependent = self._dependent(points, start, stop)
         return {tolerance.name: tolerance.quantile(dependent[:, j]) for j, tolerance in enumerate(self.tolerances)}
 
+    @property
+    def parts(self) -> Correlation | None:
+        """Dependence of what the design draws, and of what batches have in common; the scores then have `correlation`.
+
+        Raises:
+            InputError: batch shares so different that they cannot.
+        """
+        if self.correlation is None or not self.batched:
+            return self.correlation
+        shares = {tolerance.name: tolerance.batch_share for tolerance in self.tolerances}
+        return self.correlation.of_parts([shares[name] for name in self.correlation.names])
+
     def dependent_scores(self, scores: Floats) -> Floats:
         """(m, d) normal scores with the correlation of the plan from independent ones."""
-        if self.correlation is None:
+        return self._mixed(scores, self.correlation)
+
+    def _mixed(self, scores: Floats, dependence: Correlation | None) -> Floats:
+        if dependence is None:
             return scores
-        columns = [self.names.index(name) for name in self.correlation.names]
+        columns = [self.names.index(name) for name in dependence.names]
         mixed = np.array(scores)
-        mixed[:, columns] = self.correlation.mix(scores[:, columns])
+        mixed[:, columns] = dependence.mix(scores[:, columns])
         return mixed
 
     def from_scores(self, scores: Floats) -> dict[str, Floats]:
@@ -114,23 +130,22 @@ class Plan:
         mixing = self.correlation is not None and self.sampling != "latin_hypercube"
         if not mixing and not self.batched:
             return points
-        from scipy.special import ndtr, ndtri
+        from scipy.special import ndtr
 
-        points = np.array(points)
+        scores = normal_scores(points)
         if mixing:
-            points = ndtr(self.dependent_scores(ndtri(np.clip(points, TINY, 1.0 - TINY))))
-        for j, tolerance in enumerate(self.tolerances if self.batched else ()):
-            if tolerance.batch_share > 0.0:
-                own = ndtri(np.clip(points[:, j], TINY, 1.0 - TINY))
-                common = ndtri(np.clip(self._batch_level(tolerance.name, start, stop), TINY, 1.0 - TINY))
-                share = tolerance.batch_share
-                points[:, j] = ndtr(np.sqrt(share) * common + np.sqrt(1.0 - share) * own)
-        return points
+            scores = self._mixed(scores, self.parts)
+        if self.batched:
+            share = np.array([tolerance.batch_share for tolerance in self.tolerances])
+            common = self._mixed(self._batch_scores(start, stop), self.parts)
+            scores = np.sqrt(share) * common + np.sqrt(1.0 - share) * scores
+        return np.asarray(ndtr(scores))
 
-    def _batch_level(self, name: str, start: int, stop: int) -> Floats:
+    def _batch_scores(self, start: int, stop: int) -> Floats:
+        """(stop - start, d) independent normal scores, the same for all rows of a batch."""
         first, last = start // self.batch_size, (stop - 1) // self.batch_size
-        levels = stream(self.seed, f"batch of {name}", first, last - first + 1)
-        return levels[np.arange(start, stop) // self.batch_size - first]
+        levels = [stream(self.seed, f"batch of {name}", first, last - first + 1) for name in self.names]
+        return normal_scores(np.column_stack(levels)[np.arange(start, stop) // self.batch_size - first])
 
     def groups(self, start: int, stop: int) -> Groups | None:
         """Which of the rows depend on each other; None when none do."""

@@ -7,50 +7,68 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hdfast.checks import Floats
 from hdfast.tolerance.distributions import Tolerance
-from hdfast.tolerance.intervals import CONFIDENCE, Estimate
+from hdfast.tolerance.intervals import CONFIDENCE, Estimate, Groups, student
 
 BLOCKS = 50
 
 
-def rank_correlation(x: Floats, y: Floats, confidence: float = CONFIDENCE) -> Estimate:
-    """Spearman's rank correlation of (n,) values; interval by Fisher's z with the variance of Bonett and Wright (2000).
+def rank_correlation(x: Floats, y: Floats, groups: Groups | None = None, confidence: float = CONFIDENCE) -> Estimate:
+    """Spearman's rank correlation of (n,) values.
+
+    Returns:
+        The correlation; interval by Fisher's z with the variance of Bonett and Wright (2000), or with groups by the
+        jackknife of z over whole groups. NaN when a column does not vary; NaN limits with fewer than two groups.
 
     Raises:
         ValueError: a value is not finite.
     """
-    from scipy.stats import norm, rankdata
+    from scipy.stats import norm
 
     _require_finite(x, y)
-    ranks = [rankdata(values) for values in (x, y)]
-    if len(x) < 4 or any(np.ptp(values) == 0.0 for values in ranks):
+    value = _spearman(x, y) if len(x) >= 4 else math.nan
+    if math.isnan(value):
         return Estimate(math.nan, math.nan, math.nan)
-    value = float(np.corrcoef(*ranks)[0, 1])
     if abs(value) >= 1.0 - 1e-15:
         return Estimate(math.copysign(1.0, value), value, value)
-    reach = float(norm.ppf(0.5 + confidence / 2.0)) * math.sqrt((1.0 + value**2 / 2.0) / (len(x) - 3))
-    centre = math.atanh(value)
+    if groups is None:
+        reach = float(norm.ppf(0.5 + confidence / 2.0)) * math.sqrt((1.0 + value**2 / 2.0) / (len(x) - 3))
+    else:
+        block, blocks = _blocks(len(x), groups)
+        parts = [block != k for k in range(blocks if blocks > 1 else 0)]
+        reach = _jackknife(np.array([_fisher(_spearman(x[part], y[part])) for part in parts]), confidence)
+    centre = _fisher(value)
     return Estimate(value, math.tanh(centre - reach), math.tanh(centre + reach))
 
 
-def partial_rank_correlation(columns: Mapping[str, Floats], y: Floats) -> dict[str, float]:
-    """Rank correlation of each column with y after the linear part of all other columns' ranks is taken out of both."""
+def _spearman(x: Floats, y: Floats) -> float:
     from scipy.stats import rankdata
 
-    _require_finite(*columns.values(), y)
-    ranks = np.column_stack([rankdata(values) for values in (*columns.values(), y)])
-    constant = np.ptp(ranks, axis=0) == 0.0
-    found = dict.fromkeys(columns, math.nan)
-    kept = [j for j in range(ranks.shape[1]) if not constant[j]]
-    if constant[-1] or len(kept) < 2:
-        return found
-    precision = np.linalg.pinv(np.corrcoef(ranks[:, kept], rowvar=False))
-    for position, j in enumerate(kept[:-1]):
-        value = -precision[position, -1] / math.sqrt(precision[position, position] * precision[-1, -1])
-        found[list(columns)[j]] = float(value)
-    return found
+    if np.ptp(x) == 0.0 or np.ptp(y) == 0.0:
+        return math.nan
+    return float(np.corrcoef(rankdata(x), rankdata(y))[0, 1])
+
+
+def _fisher(correlation: float) -> float:
+    return math.atanh(min(max(correlation, 1e-15 - 1.0), 1.0 - 1e-15))
+
+
+def _blocks(rows: int, groups: Groups | None) -> tuple[NDArray[np.intp], int]:
+    """(n,) block of every row, and how many blocks a jackknife leaves out in turn: whole groups where there are."""
+    index = np.arange(rows) if groups is None else groups.index
+    blocks = min(BLOCKS, int(np.max(index)) + 1)
+    return index % blocks, blocks
+
+
+def _jackknife(without: Floats, confidence: float) -> float:
+    """Half width of an interval, from the estimates without each block in turn; NaN for fewer than two blocks."""
+    count = len(without)
+    if count < 2:
+        return math.nan
+    return student(count, confidence) * math.sqrt(count - 1) * float(np.std(without))
 
 
 def _require_finite(*arrays: Floats) -> None:
@@ -58,7 +76,7 @@ def _require_finite(*arrays: Floats) -> None:
         raise ValueError("values must be finite: pass them through hdfast.tolerance.policy.gate first")
 
 
-def variance_share(x: Floats, y: Floats, confidence: float = CONFIDENCE) -> Estimate:
+def variance_share(x: Floats, y: Floats, groups: Groups | None = None, confidence: float = CONFIDENCE) -> Estimate:
     """Share of the variance of y that the parameter x explains alone: the first-order index from rows at hand.
 
     The rows are cut into classes of x with a straight line in each; the variance of these lines, corrected for what
@@ -66,16 +84,16 @@ def variance_share(x: Floats, y: Floats, confidence: float = CONFIDENCE) -> Esti
     what they explain.
 
     Args:
-        x, y: (n,) independent rows, finite.
+        x, y: (n,) finite.
+        groups: which rows depend on each other.
 
     Returns:
-        The share with a delete-a-block jackknife interval; NaN when y does not vary or n is below 100.
+        The share with a delete-a-block jackknife interval, over whole groups where there are. NaN when y does not vary
+        or n is below 100; NaN limits with fewer than two groups.
 
     Raises:
         ValueError: a value is not finite.
     """
-    from scipy.special import stdtrit
-
     _require_finite(x, y)
     if len(x) < 2 * BLOCKS or np.ptp(y) == 0.0:
         return Estimate(math.nan, math.nan, math.nan)
@@ -83,23 +101,23 @@ def variance_share(x: Floats, y: Floats, confidence: float = CONFIDENCE) -> Esti
     label = np.empty(len(x), dtype=np.int64)
     label[np.argsort(x, kind="stable")] = np.arange(len(x)) * classes // len(x)
     place, score = ((values - np.mean(values)) / (np.std(values) or 1.0) for values in (x, y))
-    cell = np.arange(len(x)) % BLOCKS * classes + label
+    block, blocks = _blocks(len(x), groups)
+    cell = block * classes + label
     sums = np.array(
         [
-            np.bincount(cell, weights=weight, minlength=BLOCKS * classes).reshape(BLOCKS, classes)
+            np.bincount(cell, weights=weight, minlength=blocks * classes).reshape(blocks, classes)
             for weight in (np.ones(len(x)), place, score, place**2, place * score, score**2)
         ]
     )
     totals = sums.sum(axis=1)
     value = _explained(totals)
-    without = np.array([_explained(totals - sums[:, block]) for block in range(BLOCKS)])
-    error = math.sqrt((BLOCKS - 1) / BLOCKS * float(np.sum((without - np.mean(without)) ** 2)))
-    reach = float(stdtrit(BLOCKS - 1, 0.5 + confidence / 2.0)) * error
+    without = [_explained(totals - sums[:, k]) for k in range(blocks if blocks > 1 else 0)]
+    reach = _jackknife(np.array(without), confidence)
     return Estimate(value, value - reach, value + reach)
 
 
 def _explained(sums: Floats) -> float:
-    """Share explained by one line per class; (6, classes) sums of 1, x, y, x x, x y, y y."""
+    """Share explained by one line per class; (6, classes) sums of 1, x, y, x x, x y, y y. NaN when y is constant."""
     sums = sums[:, sums[0] > 0.0]
     count, x, y, xx, xy, yy = sums
     rows = float(np.sum(count))
@@ -109,6 +127,8 @@ def _explained(sums: Floats) -> float:
     slope_part = np.where(sloped, (xy - x * y / count) ** 2 / np.where(sloped, spread, 1.0), 0.0)
     between = float(np.sum(y**2 / count + slope_part)) - float(np.sum(y)) ** 2 / rows
     freedom = len(count) + int(np.count_nonzero(sloped))
+    if whole <= 1e-9 * rows or rows <= freedom:
+        return math.nan
     within = (whole - between) / (rows - freedom)
     return (between - (freedom - 1) * within) / whole
 
@@ -118,7 +138,7 @@ class Gradient:
     """Linear picture of a metric around the nominal drive.
 
     Attributes:
-        slope: derivative by each parameter, in units of the metric per unit of the parameter.
+        slope: derivative by each parameter, in units of the metric per unit of the parameter; NaN without a spread.
         share: what each contributes to the variance of that picture, (slope times standard deviation) squared.
         deviation: standard deviation of the metric in that picture.
     """
@@ -152,8 +172,8 @@ def gradient(
     found = {}
     for metric, values in evaluate(columns).items():
         changes = (values[1::2] - values[2::2]) / 2.0
-        slopes = {name: float(changes[j]) / steps[name] for j, name in enumerate(middles)}
-        parts = {item.name: (slopes[item.name] * item.deviation) ** 2 for item in tolerances}
+        slopes = {name: float(changes[j]) / steps[name] if steps[name] else math.nan for j, name in enumerate(middles)}
+        parts = {t.name: (slopes[t.name] * t.deviation) ** 2 if steps[t.name] else 0.0 for t in tolerances}
         whole = sum(parts.values())
         shares = {name: part / whole if whole > 0.0 else math.nan for name, part in parts.items()}
         found[metric] = Gradient(slopes, shares, math.sqrt(whole) if whole >= 0.0 else math.nan)

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from hdfast import checks
 from hdfast.checks import Floats
 from hdfast.tolerance.intervals import CONFIDENCE, Estimate, Groups, mean, percentile
 from hdfast.tolerance.policy import Usable
@@ -80,15 +81,22 @@ def summarise(
 def _moments(values: Floats) -> tuple[float, float, float]:
     if len(values) < 2:
         return (math.nan,) * 3
-    deviation = float(np.std(values, ddof=1))
-    if deviation == 0.0:
+    if np.ptp(values) == 0.0:
         return 0.0, math.nan, math.nan
+    deviation = float(np.std(values, ddof=1))
     score = (values - np.mean(values)) / deviation
     return deviation, float(np.mean(score**3)), float(np.mean(score**4)) - 3.0
 
 
 def sample_size(coverage: float, confidence: float = CONFIDENCE, *, sides: int = 1) -> int:
-    """Independent rows whose largest value (sides=1) or range (sides=2) holds `coverage` of all rows (Wilks 1941)."""
+    """Independent rows whose largest value (sides=1) or range (sides=2) holds `coverage` of all rows (Wilks 1941).
+
+    Raises:
+        InputError: a coverage or confidence that no number of rows reaches, or other sides.
+    """
+    for name, value in (("coverage", coverage), ("confidence", confidence)):
+        checks.number(name, value, 1e-6, 1.0 - 1e-6)
+    checks.whole("sides", sides, 1, 2)
 
     def holds(count: int) -> bool:
         if sides == 1:
@@ -132,19 +140,6 @@ def _left_out(count: int, coverage: float, confidence: float) -> int:
     return low
 
 
-def normal_tolerance_interval(values: Floats, coverage: float, confidence: float = CONFIDENCE) -> tuple[float, float]:
-    """The same for a normal law: mean +- k s with the factor of Howe (1969); only as good as the normal law is."""
-    from scipy.stats import chi2, norm
-
-    count = len(values)
-    if count < 2:
-        return -math.inf, math.inf
-    z = float(norm.ppf(0.5 + coverage / 2.0))
-    k = z * math.sqrt((1.0 + 1.0 / count) * (count - 1) / float(chi2.ppf(1.0 - confidence, count - 1)))
-    centre, deviation = float(np.mean(values)), float(np.std(values, ddof=1))
-    return centre - k * deviation, centre + k * deviation
-
-
 @dataclass(frozen=True)
 class Capability:
     """How the spread of a metric compares with its limits.
@@ -168,7 +163,8 @@ def capability(
     count = len(values)
     if count < 2 or not np.all(np.isfinite(values)):
         return Capability(math.nan, Estimate(math.nan, math.nan, math.nan), math.nan)
-    centre, deviation = float(np.mean(values)), float(np.std(values, ddof=1))
+    centre = float(np.mean(values))
+    deviation = float(np.std(values, ddof=1)) if np.ptp(values) else 0.0
     cp = (upper - lower) / (6.0 * deviation) if deviation else math.inf
     sides = [distance for distance in (upper - centre, centre - lower) if math.isfinite(distance)]
     value = min(sides) / (3.0 * deviation) if deviation else math.copysign(math.inf, min(sides))

@@ -16,10 +16,10 @@ from numpy.typing import NDArray
 from hdfast import checks
 from hdfast.checks import Floats
 from hdfast.errors import InputError
-from hdfast.files import prepare, sha256, write_atomically, write_json
+from hdfast.files import prepare, write_atomically, write_json
 from hdfast.tolerance.sample import MAX_ROWS
 from hdfast.tolerance.task import Piece
-from hdfast.tolerance.trajectories import TrajectoryStore
+from hdfast.tolerance.trajectories import TrajectoryStore, checksum
 
 FORMAT = 1
 MANIFEST, ROWS = "manifest.json", "rows"
@@ -161,7 +161,7 @@ class FolderStore:
 
     def _intact(self, entry: Mapping[str, Any]) -> bool:
         files = {entry["file"]: entry["sha256"], **entry.get("trajectories", {})}
-        return all((self.folder / n).is_file() and sha256(self.folder / n) == s for n, s in files.items())
+        return all(checksum(self.folder / name) == expected for name, expected in files.items())
 
     def done(self, start: int, stop: int) -> bool:
         """True when these rows are there and intact."""

@@ -119,7 +119,7 @@ class Study(FurtherRuns):
             if self.policy == "refuse":
                 gate(values, self.finished, self.policy, spec.metric)
             good = self.finished & np.isfinite(values)
-            deviation = float(np.std(values[good])) if good.any() else 1.0
+            deviation = float(np.std(values[good])) if good.any() and np.ptp(values[good]) else 1.0
             smallest = np.minimum(smallest, margin(spec, np.where(good, values, np.nan), deviation))
         return smallest
 
@@ -194,7 +194,8 @@ class Study(FurtherRuns):
         if usable.missing and usable.policy == "worst":
             keep = np.isfinite(values)
             index, values = index[keep], values[keep]
-        return {name: variance_share(column[index], values) for name, column in inputs.items()}
+        groups = self.groups and self.groups.take(index)
+        return {name: variance_share(column[index], values, groups) for name, column in inputs.items()}
 
     @cached_property
     def loss_contributions(self) -> dict[str, dict[str, Estimate]]:
@@ -204,7 +205,8 @@ class Study(FurtherRuns):
         for metric, spec in self.specs.items():
             held, used = self.held(spec)
             bad = (~held[used]).astype(float)
-            found[metric] = {name: variance_share(column[used], bad) for name, column in inputs.items()}
+            groups = self.groups and self.groups.take(used)
+            found[metric] = {name: variance_share(column[used], bad, groups) for name, column in inputs.items()}
         return found
 
     def rank_correlations(self, metric: str) -> dict[str, Estimate]:
@@ -212,7 +214,8 @@ class Study(FurtherRuns):
         usable = self.usable(metric)
         keep = np.isfinite(usable.values)
         index, values = usable.index[keep], usable.values[keep]
-        return {name: rank_correlation(self.column(name)[index], values) for name in self.plan.names}
+        groups = self.groups and self.groups.take(index)
+        return {name: rank_correlation(self.column(name)[index], values, groups) for name in self.plan.names}
 
     @property
     def met(self) -> bool:

@@ -50,6 +50,11 @@ def read_trajectories(section: Mapping[str, Any], known: Any, t_end: float) -> T
     return Trajectories(signals, checks.number("step", section["step"], t_end / MAX_SAMPLES, t_end, "s"))
 
 
+def checksum(path: Path) -> str:
+    """SHA-256 of a file in hexadecimal; empty where there is none, as of a shard without a sample: Zarr writes none."""
+    return sha256(path) if path.is_file() else ""
+
+
 class TrajectoryStore:
     """The arrays (rows, T) of a study's signals on disk; NaN where a row did not get.
 
@@ -97,5 +102,5 @@ class TrajectoryStore:
             file = f"{FOLDER}/{name}/c/{piece.start // self.chunk}/0"
             (self.folder / file).unlink(missing_ok=True)  # Zarr would merge with what is there, damaged or not
             array[piece.start : piece.stop] = piece.samples[name]
-            written[file] = sha256(self.folder / file)
+            written[file] = checksum(self.folder / file)
         return written

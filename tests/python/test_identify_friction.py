@@ -94,6 +94,76 @@ def test_exact_driven_and_still_recordings_are_refused():
         identify.friction({"t": t, "motor_angle": 50 * t**2, "motor_torque": 0 * t}, ratio=121.0)
 
 
+def at(speed, torque, load=0.0):
+    """A recording at constant speed [rad/s]; torque [N m] a number or (400,)."""
+    t = np.linspace(0.0, 4.0, 400)
+    return {"t": t, "motor_angle": speed * t, "motor_torque": torque + 0.0 * t, "load_torque": load + 0.0 * t}
+
+
+def test_exact_fewer_speeds_than_parameters_are_named():
+    recordings = [at(5.0, 0.03), at(-5.0, -0.03), at(5.0, 0.2, load=20.0)]
+    with pytest.raises(InputError, match="3 constant speeds do not give T_c_forward, T_c_backward, B, c_L"):
+        identify.friction(recordings, ratio=121.0)
+    with pytest.raises(InputError, match="0 at every constant speed"):
+        identify.friction([at(speed, 0.0) for speed in (2.0, 4.0, 8.0)], ratio=121.0)
+
+
+def test_exact_as_many_speeds_as_parameters_tell_no_interval():
+    fit = identify.friction([at(5.0, 0.035), at(10.0, 0.04), at(-5.0, -0.035)], ratio=121.0)
+    assert fit.estimates.named("B").value == pytest.approx(1e-3, rel=1e-6)
+    assert {item.sigma for item in fit.estimates} == {np.inf}
+    assert "terms" not in fit.model
+
+
+@pytest.mark.parametrize("noisy", [0, 3])
+def test_exact_torques_that_stand_still_have_a_weight(noisy):
+    """Rounding hides the noise at most speeds or at all of them."""
+    rng = np.random.default_rng(1)
+    speeds = np.array([2.0, 4.0, 8.0, 16.0, -2.0, -4.0, -8.0, -16.0])
+    recordings = [
+        at(speed, np.sign(speed) * 0.03 + 1e-3 * speed + (1e-5 * rng.standard_normal(400) if j < noisy else 0.0))
+        for j, speed in enumerate(speeds)
+    ]
+    fit = identify.friction(recordings, ratio=121.0)
+    for name, value in (("T_c_forward", 0.03), ("T_c_backward", 0.03), ("B", 1e-3)):
+        assert fit.estimates.named(name).value == pytest.approx(value, rel=1e-3)
+
+
+def test_exact_rest_between_the_speeds_is_no_speed():
+    """At rest the holding torque is anything; the angle creeps by a step of its encoder."""
+    parts = [(0.0, 0.01), (5.0, 0.035), (0.0, -0.01), (10.0, 0.04), (0.0, 0.02), (20.0, 0.05), (0.0, 0.02)]
+    speed = np.repeat([speed for speed, _ in parts], 400)
+    t = 0.01 * np.arange(len(speed))
+    torque = np.repeat([torque for _, torque in parts], 400)
+    angle = np.cumsum(speed + 1e-7) * 0.01
+    recording = {"t": t, "motor_angle": angle, "motor_torque": torque, "speed_reference": speed}
+    fit = identify.friction(recording, ratio=121.0)
+    assert fit.numbers["speeds"] == 3
+    assert fit.estimates.named("T_c_forward").value == pytest.approx(0.03, rel=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("options", "text"),
+    [
+        ({"ratio": 0.0, "inertia": J}, "ratio = 0 must be greater than zero"),
+        ({"ratio": -121.0}, "ratio = -121 is out of range"),
+        ({"inertia": 0.0}, "inertia = 0 must be greater than zero"),
+        ({}, "rests after 3 samples .allowed: at least 5"),
+        ({"cubic": True}, "rests after 3 samples"),
+    ],
+)
+def test_exact_a_coast_that_cannot_be_fitted_is_refused(options, text):
+    t = 0.1 * np.arange(20)
+    with pytest.raises(InputError, match=text):
+        identify.coastdown({"t": t, "motor_angle": 5.0 * np.minimum(t, 0.2)}, **options)
+
+
+def test_exact_a_gap_in_the_torque_does_not_hide_a_driven_coast():
+    t = np.linspace(0.0, 1.0, 200)
+    with pytest.raises(InputError, match="motor_torque is not near zero"):
+        identify.coastdown({"t": t, "motor_angle": t, "motor_torque": np.where(t < 0.1, np.nan, 0.1)})
+
+
 def test_against_published_friction_of_a_strain_wave_joint():
     """Kinova Gen3 joint 7 at constant speeds: about 1.39 + 0.69 v N m at the joint, 7.6 N m/A."""
     files = sorted(DATA.glob("kinova_gen3_j7_v*.npz"))

@@ -86,6 +86,25 @@ def test_exact_scale_error_and_skew_are_nuisances():
     assert any("2e-06 rad per motor radian" in note for note in fit.notes)
 
 
+def test_exact_friction_windup_is_the_mean_over_the_runs_of_each_direction():
+    """Forward, backward, forward: 5 µrad of windup against the motion, and 3 µrad more in the last run."""
+    forward, backward = smooth([2], [90e-6], [0.4], 0.0)
+    again = dict(forward)
+    for run, windup in ((forward, 5e-6), (backward, -5e-6), (again, 8e-6)):
+        run["load_angle"] = run["load_angle"] - windup
+    for runs, half in (([forward, backward, again], "5.75"), ([backward, forward, forward], "5")):
+        notes = identify.kinematic_error(runs, ratio=121.0, orders=[2]).notes
+        assert any(f"forward and backward: {half} µrad" in note for note in notes)
+
+
+@pytest.mark.parametrize(
+    ("orders", "text"), [([], "orders is empty"), ([2, "2"], "2 twice"), ("1,2", "not a list"), ([0], "order 0")]
+)
+def test_exact_orders_that_cannot_be_are_named(orders, text):
+    with pytest.raises(InputError, match=text):
+        identify.kinematic_error(smooth([2], [90e-6], [0.4], 0.0), ratio=121.0, orders=orders)
+
+
 def test_exact_wrong_recordings_are_named():
     [forward, _] = smooth([2], [90e-6], [0.4], 0.0)
     with pytest.raises(InputError, match="motor revolutions"):

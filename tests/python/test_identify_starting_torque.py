@@ -70,6 +70,21 @@ def test_exact_without_sliding_friction_the_level_stands_as_coulomb_torque(made)
     assert "<svg" in identify_page.page(fit)
 
 
+def test_exact_one_start_in_each_direction_tells_neither_scatter_nor_asymmetry():
+    fit = identify.starting_torque(starting_torque(LAW, rate=2e-2, angles=1, seed=4).recordings)
+    assert fit.numbers["starts"] == 2
+    assert {item.sigma for item in fit.estimates} == {np.inf}
+    assert [term["effect"] for term in fit.model["terms"]] == ["coulomb_friction"]
+
+
+def test_exact_a_declared_law_may_state_a_deviation_or_no_friction(made):
+    for level, ratio in (({"value": 0.03, "sigma": 0.1}, 4.0 / 3.0), (0.0, None)):
+        declared = STRIBECK | {"parameters": STRIBECK["parameters"] | {"T_c": level}}
+        law = identify.starting_torque(made.recordings, base={"terms": [declared]}).model["terms"][0]
+        assert law["effect"] == ("stribeck_friction" if ratio else "coulomb_friction")
+        assert law["parameters"].get("breakaway_ratio") == (pytest.approx(ratio, rel=0.01) if ratio else None)
+
+
 def test_exact_recordings_without_a_slow_start_are_refused():
     t = np.linspace(0.0, 4.0, 4001)
     moving = {"t": t, "motor_angle": 10.0 * np.maximum(t - 2.0, 0.0) ** 2, "motor_torque": np.where(t < 2.0, 0.0, 0.1)}

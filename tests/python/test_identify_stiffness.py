@@ -10,6 +10,7 @@ from hdfast.bench import SlipLoop, rig, stiffness
 from hdfast.errors import InputError
 from hdfast.identify.estimate import Estimate, mean
 from hdfast.report import identify_page
+from hdfast.sensors import SensorFacts, encoder
 
 SEEDS = 100
 WITHIN = {"k1": 0.01, "k3": 0.01, "k5": 0.01, "K1": 0.01, "K2": 0.01, "K3": 0.01, "loop_energy": 0.004}
@@ -130,6 +131,54 @@ def test_exact_repeated_loops_are_averaged_and_their_scatter_counts():
     apart = [Estimate("E", value, "J", 1.0, 0.0, 0.0) for value in (0.0, 10.0)]
     assert mean(apart).value == 5.0
     assert mean(apart).sigma == pytest.approx(5.0)
+
+
+def test_against_engine_the_bench_holds_the_motor_against_the_load():
+    t = np.linspace(0.0, 2.0, 9)
+    held = simulate(
+        {"te_scale": 0.0}, scenario=Scenario.motion(t, 0.0 * t, load=20.0), t_eval=t, signals=["tau_m"], metrics=[]
+    )
+    sensors = rig(50.0, motor_torque=SensorFacts(), load_torque=SensorFacts())
+    made = stiffness(rate=20.0, sensors=sensors).recording
+    np.testing.assert_allclose(made["motor_torque"], held["tau_m"][-1] / 20.0 * made["load_torque"], atol=1e-5)
+
+
+@pytest.mark.parametrize("bits", [8, 11, 12, 13, 15])
+def test_exact_a_coarse_encoder_gives_numbers_or_a_sentence(bits):
+    """The loop is 3 mrad wide: 4 steps of 13 bit, 15 of 15 bit."""
+    for seed in range(4):
+        made = stiffness(rate=8.0, sensors=rig(100.0, load_angle=encoder(bits, noise=1e-6)), seed=seed)
+        if bits == 15:
+            fit = identify.stiffness(made.recording, ratio=121.0)
+            assert fit.estimates.named("k1").value == pytest.approx(made.truth["k1"], rel=0.05)
+            continue
+        with pytest.raises(InputError, match=r"allowed: at least 8|does not grow with the torque"):
+            identify.stiffness(made.recording, ratio=121.0)
+
+
+@pytest.mark.parametrize(
+    ("change", "options", "text"),
+    [
+        ({"load_angle": 0.0}, {}, "moves by 0 rad, does not grow with the torque"),
+        ({"load_angle": -1.0}, {}, "does not grow with the torque"),
+        ({"load_torque": 0.0}, {}, "0 whole passes"),
+        ({"load_torque": np.nan}, {}, "finds 0 samples"),
+        ({}, {"ratio": 0.0}, "ratio = 0 must be greater than zero"),
+        ({}, {"ratio": -121.0}, "ratio = -121 is out of range"),
+    ],
+)
+def test_exact_columns_and_ratios_that_cannot_be_are_named(change, options, text):
+    columns = dict(stiffness(rate=20.0, sensors=rig(100.0)).recording.columns)
+    columns |= {name: factor * columns[name] for name, factor in change.items()}
+    with pytest.raises(InputError, match=text):
+        identify.stiffness(columns, **{"ratio": 121.0} | options)
+
+
+def test_exact_a_loop_without_noise_or_hysteresis():
+    perfect = rig(100.0, motor_angle=SensorFacts(), load_angle=SensorFacts(), load_torque=SensorFacts())
+    made = stiffness(rate=8.0, loop=SlipLoop(torque=0.0), sensors=perfect)
+    fit = identify.stiffness([made.recording, made.recording], ratio=121.0)
+    assert fit.estimates.named("k1").value == pytest.approx(made.truth["k1"], rel=1e-3)
 
 
 @pytest.mark.parametrize(

@@ -6,9 +6,12 @@ import functools
 
 import numpy as np
 import pytest
+from hdfast.identify.estimate import Estimates, estimate
+from hdfast.identify.fit import Fit
 from hdfast.studies import STUDIES
 from hdfast.studies.claims import CONTRADICTORY, OPEN, PARTLY, REPRODUCED, trend
 from hdfast.studies.claims_list import CLAIMS
+from hdfast.studies.validation_claims import largest_error
 
 EXPECTED = {
     "speed": {
@@ -113,6 +116,15 @@ def test_exact_a_claim_has_a_reason_and_needs_numbers_to_be_reproduced():
 )
 def test_exact_signs(values, sign):
     assert trend(values)[0] == sign
+
+
+def test_exact_an_order_that_the_drive_lacks_has_no_relative_error():
+    found = [estimate(f"te_{n}", value, "rad", 1e-9) for n, value in ((1, 0.0), (2, 2.02e-4), (3, 1e-9))]
+    fit = Fit("kinematic_error", "", Estimates(found), {}, [], {"suggested": 3})
+    none = {f"te_{part}_{n}": 0.0 for part in ("cos", "sin") for n in range(1, 16)} | {"te_scale": 2.0}
+    assert largest_error(fit, none) == 0.0
+    assert largest_error(fit, none | {"te_cos_2": 6e-5, "te_sin_2": 8e-5}) == pytest.approx(0.01)
+    assert largest_error(fit, none | {"te_cos_2": 6e-5, "te_sin_2": 8e-5, "te_sin_9": 1e-6}) == 1.0
 
 
 def test_against_design_table_transmission_error_over_speed():

@@ -6,7 +6,8 @@ import json
 from pathlib import Path
 
 import pytest
-from hdfast import cli, config
+from hdfast import cli, config, params
+from hdfast.studies import STUDIES, Study
 
 EXAMPLE = str(Path(__file__).parents[2] / "examples" / "shf-25-120.toml")
 
@@ -64,6 +65,33 @@ def test_exact_study_writes_page_rows_and_claims(tmp_path, capsys):
 
 
 @pytest.mark.parametrize(
+    "text",
+    [
+        "[kinematic_error]\norders = [2, 4, 6]\ncos = [6e-5, 1e-5, 2e-6]\nsin = [7e-5, 0.0, 1e-6]\n",
+        "[kinematic_error]\norders = [2]\n",
+        "[kinematic_error]\norders = []\n",
+        "[drive]\nte_cos_1 = 1e-5\n",
+        "[drive]\nJ_m = 2e-4\n",
+    ],
+)
+def test_against_config_a_study_has_the_kinematic_error_of_the_file(text, tmp_path, monkeypatch):
+    """Every order as a sweep of the file has it, zero where the file's list lacks it."""
+    path, seen = tmp_path / "drive.toml", []
+    path.write_text(text)
+
+    def study(drive, _threads):
+        seen.append({row.name: row.default for row in params()} | drive)
+        return Study("speed", "", "", {}, [])
+
+    monkeypatch.setitem(STUDIES, "speed", study)
+    assert cli.main(["study", "speed", str(path), "--quiet"]) == 0
+    nominal = config.load(path).nominal()
+    assert {name: nominal.get(name, 0.0) for name in seen[0] if name.startswith("te_")} == {
+        name: value for name, value in seen[0].items() if name.startswith("te_")
+    }
+
+
+@pytest.mark.parametrize(
     ("arguments", "text"),
     [
         (["identify", "friction", "missing.csv"], "no such file"),
@@ -76,6 +104,8 @@ def test_exact_study_writes_page_rows_and_claims(tmp_path, capsys):
             ["study", "stiffness", "{heavy}"],
             "J_l = 3 kg m^2 (allowed for a study: 0.5 or left out; its loads are 0.5, 2, 12)",
         ),
+        (["study", "validate", "{undamped}"], "B_m, B_ml, B_l are 0 (allowed for a study: one of them"),
+        (["study", "speed", "{impossible}"], "k1 = -1"),
         (["study", "stiffness", "{rubbing}"], "terms coulomb_friction (allowed for a study: none)"),
     ],
 )
@@ -86,6 +116,11 @@ def test_exact_wrong_input_ends_with_two(arguments, text, tmp_path, capsys):
     heavy, rubbing = tmp_path / "heavy.toml", tmp_path / "rubbing.toml"
     heavy.write_text("[drive]\nJ_l = 3\n")
     rubbing.write_text('[[terms]]\neffect = "coulomb_friction"\n')
-    given = [part.format(run=run, piecewise=piecewise, heavy=heavy, rubbing=rubbing) for part in arguments]
+    undamped, impossible = tmp_path / "undamped.toml", tmp_path / "impossible.toml"
+    undamped.write_text("[drive]\nB_m = 0\nB_ml = 0\nB_l = 0\n")
+    impossible.write_text("[drive]\nk1 = -1\n")
+    files = {"run": run, "piecewise": piecewise, "heavy": heavy, "rubbing": rubbing}
+    files |= {"undamped": undamped, "impossible": impossible}
+    given = [part.format(**files) for part in arguments]
     assert cli.main(given) == 2
     assert text in capsys.readouterr().err

@@ -111,6 +111,14 @@ def test_exact_ring_of_two_decaying_oscillations():
     assert ring(t, signal, 20.0) == pytest.approx((21.0, 9.0, 0.3), rel=1e-3)
 
 
+def test_exact_no_ring_of_an_overdamped_mode_or_a_run_that_ended_early():
+    """B_sp sixty times as large: the mode under control does not swing."""
+    assert trends.controlled_mode(parameters(B_sp=60 * 5 * 20.0), 0.05, 0.8).imag == 0.0
+    t = np.linspace(0.0, 0.6, 601)
+    for signal, guess in ((np.exp(-30.0 * t), 0.0), (np.exp(-30.0 * t), 0.1), (np.where(t < 0.3, t, np.nan), 20.0)):
+        assert np.isnan(ring(t, signal, guess)).all()
+
+
 def test_exact_cases_cover_start_run_and_stop():
     grid = cases.run("J_l", [1.0, 2.0], [1.0], loads=(0.5,))
     assert grid.result.finished.all()

@@ -72,7 +72,7 @@ def stiffness(
     windup, cycle = _windup(model.spring, values, slip, t, load, moments, corners)
     signals = {
         "motor_angle": np.zeros_like(t),
-        "motor_torque": -load / values["ratio"],
+        "motor_torque": load / values["ratio"],
         "load_angle": -windup,
         "load_torque": load,
     }

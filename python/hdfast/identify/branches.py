@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hdfast.checks import Floats
+from hdfast.errors import InputError
 from hdfast.identify.crossings import Crossings
 from hdfast.identify.estimate import Estimate, estimate
 from hdfast.identify.least_squares import fit
@@ -15,6 +16,8 @@ from hdfast.identify.least_squares import fit
 LOST_MOTION_SHARE = 0.04
 CLOSING_SHARE = 0.15  # of the range of windup: within it the branches have to reach their distance
 CUT_MARGIN = 1.3
+LEAST_LEVELS = 8  # that both branches pass
+QUIET = 1e-12  # of the range of torque: noise that cannot be less
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,14 +43,24 @@ class Branches:
 
 
 def branches(found: Crossings) -> Branches:
-    """Pair the branches and find where they run parallel."""
+    """Pair the branches and find where they run parallel.
+
+    Raises:
+        InputError: the steps of the windup are too coarse for the loop.
+    """
     key = np.round(found.windup / found.spacing * 2.0).astype(np.int64)
     rising, falling = (_means(key[found.direction == s], found.torque[found.direction == s]) for s in (1.0, -1.0))
-    common = np.array(sorted(rising.keys() & falling.keys()))
-    windup = common * found.spacing / 2.0
-    up, down = np.array([rising[k] for k in common]), np.array([falling[k] for k in common])
+    shared = sorted(rising.keys() & falling.keys())
+    if len(shared) < LEAST_LEVELS:
+        raise InputError(
+            f"the branches share {len(shared)} levels of the windup, {found.spacing:.3g} rad apart, in a loop of "
+            f"{np.ptp(found.reach):.3g} rad (allowed: at least {LEAST_LEVELS}; take a finer load_angle or more torque)"
+        )
+    windup = np.array(shared) * found.spacing / 2.0
+    up, down = np.array([rising[k] for k in shared]), np.array([falling[k] for k in shared])
     width = up - down
     noise = float(np.median(np.abs(np.diff(width, 2)))) / 0.6745 / np.sqrt(6.0)
+    noise = max(noise, QUIET * float(np.ptp(found.top)))
     middle = np.abs(windup - np.mean(found.reach)) < 0.25 * np.ptp(found.reach)
     plateau = float(np.median(width[middle]))
     cut = _cut(windup, width, found.reach, plateau, noise)

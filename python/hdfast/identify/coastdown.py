@@ -21,6 +21,7 @@ POINTS = 400
 STEPS = 400
 REST = 0.02
 LEAST_ANGLE = 0.1
+LEAST_SAMPLES = 5  # in motion: one coast alone carries the law, its start and its speed
 
 
 def coastdown(
@@ -46,8 +47,10 @@ def coastdown(
         columns, base, source: as in `stiffness`.
 
     Raises:
-        InputError: a column is missing, or a recording does not move.
+        InputError: a column is missing, a recording does not move or is driven, or an argument is out of range.
     """
+    j_total = None if inertia is None else checks.positive("inertia", inertia, 1e6, "kg m^2")
+    i = None if ratio is None else checks.positive("ratio", ratio, 1e4)
     listed = gather(recordings, columns)
     runs = [_moving(item) for item in listed]
     start = [_first_guess(t, angle) for t, angle in runs]
@@ -71,13 +74,12 @@ def coastdown(
     estimates = [estimate(n, found.values[j], u, found.sigma[j], found.freedom) for j, (n, u) in enumerate(names)]
     notes = [f"{item.name}: {note}" for item in listed for note in item.notes]
     sections: dict[str, Any] = {}
-    if inertia is None:
+    if j_total is None:
         notes.append("inertia is not given: friction is known over inertia only, and the model file holds nothing new")
     else:
-        j_total = checks.positive("inertia", inertia, 1e6, "kg m^2")
         for j, (name, unit) in enumerate((("T_c", "N m"), ("B", "N m s/rad"))):
             estimates.append(estimate(name, found.values[j] * j_total, unit, found.sigma[j] * j_total, found.freedom))
-        sections["drive"] = _share(float(found.values[1]) * j_total, base, ratio, notes)
+        sections["drive"] = _share(float(found.values[1]) * j_total, base, i, notes)
         sections["terms"] = coulomb(estimates[-2], notes)
     notes.append(f"angle residual {np.std(found.residuals):.3g} rad rms over {len(runs)} coasts")
     return Fit(
@@ -140,7 +142,9 @@ def _integrated(t: Floats, speed: float, law: tuple[float, float, float]) -> Flo
 def _moving(recording: Recording) -> tuple[Floats, Floats]:
     """Time from the first sample and distance travelled until rest, thinned to means."""
     t, angle = recording.need("a coast-down", "t", "motor_angle")
-    if "motor_torque" in recording and np.median(np.abs(recording["motor_torque"])) > 0.02:
+    torque = np.abs(recording.get("motor_torque", np.zeros(0)))
+    known = torque[np.isfinite(torque)]
+    if known.size and np.median(known) > 0.02:
         raise InputError(
             f"{recording.name}: motor_torque is not near zero; a coast-down needs a motor that is switched off"
         )
@@ -150,6 +154,10 @@ def _moving(recording: Recording) -> tuple[Floats, Floats]:
         raise InputError(f"{recording.name}: the motor turns by {total:.3g} rad (allowed: at least {LEAST_ANGLE})")
     still = np.flatnonzero(travelled > total - REST * min(total, 1.0))
     stop = int(still[0]) + 1
+    if stop < LEAST_SAMPLES:
+        raise InputError(
+            f"{recording.name}: the motor rests after {stop} samples (allowed: at least {LEAST_SAMPLES} in motion)"
+        )
     size = max(1, stop // POINTS)
     count = stop // size
     means = [values[: count * size].reshape(count, size).mean(axis=1) for values in (t - t[0], travelled)]
@@ -159,7 +167,7 @@ def _moving(recording: Recording) -> tuple[Floats, Floats]:
 def _first_guess(t: Floats, angle: Floats) -> tuple[float, float]:
     near = max(6, len(t) // 10)
     line = np.polyfit(t[:near], angle[:near], 2)
-    return max(abs(float(line[2])), 1e-3), float(line[1])
+    return max(abs(float(line[2])), 1e-3), max(float(line[1]), float(angle[-1] / t[-1]))
 
 
 def _share(total: float, base: Mapping[str, Any] | None, ratio: float | None, notes: list[str]) -> dict[str, Any]:

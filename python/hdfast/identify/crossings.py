@@ -80,7 +80,7 @@ def crossings(windup: Floats, torque: Floats, resolution: float | None) -> Cross
         resolution: smallest step of the windup [rad]; None takes the smallest step found.
 
     Raises:
-        InputError: fewer than two whole passes.
+        InputError: fewer than two whole passes, or a windup that does not grow with the torque.
     """
     bounds = turning_points(torque)
     span = float(np.ptp(torque))
@@ -90,13 +90,19 @@ def crossings(windup: Floats, torque: Floats, resolution: float | None) -> Cross
             f"the torque makes {len(whole)} whole passes after the first quarter loop "
             "(allowed: at least 2, that is 0, +T, -T, +T)"
         )
+    loop = slice(whole[0][0], whole[-1][1])
+    inside = windup[loop]
+    reach = float(np.ptp(inside))
+    if not np.cov(inside, torque[loop])[0, 1] > 0.0:
+        raise InputError(
+            f"the windup, which moves by {reach:.3g} rad, does not grow with the torque "
+            "(allowed: positive torque turns load_angle back; a negative scale turns a column round)"
+        )
     noise = float(np.median(np.abs(np.diff(windup, 2)))) / 0.6745 / np.sqrt(6.0)
     step = smallest_step(windup) if resolution is None else resolution
-    reach = float(np.ptp(windup[whole[0][0] : whole[-1][1]]))
     factor = max(1.0, np.ceil(max(6.0 * noise, reach / MOST_LEVELS) / step)) if step else 1.0
     spacing = step * factor if step else max(6.0 * noise, reach / MOST_LEVELS)
     parts = [_pass(windup[a:b], torque[a:b], spacing, step, 4.0 * noise) for a, b in whole]
-    inside = windup[whole[0][0] : whole[-1][1]]
     return Crossings(
         np.concatenate([part[0] for part in parts]),
         np.concatenate([part[1] for part in parts]),

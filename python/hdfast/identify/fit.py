@@ -9,7 +9,7 @@ from typing import Any
 
 from hdfast.checks import Floats
 from hdfast.identify.estimate import Estimates
-from hdfast.identify.left_out import replaced
+from hdfast.identify.left_out import number, replaced
 from hdfast.sections import OF_A_CAMPAIGN
 from hdfast.spring import COEFFICIENTS
 from hdfast.terms import terms
@@ -102,4 +102,4 @@ def merge(base: Mapping[str, Any], found: Mapping[str, Any]) -> dict[str, Any]:
 def plain(section: Mapping[str, Any]) -> dict[str, Any]:
     """A section of a campaign file with its values alone: tolerances and tooth counts left out."""
     kept = {key: value for key, value in section.items() if key not in ("sigma", "fixed") and key[:6] != "teeth_"}
-    return {key: value["value"] if isinstance(value, Mapping) else value for key, value in kept.items()}
+    return {key: number(value) for key, value in kept.items()}

@@ -9,6 +9,7 @@ import numpy as np
 
 from hdfast import checks
 from hdfast.checks import Floats
+from hdfast.errors import InputError
 from hdfast.identify.estimate import Estimate, Estimates, estimate
 from hdfast.identify.fit import Fit, plain
 from hdfast.identify.left_out import dry_friction
@@ -49,13 +50,19 @@ def friction(
         columns, base, source: as in `stiffness`.
 
     Raises:
-        InputError: a column is missing, or there are too few constant speeds.
+        InputError: a column is missing, there are too few constant speeds, or no torque at any of them.
     """
     i = checks.positive("ratio", ratio, 1e4)
     listed = gather(recordings, columns)
     means = plateaus(listed, i)
+    if not means.torque.any():
+        raise InputError("motor_torque less load_torque/ratio is 0 at every constant speed: is it the right column?")
     notes = [f"{item.name}: {note}" for item in listed for note in item.notes]
     names = _names(means, listed, notes)
+    if len(means.speed) < len(names):
+        raise InputError(
+            f"{len(means.speed)} constant speeds do not give {', '.join(names)} (allowed: at least {len(names)} speeds)"
+        )
     plain = _fit(means, names, i)
     dipped_names = [*names, "T_s_excess", "omega_s"]
     dipped = _fit(means, dipped_names, i) if len(means.speed) > len(dipped_names) + 2 else None
@@ -120,11 +127,13 @@ def _names(means: Plateaus, listed: list[Any], notes: list[str]) -> list[str]:
 
 
 def _fit(means: Plateaus, names: list[str], ratio: float) -> NonlinearFit:
+    """The law on the means; where rounding hides the noise, that of the other plateaus stands in."""
     size = float(np.max(np.abs(means.torque)))
     fast = float(np.max(np.abs(means.speed)))
     starts = {"T_c_forward": 0.5 * size, "T_c_backward": 0.5 * size, "B": 0.5 * size / fast, "T_s_excess": 0.1 * size}
     starts |= {"omega_s": 0.05 * fast, "c_L": 0.05, "beta": 0.02}
-    floor = float(np.median(means.noise))
+    noisy = means.noise[means.noise > 0.0]
+    floor = float(np.median(noisy)) if noisy.size else size
     weight = 1.0 / np.hypot(means.noise, floor)
 
     def residual(values: Floats) -> Floats:

@@ -18,7 +18,7 @@ from hdfast.identify.estimate import Estimate, Estimates, estimate
 from hdfast.identify.fit import Fit
 from hdfast.identify.orders import Design, Run
 from hdfast.identify.selection import Selection, select
-from hdfast.model import parse_order
+from hdfast.model import Model
 from hdfast.recordings import Recording, gather
 
 Complexes = NDArray[np.complex128]
@@ -54,7 +54,9 @@ def kinematic_error(
     i = checks.positive("ratio", ratio, 1e4)
     checks.whole("most", most, 1, 60)
     listed = gather(recordings, columns)
-    wanted = None if orders is None else [parse_order(order) for order in orders]
+    wanted = None if orders is None else [Fraction(label) for label in Model(orders=orders).order_labels]
+    if wanted == []:
+        raise InputError("orders is empty (allowed: at least one order, or None)")
     highest = float(max([*(wanted or []), Fraction(most)]))
     runs = _runs(listed, i, highest)
     notes = [f"{item.name}: {note}" for item in listed for note in item.notes]
@@ -212,11 +214,12 @@ def _notes(runs: list[Run], found: _Solution, selection: Selection, gain: Mappin
         f"in means of {runs[0].samples} samples"
     ]
     if both:
-        offsets = [found.nuisances[f"offset_{i}"] for i in range(len(runs))]
-        half = 0.5 * (offsets[0] - offsets[-1]) * runs[0].direction
+        offsets = np.array([found.nuisances[f"offset_{i}"] for i in range(len(runs))])
+        forward = np.array([run.direction > 0.0 for run in runs])
+        half = 0.5 * float(np.mean(offsets[forward]) - np.mean(offsets[~forward]))
         notes.append(
             f"half the difference of the offsets forward and backward: {half * 1e6:.3g} µrad, friction or hysteresis "
-            "windup if both runs share one zero of the angles"
+            "windup if all runs share one zero of the angles"
         )
         notes.append(
             "largest difference of an order between the directions: "

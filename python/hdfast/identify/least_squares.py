@@ -20,8 +20,8 @@ class LinearFit:
 
     @property
     def sigma(self) -> Floats:
-        """Standard deviations (p,)."""
-        return np.sqrt(np.diag(self.covariance))
+        """Standard deviations (p,); infinite without a degree of freedom, when residuals tell nothing."""
+        return np.sqrt(np.diag(self.covariance)) if self.freedom > 0 else np.full_like(self.coefficients, np.inf)
 
 
 def fit(columns: Floats, data: Floats) -> LinearFit:

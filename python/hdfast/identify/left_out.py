@@ -19,6 +19,11 @@ def entry(effect: str, **parameters: float) -> dict[str, Any]:
     return {"effect": effect, "parameters": parameters}
 
 
+def number(stated: Any) -> Any:
+    """The value of an entry, which may state its deviation beside it."""
+    return stated["value"] if isinstance(stated, Mapping) else stated
+
+
 def replaced(declared: Sequence[Mapping[str, Any]], found: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
     """Declared entries with the identified ones in place of those that state the same law."""
     gone = {law for item in found for law in LAWS.get(item["effect"], (item["effect"],))}
@@ -81,10 +86,12 @@ def breakaway(
         notes: what was written is added.
     """
     level = sum(item.value for item in sides) / len(sides)
-    dipping = [item for item in declared if item.get("effect") in DIPPING and "T_c" in item.get("parameters", {})]
+    dipping = [
+        item for item in declared if item.get("effect") in DIPPING and number(item.get("parameters", {}).get("T_c", 0))
+    ]
     if dipping:
         law = dict(dipping[0]["parameters"])
-        ratio = max(level / float(law["T_c"]), 1.0)
+        ratio = max(level / float(number(law["T_c"])), 1.0)
         found = [entry(dipping[0]["effect"], **law | {"breakaway_ratio": ratio})]
     else:
         found = [entry("coulomb_friction", T_c=level)]

@@ -14,6 +14,7 @@ import numpy as np
 from scipy.interpolate import PchipInterpolator
 
 from hdfast.checks import Floats
+from hdfast.errors import InputError
 from hdfast.identify.branches import Branches
 from hdfast.identify.crossings import Crossings
 from hdfast.identify.estimate import Estimate, estimate
@@ -27,16 +28,25 @@ BETWEEN = 0.25  # standard deviation of what lies between levels, per difference
 
 
 def energy(loop: Branches, found: Crossings) -> Estimate:
-    """Energy of a cycle [J]."""
+    """Energy of a cycle [J].
+
+    Raises:
+        InputError: the branches do not lead to the turning points of the torque.
+    """
     near = max(ARRIVING, int(ARRIVING_SHARE * len(loop.windup)))
     low, low_sigma = _tip(loop.windup[:near], loop.falling[:near], found.turns[0], loop.noise)
     high, high_sigma = _tip(loop.windup[-near:], loop.rising[-near:], found.turns[1], loop.noise)
     width = loop.rising - loop.falling
     zone = min(max(loop.cut, CLOSING * found.spacing), 0.3 * (high - low))
     inside = np.flatnonzero((loop.windup - low >= zone) & (high - loop.windup >= zone))
+    if not inside.size:
+        raise InputError(
+            f"the branches end at windups of {low:.3g} and {high:.3g} rad, with no level between them "
+            "(allowed: torque that rises with the windup at both ends)"
+        )
     first, last = int(inside[0]), int(inside[-1])
     ends = [(loop.windup[: first + 1] - low, width[: first + 1]), (high - loop.windup[last:], width[last:])]
-    curve, chords = _closing(ends, found.spacing, loop.plateau)
+    curve, chords = _closing(ends, found.spacing, max(loop.plateau, loop.noise))
     middle = float(np.trapezoid(width[first : last + 1], loop.windup[first : last + 1]))
     reach = [float(np.max(u)) for u, _ in ends]
     area = middle + sum(curve(u) for u in reach)

@@ -13,7 +13,10 @@ from hdfast.checks import Floats
 
 @dataclass(frozen=True, eq=False)
 class NonlinearFit:
-    """Parameters (p,), standard deviations (p,), residuals (n,), degrees of freedom, BIC."""
+    """Parameters (p,), standard deviations (p,), residuals (n,), degrees of freedom, BIC.
+
+    Without a degree of freedom the residuals tell nothing and the standard deviations are infinite.
+    """
 
     values: Floats
     sigma: Floats
@@ -26,7 +29,7 @@ def fit(residual: Callable[[Floats], Floats], start: Any, *, correlation: float 
     """Least squares from a start; the scale of each parameter is taken from its start value.
 
     Args:
-        residual: parameters (p,) -> residuals (n,).
+        residual: parameters (p,) -> residuals (n,), n >= p.
         start: first guess (p,), no zeros.
         correlation: samples that count as one, widens the standard deviations.
     """
@@ -35,11 +38,11 @@ def fit(residual: Callable[[Floats], Floats], start: Any, *, correlation: float 
     first = np.asarray(start, dtype=np.float64)
     found = least_squares(lambda x: residual(x * first), np.ones_like(first), method="lm", xtol=1e-12, ftol=1e-12)
     count = len(found.fun)
-    freedom = max(count - len(first), 1)
-    variance = float(found.fun @ found.fun) / freedom
+    freedom = count - len(first)
+    variance = float(found.fun @ found.fun) / max(freedom, 1)
     covariance = np.linalg.pinv(found.jac.T @ found.jac) * variance * correlation
     bic = count / correlation * np.log(max(float(found.fun @ found.fun) / count, 1e-300))
-    sigma = np.sqrt(np.diag(covariance)) * np.abs(first)
+    sigma = np.sqrt(np.diag(covariance)) * np.abs(first) if freedom else np.full_like(first, np.inf)
     return NonlinearFit(
         found.x * first, sigma, found.fun, freedom, float(bic + len(first) * np.log(count / correlation))
     )

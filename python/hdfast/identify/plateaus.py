@@ -13,6 +13,7 @@ from hdfast.errors import InputError
 from hdfast.recordings import Recording
 
 SETTLE = 0.2
+STILL = 1e-9  # rad/s, of a reference: smaller steps are none, smaller speeds are rest
 PIECES = 8
 TURN = 2.0 * math.pi
 
@@ -42,7 +43,7 @@ def plateaus(recordings: list[Recording], ratio: float) -> Plateaus:
     """Collect the constant speeds of all recordings.
 
     A recording with speed_reference may hold many speeds, one without it must hold a single one. The first fifth of
-    each is left out; whole revolutions are averaged where there is one.
+    each is left out, and so is rest; whole revolutions are averaged where there is one.
 
     Raises:
         InputError: a column is missing, or no constant speed is found.
@@ -65,10 +66,12 @@ def _of(recording: Recording, ratio: float) -> list[tuple[float, ...]]:
     found = dict(zip([*names, *extra], recording.need("a friction ladder", *names, *extra), strict=True))
     size = len(found["t"])
     if "speed_reference" in found:
-        edges = np.flatnonzero(np.abs(np.diff(found["speed_reference"])) > 1e-9) + 1
-        bounds = np.concatenate([[0], edges, [size]])
+        reference = found["speed_reference"]
+        edges = np.flatnonzero(np.abs(np.diff(reference)) > STILL) + 1
+        bounds = pairwise(np.concatenate([[0], edges, [size]]))
+        stretches = [(a, b) for a, b in bounds if abs(reference[a]) > STILL]
     else:
-        bounds = np.array([0, size])
+        stretches = [(0, size)]
         settled = found["motor_angle"][int(SETTLE * size) :]
         half = len(settled) // 2
         first, second = np.ptp(settled[:half]), np.ptp(settled[-half:])
@@ -76,7 +79,6 @@ def _of(recording: Recording, ratio: float) -> list[tuple[float, ...]]:
             raise InputError(
                 f"{recording.name}: the speed is not constant, and speed_reference, which tells its steps, is missing"
             )
-    stretches = pairwise(bounds)
     rows = (_mean({name: v[a:b] for name, v in found.items()}, ratio) for a, b in stretches)
     return [row for row in rows if row is not None]
 

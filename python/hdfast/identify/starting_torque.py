@@ -65,13 +65,14 @@ def starting_torque(
     ripple = None
     if wave.size:
         a, b = line.coefficients[len(sides) :]
-        size, sigma = math.hypot(a, b), float(np.max(line.sigma[len(sides) :]))
+        size, largest = math.hypot(a, b), float(np.max(line.sigma[len(sides) :]))
         meaning = "amplitude twice per motor revolution over the mean"
-        ripple = (estimate("ripple", size, "1", sigma, line.freedom, meaning), math.atan2(-b, a))
+        ripple = (estimate("ripple", size, "1", largest, line.freedom, meaning), math.atan2(-b, a))
         estimates.append(ripple[0])
     spread = math.sqrt(float(line.residuals @ line.residuals) / max(line.freedom, 1))
     meaning = "standard deviation from start to start"
-    estimates.append(estimate("spread", spread, "N m", spread / math.sqrt(2.0 * max(line.freedom, 1)), meaning=meaning))
+    sigma = spread / math.sqrt(2.0 * line.freedom) if line.freedom > 0 else math.inf
+    estimates.append(estimate("spread", spread, "N m", sigma, meaning=meaning))
     _completeness(found, sides, notes)
     terms = left_out.breakaway(estimates[: len(sides)], ripple, (base or {}).get("terms", []), notes)
     return Fit(

@@ -48,14 +48,15 @@ def stiffness(
         source: text of the campaign file, for the page.
 
     Raises:
-        InputError: a column is missing, the loop is not whole, or an argument is out of range.
+        InputError: a column is missing, the loop is not whole or too coarse, or an argument is out of range.
     """
     choose("law", law, LAWS)
+    i = None if ratio is None else checks.positive("ratio", ratio, 1e4)
     t1 = checks.positive("corners[0]", corners[0], 1e6, "N m")
     t2 = checks.number("corners[1]", corners[1], t1, 1e6, "N m")
     rated = checks.positive("rated_torque", rated_torque, 1e6, "N m")
     notes: list[str] = []
-    listed = loop.loops(recordings, ratio, columns, rated, notes)
+    listed = loop.loops(recordings, i, columns, rated, notes)
     largest, fitted = listed[0], loop.settled(listed, notes)
     points = loop.points(fitted)
     odd = spring_fit.odd(points, np.array([np.mean(item.found.reach) for item in fitted]))

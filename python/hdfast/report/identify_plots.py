@@ -96,7 +96,7 @@ def error_series(fit: Fit) -> Figure:
         left.plot((run.angle % TURN)[::every], values * 1e6, ".", ms=1.2, color=color, label=name, rasterized=True)
     orders = [order for order in fit.curves["orders"] if order.denominator == 1]
     angle = np.linspace(0.0, TURN, 721)
-    wave = sum(
+    wave = np.zeros_like(angle) + sum(
         fit.estimates.named(f"te_cos_{n}").value * np.cos(int(n) * angle)
         + fit.estimates.named(f"te_sin_{n}").value * np.sin(int(n) * angle)
         for n in orders

@@ -20,8 +20,11 @@ OVERDAMPED = 0.5  # decay over angular frequency beyond which no ring is seen
 def ring(t: Floats, signal: Floats, guess: float) -> tuple[float, float, float]:
     """(frequency [Hz], decay [1/s], amplitude at t[0]) of the strongest oscillation near a guess [Hz], factor 1.8.
 
-    NaN when there is none. Samples (n,) must be evenly spaced.
+    NaN when there is none: less than a period of the guess, or a run that ended early. Samples (n,) must be evenly
+    spaced.
     """
+    if guess * (t[-1] - t[0]) < 1.0 or not np.all(np.isfinite(signal)):
+        return math.nan, math.nan, math.nan
     stride = max(1, int(1.0 / (8.0 * guess * (t[1] - t[0]))))
     step = float(stride * (t[1] - t[0]))
     t, y = t[::stride][:LONGEST], signal[::stride][:LONGEST]

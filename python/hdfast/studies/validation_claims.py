@@ -94,15 +94,16 @@ def _over_speed(runs: Runs, metric: str) -> Verdict:
     return Verdict(f"S7, S8 {name}", text, _word(findings), findings, SIZES[metric])
 
 
+def largest_error(fit: Fit, p: Mapping[str, float]) -> float:
+    """Largest relative error of the amplitudes that are not zero, 1 for one that the fit leaves out, 0 without any."""
+    orders = range(1, 16)
+    truth = {n: abs(p["te_scale"]) * math.hypot(p[f"te_cos_{n}"], p[f"te_sin_{n}"]) for n in orders}
+    found = {n: fit.estimates.named(f"te_{n}").value for n in orders if n <= fit.numbers["suggested"]}
+    return max((abs(found.get(n, 0.0) / size - 1.0) for n, size in truth.items() if size), default=0.0)
+
+
 def _static(fit: Fit, p: Mapping[str, float]) -> Verdict:
-    worst = 0.0
-    for n in range(1, 16):
-        truth = math.hypot(p[f"te_cos_{n}"], p[f"te_sin_{n}"])
-        worst = (
-            max(worst, abs(fit.estimates.named(f"te_{n}").value / truth - 1.0))
-            if n <= fit.numbers["suggested"]
-            else 1.0
-        )
+    worst = largest_error(fit, p)
     gains = [abs(trends.held_gain(p, n * 15.0 * RPM)) - 1.0 for n in range(1, 16)]
     small = max(map(abs, gains)) < 0.01
     return Verdict(

@@ -246,7 +246,7 @@ def test_exact_wrong_arguments_name_value_and_range(small):
         ({"workers": -3}, "workers = -3"),
         ({"threads": -1, "cluster": "local"}, "threads = -1 is out of range"),
         ({"threads": 0, "cluster": "local"}, "threads = 0 is out of range"),
-        ({"sampling": "latin_hypercube", "n": 1000}, "n = 1000 rows are a single Latin hypercube"),
+        ({"sampling": "latin_hypercube", "n": 100}, "n = 100 rows are a single Latin hypercube"),
         ({"workers": 2}, "cluster = 'local' only"),
         ({"workers": 2, "cluster": "tcp://here:1"}, "cluster = 'local' only"),
     ):

@@ -16,6 +16,9 @@ import numpy as np
 
 from hdfast.errors import InputError
 
+CAMPAIGN = "campaign.toml"
+RESULTS = ("verdict.json", "comparison.json", "calibration.json")
+
 
 def prepare(folder: str | Path) -> Path:
     """Create the folder and check that files can be written.
@@ -31,6 +34,33 @@ def prepare(folder: str | Path) -> Path:
     except OSError as error:
         raise InputError(f"out = {str(folder)!r} cannot be written: {error.strerror}") from None
     return path
+
+
+def prepare_results(folder: str | Path, campaign: str) -> Path:
+    """As `prepare`, for results beside a copy of their campaign; another one that is no copy is not written over.
+
+    Args:
+        folder: where results go.
+        campaign: text of the campaign file.
+
+    Raises:
+        InputError: the folder cannot be written, or holds another campaign file and no results.
+    """
+    path = Path(folder)
+    old = path / CAMPAIGN
+    if old.exists() and not any((path / name).exists() for name in RESULTS) and not _reads(old, campaign):
+        raise InputError(
+            f"out = {str(folder)!r} holds another {CAMPAIGN}, which the copy of this one would replace: name another"
+        )
+    return prepare(folder)
+
+
+def _reads(path: Path, text: str) -> bool:
+    """Whether a file holds a text, whatever its ends of lines."""
+    try:
+        return path.read_text(encoding="utf-8-sig") == text
+    except (OSError, UnicodeDecodeError):
+        return False
 
 
 def write_atomically(path: Path, write: Callable[[BinaryIO], Any]) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import html
 import json
+import math
 from collections.abc import Sequence
 from typing import Any
 
@@ -32,6 +33,11 @@ def html_table(header: Sequence[str], rows: Sequence[Sequence[str]], right: Sequ
 
     body = "".join(f"<tr>{cells('td', row)}</tr>" for row in rows)
     return f"<table><thead><tr>{cells('th', header)}</tr></thead><tbody>{body}</tbody></table>"
+
+
+def percent(share: float, digits: int = 1) -> str:
+    """A share in percent, a dash where there is none."""
+    return f"{100.0 * share:.{digits}f} %" if math.isfinite(share) else "-"
 
 
 def json_text(numbers: Any) -> str:

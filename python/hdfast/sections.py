@@ -44,7 +44,7 @@ class Sections:
             ConfigError: it is not there, is no UTF-8 text or no TOML, or has an unknown section.
         """
         try:
-            text = Path(path).read_text(encoding="utf-8")
+            text = Path(path).read_text(encoding="utf-8-sig")
         except FileNotFoundError:
             raise ConfigError(f"{path}: no such file") from None
         except UnicodeDecodeError as error:

@@ -122,6 +122,16 @@ def test_exact_tolerances_that_are_not_stated_follow_the_contract(campaign):
     }  # fmt: skip
 
 
+def test_exact_what_is_not_stated_is_open_as_far_as_it_can_be_unknown(campaign):
+    """Phases anywhere, counts exactly the default's; the range of a spring says nothing of its law."""
+    cogging = '[[terms]]\neffect = "cogging"\nparameters = { T_cog = 0.01 }\n'
+    found = campaign("[drive]\nphi_max = 1e-3\n" + cogging + BOTH).priors
+    assert (found["psi_1"].value, found["psi_1"].sigma) == pytest.approx((0.0, math.pi / math.sqrt(3.0)))
+    assert (found["order"].value, found["order"].sigma) == (24.0, 0.0)
+    assert found["k3"].value == found["k3"].sigma == 1.3445e10
+    assert not any(found[name].stated for name in ("psi_1", "order", "k3"))
+
+
 def test_exact_base_follows_the_channels_unless_it_is_stated(campaign):
     assert campaign(MOTOR).base == "one_inertia"
     assert campaign(MOTOR + BOTH).base == "two_inertia"
@@ -156,6 +166,26 @@ def test_exact_a_column_missing_in_one_recording_is_noted_and_not_replaced(campa
     assert "no column 'load_angle' for motor_torque" in found.recordings[0].notes
 
 
+def test_exact_a_byte_order_mark_is_no_part_of_the_file(campaign, tmp_path):
+    found = campaign(BOTH)
+    (tmp_path / "c.toml").write_bytes(b"\xef\xbb\xbf" + BOTH.encode())
+    assert load_campaign(tmp_path / "c.toml").text == found.text == BOTH
+
+
+def test_exact_a_column_missing_in_one_recording_is_a_warning(campaign, tmp_path):
+    table = np.column_stack([T, 3.0 * T, 0.0 * T, T / 20.0, T])
+    np.savetxt(tmp_path / "out.csv", table, delimiter=",", header="t,motor_angle,motor_torque,out,enc", comments="")
+    text = '[columns]\nload_angle = { name = "out", scale = 0.5 }\n' + MOTOR + MOTOR.replace("motor", "out")
+    made = campaign(text)
+    assert made.recordings[0].notes == ("no column 'out' for load_angle",)
+    found = health.check(made).recordings
+    [warning] = [one for one in found[0].findings if "no column" in one.sentence]
+    assert warning.severity == "warning"
+    assert warning.sentence == "motor.csv: no column 'out' for load_angle, which other recordings have"
+    [note] = [one for one in found[1].findings if one.check == "columns"]
+    assert (note.severity, note.sentence) == ("note", "out.csv: columns left out: enc")
+
+
 WRONG = [
     ('[columns]\nmotor_angle = "enc"\n' + BOTH, 2, "no recording has a column 'enc' for motor_angle"),
     (BOTH + MOTOR + 'rolle = "fit"\n', 5, "did you mean 'role'"),
@@ -166,6 +196,7 @@ WRONG = [
     ("[[recording]]\nrole = 'fit'\n", 1, "needs the key 'file'"),
     ("[drive]\nJ_l = { value = 1, sigm = 2 }\n", 2, "did you mean 'sigma'"),
     ("[drive]\nJ_l = { sigma = 2 }\n", 2, "J_l has no key 'value'"),
+    ("[drive]\nJ_l = { value = 2, unit = 'kg cm^2' }\n", 2, "unknown key 'unit' \\(allowed: value, sigma"),
     ("[drive]\nJ_l = { value = 1, sigma = -2 }\n", 2, "sigma of J_l = -2"),
     ("[drive]\nk1 = 1\n[drive.sigma]\nJ_l = 0.1\n", 4, "drive.sigma.J_l is given, \\[drive\\] has no J_l"),
     ("[drive]\nk1 = {value = 1, sigma = 1}\n[drive.sigma]\nk1 = 0.1\n", 4, "another in \\[drive.sigma\\]"),

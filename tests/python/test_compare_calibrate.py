@@ -7,7 +7,9 @@ import hdfast
 import numpy as np
 import pytest
 import small_campaign
+from hdfast.calibration.calibrate import MODELS, Calibration
 from hdfast.cli import main
+from hdfast.comparison.compare import LOST, Comparison
 from hdfast.errors import InputError
 from hdfast.recordings import load_campaign
 
@@ -123,6 +125,37 @@ def test_exact_commands_print_sentences_and_tables(path, capsys):
     assert captured.err == ""
     assert main(["calibrate", str(path)]) == 0
     assert re.match(r"\d+ parameters calibrated, error \(.*\): fit .* -> .*, heldout", capsys.readouterr().out)
+
+
+def test_exact_a_recording_that_cannot_be_simulated_has_no_error(path, calibrated, tmp_path):
+    """Null in the numbers, a dash on the page, and it is said."""
+    compared = hdfast.compare(path)
+    fit, (held, stacked) = compared.mismatch
+    lost = Comparison(compared.setup, (fit, (held, np.full_like(stacked, np.nan))))
+    again = Calibration(calibrated.setup, calibrated.fit)
+    vars(again)["mismatches"] = calibrated.mismatches | {"heldout": (held, np.full((2, len(stacked)), np.nan))}
+    for found, name, error in ((lost, "comparison", None), (again, "calibration", dict.fromkeys(MODELS))):
+        page = found.report(tmp_path / name).read_text()
+        numbers = json.loads((tmp_path / name / f"{name}.json").read_text())
+        assert numbers["nrmse"]["heldout"] == error
+        assert numbers["warnings"] == found.warnings == [f"r3.npz: {LOST}"]
+        assert f"r3.npz: {LOST}" in page
+        text = re.sub("<svg.*?</svg>", "", page, flags=re.DOTALL)
+        assert "nan" not in re.findall(r"\w+", text)
+        assert '<td class="n">-</td>' in text
+        assert repr(found).endswith("heldout -" if found is lost else "heldout - -> -")
+    assert {row["nrmse"] for row in lost.to_dict()["errors"] if row["recording"] == "r3.npz"} == {None}
+
+
+@pytest.mark.parametrize("command", ["compare", "calibrate", "diagnose"])
+def test_exact_another_campaign_is_not_written_over(command, path, tmp_path, capsys):
+    rig = tmp_path / "rig"
+    rig.mkdir()
+    (rig / "campaign.toml").write_text("[drive]\nratio = 80\n")
+    assert main([command, str(path), "--out", str(rig), "--quiet"]) == 2
+    assert "holds another campaign.toml" in capsys.readouterr().err
+    assert [file.name for file in rig.iterdir()] == ["campaign.toml"]
+    assert (rig / "campaign.toml").read_text() == "[drive]\nratio = 80\n"
 
 
 def test_exact_unusable_recordings_are_refused_with_the_reason(tmp_path):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import sys
 from dataclasses import replace
 from types import SimpleNamespace
 
@@ -31,6 +32,8 @@ from hdfast.errors import InputError
 from hdfast.health import check
 from hdfast.model import Model
 from hdfast.recordings import load_campaign
+from simulated_recordings import campaign
+from threadpoolctl import threadpool_info, threadpool_limits
 
 
 def without_column(path, name, column):
@@ -476,6 +479,19 @@ def test_exact_rejected_recordings_are_told_with_the_same_keys(tmp_path, monkeyp
     assert rejected.keys() == accepted.keys()
     assert rejected["where"].keys() == accepted["where"].keys()
     assert rejected["fit"]["heldout"].keys() == accepted["fit"]["heldout"].keys()
+
+
+def test_exact_health_is_checked_on_one_thread_of_linear_algebra(monkeypatch):
+    threads = []
+
+    def checked(_):
+        threads.extend(pool["num_threads"] for pool in threadpool_info() if pool["user_api"] == "blas")
+        raise InputError("seen")
+
+    monkeypatch.setattr(sys.modules["hdfast.diagnosis.diagnose"], "check", checked)
+    with threadpool_limits(2), pytest.raises(InputError, match="seen"):
+        diagnose(campaign([]))
+    assert set(threads) == {1}
 
 
 def test_exact_ripple_faster_than_half_the_recorders_rate_is_named(tmp_path, monkeypatch):

@@ -18,6 +18,7 @@ from hdfast.diagnosis.swings import Swing
 from hdfast.diagnosis.verdict import NAMED
 from hdfast.recordings import load_campaign
 from hdfast.report import diagnosis_page
+from hdfast.report.diagnosis_details import pulls
 from hdfast.report.diagnosis_screen import TAGS, cards
 from hdfast.report.diagnosis_swings import missing_tones, swings_section
 from hdfast.report.diagnosis_tables import plus_minus, spoken, words
@@ -136,6 +137,18 @@ def test_exact_an_undecided_page_begins_with_what_to_record_next(found):
     assert titles.index("What to record next") < titles.index("When")
     for part in ("rad/s in", "Coulomb friction from nothing left out", "torque_sign", "a weaker proof"):
         assert part in text
+
+
+def test_exact_numbers_are_written_where_the_page_fails(quiet, tmp_path, monkeypatch):
+    monkeypatch.setattr(diagnosis_page, "page", lambda _: pytest.fail("no page"))
+    with pytest.raises(pytest.fail.Exception, match="no page"):
+        quiet.report(tmp_path)
+    assert json.loads((tmp_path / "verdict.json").read_text()) == quiet.to_dict()
+
+
+def test_exact_a_drive_that_is_known_exactly_has_no_distances():
+    axes = pulls([], np.empty(0), None, []).axes[0]
+    assert axes.get_xlim() == pytest.approx((-2.2, 2.2))
 
 
 def test_exact_every_verdict_has_a_tag():

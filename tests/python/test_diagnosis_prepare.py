@@ -12,6 +12,7 @@ from hdfast.diagnosis.plant import Plant
 from hdfast.diagnosis.prepare import prepare
 from hdfast.diagnosis.session import with_heldout
 from hdfast.diagnosis.source import Source
+from hdfast.errors import InputError
 from hdfast.recordings.clock import period
 from hypothesis import given
 from hypothesis import strategies as st
@@ -70,6 +71,52 @@ def test_exact_missing_samples_of_the_load_side_are_not_judged():
     assert unit.judged["motor_torque"][(unit.t > 1.0) & (unit.t < 3.0)].any()
 
 
+@pytest.mark.parametrize("column", ["motor_torque", "motor_angle", "load_angle", "output_torque", "load_torque"])
+@pytest.mark.parametrize("missing", [slice(1, None, 2), slice(0, None, 100)])
+def test_exact_samples_without_a_number_cost_no_others(column, missing):
+    """Scattered ones, and those of a column that is logged at half of the rate."""
+    angle = source(1000.0).recording["motor_angle"]
+    torque = np.random.default_rng(4).normal(0.0, 1.0, len(angle))
+    whole = source(1000.0, load_angle=angle / RATIO - 1e-4 * np.sin(angle), output_torque=torque, load_torque=torque)
+    values = whole.recording[column].copy()
+    values[missing] = np.nan
+    band = Band(500.0, 50.0, 200.0)
+    wanted, found = (
+        prepare(one, band, RATIO).judged
+        for one in (whole, replace(whole, recording={**whole.recording, column: values}))
+    )
+    for channel in ("te", "output_torque"):
+        assert wanted[channel].mean() > 0.8
+        np.testing.assert_array_equal(found[channel], wanted[channel])
+    assert wanted["motor_torque"].mean() > 0.3
+    assert found["motor_torque"].sum() == pytest.approx(wanted["motor_torque"].sum(), rel=0.02)
+
+
+def test_exact_a_torque_that_ends_early_is_judged_as_far_as_it_goes():
+    torque = source(1000.0).recording["motor_torque"]
+    torque[3000:] = np.nan
+    unit = prepare(source(1000.0, motor_torque=torque), Band(500.0, 50.0, 200.0), RATIO)
+    assert not unit.judged["motor_torque"][unit.t > 3.0 - 3.0 / 50.0].any()
+    assert unit.judged["motor_torque"][unit.t < 2.9].mean() > 0.3
+
+
+def test_against_every_gap_and_every_flagged_sample_alone():
+    one = source(500.0, output_torque=np.random.default_rng(5).normal(0.0, 1.0, 2000))
+    kept = np.ones(2000, dtype=bool)
+    kept[400:420] = kept[800:803] = kept[1200] = False
+    recording = {name: values[kept] for name, values in one.recording.items()}
+    good = np.ones(kept.sum(), dtype=bool)
+    good[1000] = good[1500:1520] = False
+    unit = prepare(replace(one, recording=recording, good=good), Band(500.0, 50.0, 200.0), RATIO)
+    t, clock, margin = unit.t, recording["t"], 3.0 / 50.0
+    wanted = (t >= 0.25) & (t <= t[-1] - margin)
+    gaps = [(clock[k], clock[k + 1]) for k in range(len(clock) - 1) if clock[k + 1] - clock[k] > 0.0051]
+    assert len(gaps) == 2
+    for begin, end in [*gaps, *((moment, moment) for moment in clock[~good])]:
+        wanted &= (t < begin - margin) | (t > end + margin)
+    np.testing.assert_array_equal(unit.judged["output_torque"], wanted)
+
+
 def test_exact_noise_of_the_torque_widens_the_band_and_that_of_the_angle_narrows_it():
     t = np.arange(4000) / 1000.0
     rng = np.random.default_rng(2)
@@ -92,6 +139,17 @@ def test_exact_a_dead_channel_is_not_judged():
     assert unit.judged["motor_torque"].any()
 
 
+@pytest.mark.parametrize("level", [0.0, 3.0])
+@pytest.mark.parametrize("rate", [500.0, 1000.0])
+def test_exact_a_channel_that_varies_where_nothing_is_judged_is_dead(rate, level):
+    """What its low-pass carries over is no spread to hold an error against."""
+    torque = np.full(round(4.0 * rate), level)
+    torque[: round(0.1 * rate)] += np.random.default_rng(6).normal(0.0, 1.0, round(0.1 * rate))
+    unit = prepare(source(rate, output_torque=torque), Band(500.0, 50.0, 200.0), RATIO)
+    assert not unit.judged["output_torque"].any()
+    assert unit.judged["motor_torque"].any()
+
+
 def test_exact_a_load_angle_that_stays_is_not_judged():
     """It has no noise: what a simulated output moves, held by a finite inertia, would be a drift beyond any doubt."""
     unit = prepare(source(500.0, load_angle=np.zeros(2000)), Band(500.0, 50.0, 200.0), RATIO)
@@ -110,6 +168,11 @@ def test_exact_a_load_angle_that_stays_is_judged_where_nothing_else_is():
 def test_exact_a_recording_shorter_than_its_margins_has_nothing_to_judge():
     unit = prepare(source(100.0, 0.3), Band(100.0, 5.0, 40.0), RATIO)
     assert not any(mask.any() for mask in unit.judged.values())
+
+
+def test_exact_a_recording_with_too_few_samples_at_the_working_rate_is_named():
+    with pytest.raises(InputError, match=r"swing: 2 samples are left of its 0.999 s at 2 Hz.*leave it out"):
+        prepare(source(1000.0, 1.0), Band(2.0, 0.8, 0.8), RATIO)
 
 
 def test_exact_a_channel_that_ends_early_is_not_held_out():

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from collisions import collided
 from hdfast import health
-from hdfast.health import alignment, steps, timing
+from hdfast.health import alignment, result, steps, timing
 from hdfast.health.subject import Subject
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -410,6 +410,39 @@ def test_exact_repeats_are_found_and_their_variance_is_the_noise(clean):
     broken = {name: values[:3] for name, values in clean["sine"].items()}
     [pair] = health.check(campaign([broken, *noisy])).repeats
     assert pair.recordings == (1, 2)
+
+
+def test_exact_repeats_are_looked_for_when_they_are_asked_for(clean, monkeypatch):
+    asked = []
+    monkeypatch.setattr(result, "repeats", lambda subjects: asked.append(len(subjects)) or [])
+    found = health.check(campaign([clean["sine"], clean["multisine"]]))
+    assert asked == []
+    assert found.repeats is found.repeats
+    assert asked == [2]
+
+
+def test_exact_what_was_noted_while_loading_is_a_finding(run):
+    noted = examine(run, notes=("read as Windows-1252 text",))
+    assert sentences(noted, "columns", "note") == ["run0: read as Windows-1252 text"]
+    assert len(noted.findings) == 1
+
+
+def test_exact_a_column_that_other_recordings_have_is_missed(clean):
+    bare = {name: values for name, values in clean["sine"].items() if name != "load_angle"}
+    first, second = health.check(campaign([clean["multisine"], bare])).recordings
+    assert first.findings == []
+    assert sentences(second, "columns", "warning") == [
+        "run1: no column 'load_angle' for load_angle, which other recordings have"
+    ]
+
+
+@pytest.mark.parametrize(("every", "share"), [(2, 0.5), (100, 1.0)])
+def test_exact_samples_that_are_left_out_throughout_set_the_effective_rate(run, every, share):
+    run["load_angle"][::every] = np.nan
+    facts = examine(run).facts
+    assert facts.effective_rate_hz["load_angle"] == pytest.approx(1000.0 * share, rel=1e-3)
+    assert facts.resolution["load_angle"] == pytest.approx(2.0 * math.pi / 2**21, rel=1e-6)
+    assert facts.effective_rate_hz["motor_angle"] == facts.rate_hz
 
 
 def test_exact_what_the_drive_leaves_open_is_named(run):

@@ -58,6 +58,8 @@ def test_exact_campaign_file_to_copy_is_compared(tmp_path, monkeypatch, capsys):
     assert "3 of 3 recordings usable" in capsys.readouterr().out
     found = load_campaign("campaign.toml")
     assert found.model.terms == ("coulomb_friction", "cogging")
+    assert found.priors["psi_1"].sigma == found.priors["psi_2"].sigma > 1.0
+    assert found.priors["order"].sigma == 0.0
     Path("campaign.toml").write_text(campaign)
     assert main(["compare", "campaign.toml"]) == 0
     assert "proof.csv" in capsys.readouterr().out

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import math
 import re
+from pathlib import Path
 
 import numpy as np
 import pytest
 import recorded_files
-from hdfast import Scenario
+from hdfast import Scenario, checks
 from hdfast.errors import ConfigError, InputError, MissingPackageError
 from hdfast.recordings import Recording, gather, load, load_campaign, load_table, save
 
@@ -221,6 +222,44 @@ def test_exact_rasters_of_an_mdf_are_joined_on_the_motor_angle(tmp_path):
     np.testing.assert_allclose(found["motor_torque"], 2.0 * T, atol=1e-12)
     assert "motor_torque interpolated on the times of the other columns" in found.notes
     assert found.units == {"motor_angle": "rad", "motor_torque": "A"}
+
+
+def test_exact_an_mdf_is_read_on_its_fastest_raster(tmp_path):
+    from asammdf import MDF, Signal
+
+    with MDF() as file:
+        file.append([Signal(0.5 * T[::10], T[::10], name="load_angle")])
+        file.append([Signal(T[::-1] + 1.0, T, name="motor_torque")])
+        file.append([Signal(3.0 * T[::2], T[::2], name="motor_angle")])
+        file.save(tmp_path / "run.mf4")
+    found = load(tmp_path / "run.mf4")
+    np.testing.assert_array_equal(found["t"], T)
+    np.testing.assert_array_equal(found["motor_torque"], T[::-1] + 1.0)
+    np.testing.assert_allclose(found["load_angle"], 0.5 * T, atol=1e-12)
+    assert found.notes[:2] == tuple(
+        f"{name} interpolated on the times of the other columns" for name in ("motor_angle", "load_angle")
+    )
+
+
+def test_exact_times_since_an_epoch_are_the_nearest_floats(tmp_path):
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
+    t = 1_700_000_000_000_000_001 + 1_000_001 * np.arange(20)
+    pq.write_table(pa.table({"t": t, "motor_angle": T[:20]}), tmp_path / "run.parquet")
+    np.savez(tmp_path / "run.npz", t=t, motor_angle=T[:20])
+    for name in ("run.parquet", "run.npz"):
+        np.testing.assert_array_equal(load_table(tmp_path / name)["t"], t.astype(np.float64))
+
+
+def test_exact_a_text_larger_than_the_memory_is_refused_before_it_is_read(tmp_path, monkeypatch):
+    path = tmp_path / "run.csv"
+    path.write_text("t,motor_angle\n" + 1000 * "# a line of comment\n" + "0,1\n1,2\n")
+    assert load_table(path).samples == 2
+    monkeypatch.setattr(checks, "memory_limit", lambda: 4.0 * path.stat().st_size - 1.0)
+    monkeypatch.setattr(Path, "read_bytes", lambda _: pytest.fail("it was read"))
+    with pytest.raises(InputError, match=r"run\.csv: its lines of text need 2e-05 GB"):
+        load_table(path)
 
 
 def test_exact_a_tdms_waveform_has_the_time_of_its_increment(tmp_path):

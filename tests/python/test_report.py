@@ -9,7 +9,8 @@ from pathlib import Path
 import hdfast
 import numpy as np
 import pytest
-from hdfast import config
+from hdfast import config, files
+from hdfast.errors import InputError
 from hdfast.report import folder, html, plots, tables
 from hdfast.tolerance.limits import judge
 from hdfast.tolerance.simulation import simulate_rows
@@ -177,6 +178,28 @@ def test_exact_files_appear_whole_or_not_at_all(tmp_path):
         folder.write_atomically(path, fail)
     assert path.read_bytes() == b"old"
     assert list(tmp_path.iterdir()) == [path]
+
+
+@pytest.mark.parametrize(
+    ("there", "result", "allowed"),
+    [
+        ("[drive]\nratio = 80\n", None, False),
+        ("[drive]\nratio = 80\n", "verdict.json", True),
+        ("[drive]\nratio = 121\n", None, True),
+        ("\ufeff[drive]\r\nratio = 121\r\n", None, True),
+        (None, None, True),
+    ],
+)
+def test_exact_results_replace_a_copy_of_a_campaign_and_no_other(there, result, allowed, tmp_path):
+    if there is not None:
+        (tmp_path / "campaign.toml").write_bytes(there.encode())
+    if result is not None:
+        (tmp_path / result).write_text("{}")
+    if allowed:
+        assert files.prepare_results(tmp_path, "[drive]\nratio = 121\n") == tmp_path
+    else:
+        with pytest.raises(InputError, match=r"holds another campaign\.toml"):
+            files.prepare_results(tmp_path, "[drive]\nratio = 121\n")
 
 
 def test_exact_files_have_the_permissions_of_the_process(tmp_path):

@@ -20,6 +20,7 @@ from hdfast.diagnosis.multistart import multistart
 from hdfast.diagnosis.replay import Replay
 from hdfast.diagnosis.score import nrmse
 from hdfast.diagnosis.session import Setup, nominal, set_up_usable
+from hdfast.printing import percent
 from hdfast.recordings import Campaign, load_campaign
 
 MODELS = ("given", "calibrated")
@@ -73,17 +74,20 @@ class Calibration:
 
     @property
     def warnings(self) -> list[str]:
-        """What the health checks want to be mended, and whether the calibrated model explains nothing at all."""
-        return warned(self.setup, (error["calibrated"] for error in self.nrmse.values()))
+        """What the health checks want to be mended, what cannot be simulated, whether the model explains nothing."""
+        return warned(self.setup, ((replay, calibrated) for replay, (_, calibrated) in self.mismatches.values()))
 
     def to_dict(self) -> dict[str, Any]:
-        """What calibration.json holds."""
-        return {
-            "parameters": self.parameters,
-            "nrmse": self.nrmse,
-            "warnings": self.warnings,
-            "version": version("hdfast"),
-        }
+        """What calibration.json holds; null where there is no number."""
+        content: dict[str, Any] = files.json_ready(
+            {
+                "parameters": self.parameters,
+                "nrmse": self.nrmse,
+                "warnings": self.warnings,
+                "version": version("hdfast"),
+            }
+        )
+        return content
 
     @cached_property
     def mismatches(self) -> dict[str, tuple[Replay, Floats]]:
@@ -99,21 +103,20 @@ class Calibration:
         """Write the page, model.toml, the numbers and a copy of the campaign; returns the page's path.
 
         Raises:
-            InputError: the folder cannot be written.
+            InputError: the folder cannot be written, or holds another campaign file and no results.
         """
         from hdfast.report.calibration_page import PAGE, page
 
-        path = files.prepare(folder)
-        files.write_text(path / "campaign.toml", self.setup.campaign.text)
+        path = files.prepare_results(folder, self.setup.campaign.text)
+        files.write_json(path / "calibration.json", self.to_dict())
+        files.write_text(path / files.CAMPAIGN, self.setup.campaign.text)
         files.write_text(path / "model.toml", self.model)
         files.write_text(path / PAGE, page(self))
-        files.write_json(path / "calibration.json", self.to_dict())
         return path / PAGE
 
     def __repr__(self) -> str:
         shares = ", ".join(
-            f"{role} {100 * error['given']:.1f} % -> {100 * error['calibrated']:.1f} %"
-            for role, error in self.nrmse.items()
+            f"{role} {percent(error['given'])} -> {percent(error['calibrated'])}" for role, error in self.nrmse.items()
         )
         return f"{len(self.fit.structure.free)} parameters calibrated, error ({ERROR}): {shares}"
 
@@ -127,7 +130,9 @@ def calibrate(campaign: str | Path | Campaign, *, threads: int | None = None) ->
 
     Raises:
         ConfigError: the campaign file is wrong.
-        InputError: a recording cannot be read, or the health checks leave none.
+        InputError: a recording cannot be read, the health checks leave none, nothing can be told from what they leave,
+            or the drive cannot be simulated as stated.
+        MissingPackageError: an MDF or TDMS file without the package that reads it.
     """
     with threadpool_limits(1):
         setup = set_up_usable(campaign if isinstance(campaign, Campaign) else load_campaign(campaign), threads)

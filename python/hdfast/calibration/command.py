@@ -7,8 +7,10 @@ import sys
 from collections.abc import Callable
 from typing import Any
 
+from hdfast import files
 from hdfast.calibration.calibrate import calibrate
 from hdfast.printing import json_text, text_table
+from hdfast.recordings import load_campaign
 from hdfast.threads import MAX_THREADS
 
 NAME = "calibrate"
@@ -25,7 +27,10 @@ def arguments(command: argparse.ArgumentParser, whole: Callable[[str, int, int],
 
 def run(options: argparse.Namespace) -> int:
     """Run the command; 0 when the drive was fitted."""
-    found = calibrate(options.campaign, threads=options.threads)
+    campaign = load_campaign(options.campaign)
+    if options.out:
+        files.prepare_results(options.out, campaign.text)
+    found = calibrate(campaign, threads=options.threads)
     page = found.report(options.out) if options.out else None
     if options.json:
         print(json_text(found.to_dict()))

@@ -7,8 +7,10 @@ import sys
 from collections.abc import Callable
 from typing import Any
 
+from hdfast import files
 from hdfast.comparison.compare import compare
-from hdfast.printing import json_text, text_table
+from hdfast.printing import json_text, percent, text_table
+from hdfast.recordings import load_campaign
 from hdfast.threads import MAX_THREADS
 
 NAME = "compare"
@@ -25,12 +27,15 @@ def arguments(command: argparse.ArgumentParser, whole: Callable[[str, int, int],
 
 def run(options: argparse.Namespace) -> int:
     """Run the command; 0 however large the mismatch is."""
-    found = compare(options.campaign, threads=options.threads)
+    campaign = load_campaign(options.campaign)
+    if options.out:
+        files.prepare_results(options.out, campaign.text)
+    found = compare(campaign, threads=options.threads)
     page = found.report(options.out) if options.out else None
     if options.json:
         print(json_text(found.to_dict()))
     elif not options.quiet:
-        rows = [[row["recording"], row["role"], row["channel"], f"{100 * row['nrmse']:.1f} %"] for row in found.errors]
+        rows = [[row["recording"], row["role"], row["channel"], percent(row["nrmse"])] for row in found.errors]
         print(f"{found}\n")
         print(text_table(["recording", "role", "channel", "error"], rows, right=(3,)))
         if found.setup.weaker is not None:

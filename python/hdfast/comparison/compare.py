@@ -8,11 +8,14 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from hdfast import files
 from hdfast.checks import Floats
 from hdfast.diagnosis.replay import Replay
 from hdfast.diagnosis.score import nrmse
 from hdfast.diagnosis.session import Setup, nominal, set_up_usable
+from hdfast.printing import percent
 from hdfast.recordings import Campaign, load_campaign
 
 ERROR = "rms over the spread of what was measured"
@@ -20,6 +23,7 @@ WORSE = (
     "the model is further off than no model at all: check units, signs and ratio in [columns] and [drive], "
     "and whether a load is missing"
 )
+LOST = "the drive cannot be simulated along its recorded motion: it has no error"
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,7 +40,10 @@ class Comparison:
 
     @property
     def errors(self) -> list[dict[str, Any]]:
-        """Error by recording and channel: root mean square over the standard deviation of what was measured."""
+        """Error by recording and channel: root mean square over the standard deviation of what was measured.
+
+        It is NaN where the drive cannot be simulated.
+        """
         rows = []
         for replay, stacked in self.mismatch:
             for index, channel, where in replay.layout.pieces:
@@ -50,40 +57,56 @@ class Comparison:
 
     @property
     def nrmse(self) -> dict[str, float]:
-        """Error over all recordings and channels, by role."""
+        """Error over all recordings and channels, by role; NaN where the drive cannot be simulated along one."""
         return {replay.plant.units[0].role: nrmse(replay.layout, stacked) for replay, stacked in self.mismatch}
 
     @property
     def warnings(self) -> list[str]:
-        """What the health checks want to be mended, and whether the model explains nothing at all."""
-        return warned(self.setup, self.nrmse.values())
+        """What the health checks want to be mended, what cannot be simulated, whether the model explains nothing."""
+        return warned(self.setup, self.mismatch)
 
     def to_dict(self) -> dict[str, Any]:
-        """What comparison.json holds."""
-        return {"nrmse": self.nrmse, "errors": self.errors, "warnings": self.warnings, "version": version("hdfast")}
+        """What comparison.json holds; null where there is no number."""
+        content: dict[str, Any] = files.json_ready(
+            {"nrmse": self.nrmse, "errors": self.errors, "warnings": self.warnings, "version": version("hdfast")}
+        )
+        return content
 
     def report(self, folder: str | Path) -> Path:
         """Write the page, the numbers and a copy of the campaign; returns the page's path.
 
         Raises:
-            InputError: the folder cannot be written.
+            InputError: the folder cannot be written, or holds another campaign file and no results.
         """
         from hdfast.report.comparison_page import PAGE, page
 
-        path = files.prepare(folder)
-        files.write_text(path / "campaign.toml", self.setup.campaign.text)
-        files.write_text(path / PAGE, page(self))
+        path = files.prepare_results(folder, self.setup.campaign.text)
         files.write_json(path / "comparison.json", self.to_dict())
+        files.write_text(path / files.CAMPAIGN, self.setup.campaign.text)
+        files.write_text(path / PAGE, page(self))
         return path / PAGE
 
     def __repr__(self) -> str:
-        shares = ", ".join(f"{role} {100 * share:.1f} %" for role, share in self.nrmse.items())
+        shares = ", ".join(f"{role} {percent(share)}" for role, share in self.nrmse.items())
         return f"Error of the nominal drive ({ERROR}): {shares}"
 
 
-def warned(setup: Setup, errors: Iterable[float]) -> list[str]:
-    """The warnings of the health checks, and one more where every error is larger than what was measured."""
-    return [*setup.warnings, *([WORSE] if min(errors) > 1.0 else [])]
+def warned(setup: Setup, mismatch: Iterable[tuple[Replay, Floats]]) -> list[str]:
+    """Warnings of the health checks, recordings without an error, and one more where no error is below 1.
+
+    Args:
+        setup: the recordings at the working rate.
+        mismatch: measured minus simulated (N,), stacked, NaN where a drive cannot be simulated.
+    """
+    lost: list[str] = []
+    errors: list[float] = []
+    for replay, stacked in mismatch:
+        pieces = replay.layout.pieces
+        gone = [replay.plant.units[index].name for index, _, where in pieces if not np.isfinite(stacked[where]).all()]
+        lost += gone
+        errors += [] if gone else [nrmse(replay.layout, stacked)]
+    worse = [WORSE] if errors and min(errors) > 1.0 else []
+    return [*setup.warnings, *(f"{name}: {LOST}" for name in dict.fromkeys(lost)), *worse]
 
 
 def compare(campaign: str | Path | Campaign, *, threads: int | None = None) -> Comparison:
@@ -98,7 +121,9 @@ def compare(campaign: str | Path | Campaign, *, threads: int | None = None) -> C
 
     Raises:
         ConfigError: the campaign file is wrong.
-        InputError: a recording cannot be read, or the health checks leave none.
+        InputError: a recording cannot be read, the health checks leave none, nothing can be told from what they leave,
+            or the drive cannot be simulated as stated.
+        MissingPackageError: an MDF or TDMS file without the package that reads it.
     """
     setup = set_up_usable(campaign if isinstance(campaign, Campaign) else load_campaign(campaign), threads)
     structure = nominal(setup)

@@ -11,6 +11,7 @@ from hdfast import files
 from hdfast.checks import MAX_SEED
 from hdfast.diagnosis.diagnose import diagnose
 from hdfast.printing import json_text
+from hdfast.recordings import load_campaign
 from hdfast.threads import MAX_THREADS
 
 NAME = "diagnose"
@@ -29,10 +30,11 @@ def arguments(command: argparse.ArgumentParser, whole: Callable[[str, int, int],
 
 def run(options: argparse.Namespace) -> int:
     """Run the command; 1 when the recordings were rejected."""
+    campaign = load_campaign(options.campaign)
     if options.out:
-        files.prepare(options.out)
+        files.prepare_results(options.out, campaign.text)
     found = diagnose(
-        options.campaign, seed=options.seed, threads=options.threads, progress=not options.quiet and sys.stderr.isatty()
+        campaign, seed=options.seed, threads=options.threads, progress=not options.quiet and sys.stderr.isatty()
     )
     page = found.report(options.out) if options.out else None
     if options.json:

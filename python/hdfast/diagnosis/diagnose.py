@@ -69,16 +69,16 @@ class Diagnosis:
         """Write report.html, verdict.json, extended_model.toml and a copy of the campaign; returns the page's path.
 
         Raises:
-            InputError: the folder cannot be written.
+            InputError: the folder cannot be written, or holds another campaign file and no results.
         """
         from hdfast.report.diagnosis_page import PAGE, page
 
-        path = files.prepare(folder)
-        files.write_text(path / "campaign.toml", self.campaign.text)
+        path = files.prepare_results(folder, self.campaign.text)
+        files.write_json(path / "verdict.json", self.to_dict())
+        files.write_text(path / files.CAMPAIGN, self.campaign.text)
         with threadpool_limits(1):
             files.write_text(path / "extended_model.toml", self.model)
             files.write_text(path / PAGE, page(self))
-        files.write_json(path / "verdict.json", self.to_dict())
         return path / PAGE
 
     def __repr__(self) -> str:
@@ -102,18 +102,21 @@ def diagnose(
 
     Raises:
         ConfigError: the campaign file is wrong.
-        InputError: a recording cannot be read, or an argument is out of range.
+        InputError: a recording cannot be read, an argument is out of range, nothing can be told from the recordings, or
+            the drive cannot be simulated as stated.
+        MissingPackageError: an MDF or TDMS file without the package that reads it.
     """
     seed = checks.whole("seed", seed, 0, checks.MAX_SEED)
     loaded = campaign if isinstance(campaign, Campaign) else load_campaign(campaign)
-    health = check(loaded)
     number = version("hdfast")
-    if not health.usable:
-        return Diagnosis(loaded, rejected(health, seed, number), None)
-    with threadpool_limits(1), stages(progress) as told:
-        session = run(loaded, usable(health), seed, threads, told)
-        told.expect(1)
-        verdict = conclude(session, seed)
-        content = as_dict(verdict, health, seed, number)
-        told.done("weighed the verdict")
+    with threadpool_limits(1):
+        health = check(loaded)
+        if not health.usable:
+            return Diagnosis(loaded, rejected(health, seed, number), None)
+        with stages(progress) as told:
+            session = run(loaded, usable(health), seed, threads, told)
+            told.expect(1)
+            verdict = conclude(session, seed)
+            content = as_dict(verdict, health, seed, number)
+            told.done("weighed the verdict")
     return Diagnosis(loaded, content, verdict)

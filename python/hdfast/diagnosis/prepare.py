@@ -15,6 +15,8 @@ from hdfast.checks import Floats
 from hdfast.diagnosis.band import CLOCK, FINE, PASS_SHARE, Band, low_pass, noise_density
 from hdfast.diagnosis.reading import reading
 from hdfast.diagnosis.source import Mask, Source
+from hdfast.errors import InputError
+from hdfast.health.subject import REQUIRED
 from hdfast.recordings.clock import period
 from hdfast.scenario import Scenario
 
@@ -23,6 +25,8 @@ AT_REST, RESTING = 0.02, 0.02
 SLOWEST_SHARE = 0.005
 MARGIN, REVERSED = 3.0, 1.5
 CONSTANT = 1e-9
+FEWEST = 5
+REPLAYED = (*REQUIRED, "load_torque")
 
 
 @dataclass(frozen=True, eq=False)
@@ -129,6 +133,9 @@ def prepare(source: Source, band: Band, ratio: float) -> Unit:
         source: the recording; `motor_angle` and `motor_torque` are needed.
         band: working rate and low-pass.
         ratio: reduction ratio, for the transmission error.
+
+    Raises:
+        InputError: too few samples are left of it at the working rate.
     """
     recording = source.recording
     clock = recording["t"] - recording["t"][0]
@@ -139,6 +146,11 @@ def prepare(source: Source, band: Band, ratio: float) -> Unit:
     alike = abs(rate / (stride * band.rate) - 1.0) <= CLOCK
     widest = (1.0 - CLOCK) * PASS_SHARE * rate
     t = fine[::stride] if alike else np.arange(0.0, fine[-1], 1.0 / band.rate)
+    if len(t) < FEWEST:
+        raise InputError(
+            f"{source.name}: {len(t)} samples are left of its {clock[-1]:.3g} s at {band.rate:.3g} Hz, at which all "
+            f"recordings are compared (allowed: at least {FEWEST}); leave it out, or the slowest or the longest of them"
+        )
 
     def bring(values: Floats, corner: float = band.motion, widest: float = widest) -> Floats:
         known = np.isfinite(values)
@@ -150,18 +162,22 @@ def prepare(source: Source, band: Band, ratio: float) -> Unit:
     angle = bring(recording["motor_angle"], band.replayed)
     spline = CubicSpline(t, angle)
     speed, acceleration = spline(t, 1), spline(t, 2)
-    measured = {"motor_torque": bring(recording["motor_torque"], widest=math.inf)}
+    recorded = {"motor_torque": recording["motor_torque"]}
     if "load_angle" in recording:
         error = recording["motor_angle"] / ratio - recording["load_angle"]
         if np.isfinite(error).any():
-            measured["te"] = bring(error, band.of("te"))
+            recorded["te"] = error
     if "output_torque" in recording:
-        measured["output_torque"] = bring(recording["output_torque"], band.of("output_torque"))
+        recorded["output_torque"] = recording["output_torque"]
+    measured = {
+        channel: bring(values, band.of(channel), math.inf if channel == "motor_torque" else widest)
+        for channel, values in recorded.items()
+    }
     load = bring(recording["load_torque"]) if "load_torque" in recording else np.zeros_like(t)
     command = band.quiet(measured["motor_torque"])
     jittery = stride == 1 and _uneven(clock, step)
     density = FINE if jittery else band.density
-    usable = _usable(source.good, clock, t, band)
+    usable = _usable(source, clock, t, band)
     slowest = _slowest(clock, recording["motor_angle"], speed, band)
     turning = np.diff(np.sign(speed), prepend=np.sign(speed[0]), append=np.sign(speed[-1])) != 0.0
     moving = (np.abs(speed) > slowest) & ~turning[1:] & ~turning[:-1]
@@ -169,10 +185,14 @@ def prepare(source: Source, band: Band, ratio: float) -> Unit:
     judged = {"motor_torque": usable & _eroded(moving, forgotten)}
     resting = bool(np.all(np.abs(speed[t <= AT_REST]) <= min(slowest, RESTING * np.max(np.abs(speed)))))
     settled = resting | (t >= min(LEAD_IN, 0.1 * t[-1]))
-    for channel, column in (("te", "load_angle"), ("output_torque", "output_torque")):
-        if channel in measured:
-            judged[channel] = settled & _usable(source.good & np.isfinite(recording[column]), clock, t, band)
-    judged = {channel: mask & _varies(measured[channel]) for channel, mask in judged.items()}
+    for channel, values in recorded.items():
+        if channel not in judged:
+            judged[channel] = settled & usable & _unbroken(clock, values, t, band)
+    nearest = np.clip(np.rint(clock / t[1]).astype(np.int64), 0, len(t) - 1)
+    judged = {
+        channel: mask & (_varies(measured[channel]) and _varies(recorded[channel][mask[nearest]]))
+        for channel, mask in judged.items()
+    }
     if "te" in judged and not _varies(recording["load_angle"]):
         judged["te"] &= not any(mask.any() for channel, mask in judged.items() if channel != "te")
     return Unit(
@@ -230,20 +250,38 @@ def _eroded(mask: Mask, width: int) -> Mask:
 
 
 def _varies(values: Floats) -> bool:
-    """Whether a channel is neither dead nor known beforehand, as the angle of a locked output is.
+    """Whether values (n,), some of them missing, are neither dead nor known beforehand, as a locked output's angle is.
 
     One that stays has no noise to hold a mismatch against: it is judged only where a recording has nothing else.
     """
-    return bool(np.nanmax(values) - np.nanmin(values) > CONSTANT * np.nanmax(np.abs(values)))
+    known = values[np.isfinite(values)]
+    return bool(known.size and np.ptp(known) > CONSTANT * np.max(np.abs(known)))
 
 
-def _usable(good: Mask, clock: Floats, t: Floats, band: Band) -> Mask:
-    """Times (n,) away from gaps of a clock (m,), from its samples that are not good (m,), and from both ends."""
-    margin = MARGIN / band.motion
-    spans = np.diff(clock)
-    wide = np.flatnonzero(spans > 1.5 * np.median(spans) + 1.0 / band.rate)
-    bad = [(clock[i], clock[i + 1]) for i in wide] + [(time, time) for time in clock[~good]]
-    usable: Mask = (t >= margin) & (t <= t[-1] - margin)
-    for begin, end in bad:
-        usable &= (t < begin - margin) | (t > end + margin)
+def _usable(source: Source, clock: Floats, t: Floats, band: Band) -> Mask:
+    """Times (n,) away from both ends, from gaps in what is replayed, and from flagged samples of a clock (m,)."""
+    recording, margin = source.recording, MARGIN / band.motion
+    flagged = ~source.good
+    for column in REQUIRED:
+        flagged &= np.isfinite(recording[column])
+    usable: Mask = (t >= margin) & (t <= t[-1] - margin) & _away(t, clock[flagged], clock[flagged], margin)
+    for column in REPLAYED:
+        if column in recording:
+            usable &= _unbroken(clock, recording[column], t, band)
     return usable
+
+
+def _unbroken(clock: Floats, values: Floats, t: Floats, band: Band) -> Mask:
+    """Times (n,) away from gaps of a clock (m,) and from as long ones between the numbers among its values (m,)."""
+    widest = 1.5 * np.median(np.diff(clock)) + 1.0 / band.rate
+    known = np.concatenate([clock[:1], clock[np.isfinite(values)], clock[-1:]])
+    wide = np.flatnonzero(np.diff(known) > widest)
+    return _away(t, known[wide], known[wide + 1], MARGIN / band.motion)
+
+
+def _away(t: Floats, begin: Floats, end: Floats, margin: float) -> Mask:
+    """Which of increasing times (n,) are farther than a margin from every stretch between begin and end (k,)."""
+    entered, left = np.searchsorted(t, begin - margin), np.searchsorted(t, end + margin, side="right")
+    inside = np.cumsum(np.bincount(entered, minlength=len(t) + 1) - np.bincount(left, minlength=len(t) + 1))
+    away: Mask = inside[:-1] == 0
+    return away

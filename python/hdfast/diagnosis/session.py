@@ -31,6 +31,7 @@ from hdfast.diagnosis.stages import Stages
 from hdfast.errors import InputError
 from hdfast.health import Health, check
 from hdfast.health.result import RecordingHealth
+from hdfast.health.subject import REQUIRED
 from hdfast.recordings import Campaign
 from hdfast.recordings.clock import period
 from hdfast.spring import COEFFICIENTS
@@ -39,7 +40,6 @@ HELD = 0.7
 NOISY = 1.15
 STIFF = 1e4
 GUARD = 0.05
-REQUIRED = ("t", "motor_angle", "motor_torque")
 LAST_SHARE = 0.3
 MOST_LINES = 6
 LESS = "for the proof, which proves less than recordings of another day"

@@ -18,7 +18,6 @@ from hdfast.health import (
     units,
     wrapping,
 )
-from hdfast.health.repeats import repeats
 from hdfast.health.result import Health, RecordingHealth
 from hdfast.health.subject import Subject
 from hdfast.recordings import Campaign
@@ -49,6 +48,7 @@ def check(campaign: Campaign) -> Health:
             columns.together(subject)
         if not subject.rejected:
             wrapping.check(subject)
+    columns.loaded(subjects)
     readable = [subject for subject in subjects if not subject.rejected]
     for subject in readable:
         for examine in ON_EACH:
@@ -65,4 +65,4 @@ def check(campaign: Campaign) -> Health:
         )
         for subject in subjects
     ]
-    return Health(found, nameplate.check(campaign), coverage.coverage(readable), repeats(subjects))
+    return Health(found, nameplate.check(campaign), coverage.coverage(readable), subjects)

@@ -1,11 +1,14 @@
-"""Columns: the required ones are there, and enough of their samples are numbers."""
+"""Columns: what was noted while loading, the required ones are there, and enough of their samples are numbers."""
 
 from __future__ import annotations
+
+from collections.abc import Sequence
 
 import numpy as np
 
 from hdfast.health.finding import NOTE, REJECT, WARNING
 from hdfast.health.subject import REQUIRED, Subject
+from hdfast.recordings.columns import CHANNELS, ColumnMap
 
 NAME = "columns"
 EXAMPLE = 'motor_angle = { name = "angle_deg", scale = 0.0174533 }'
@@ -37,6 +40,24 @@ def check(subject: Subject) -> None:
             subject.find(
                 NAME, NOTE, f"{missing} samples of {name} are missing and masked", value=share, limit=FEWEST_FINITE
             )
+
+
+def loaded(subjects: Sequence[Subject]) -> None:
+    """Hand on what was noted while loading a recording, and warn of columns that it lacks and another one can use.
+
+    Where a required column is missing, what the file has is said already.
+    """
+    common = [name for name in CHANNELS if any(name in one.recording and name not in one.unused for one in subjects)]
+    for subject in subjects:
+        recording, columns = subject.recording, subject.campaign.columns
+        if not set(REQUIRED) <= set(recording):
+            continue
+        absent = [columns.get(name, ColumnMap(name)).absence(name) for name in common if name not in recording]
+        for note in recording.notes:
+            if note not in absent:
+                subject.find(NAME, NOTE, note)
+        for sentence in absent:
+            subject.find(NAME, WARNING, f"{sentence}, which other recordings have")
 
 
 def together(subject: Subject) -> None:

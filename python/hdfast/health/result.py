@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hdfast.health.coverage import Coverage
 from hdfast.health.finding import REJECT, WARNING, Finding
-from hdfast.health.repeats import Repeat
-from hdfast.health.subject import Facts
+from hdfast.health.repeats import Repeat, repeats
+from hdfast.health.subject import Facts, Subject
 from hdfast.recordings import CampaignRecording, Recording
 
 
@@ -60,13 +61,18 @@ class Health:
         recordings: one entry per recording, in the order of the campaign.
         findings: what concerns the campaign file as a whole.
         coverage: what each group went through.
-        repeats: pairs of recordings with equal input.
+        subjects: the recordings as the checks saw them.
     """
 
     recordings: list[RecordingHealth]
     findings: list[Finding]
     coverage: list[Coverage]
-    repeats: list[Repeat]
+    subjects: Sequence[Subject] = field(repr=False)
+
+    @cached_property
+    def repeats(self) -> list[Repeat]:
+        """Pairs of recordings with equal input."""
+        return repeats(self.subjects)
 
     @property
     def rejected(self) -> dict[str, str]:

@@ -1,4 +1,4 @@
-"""Steps of a channel: its smallest increment against what is stated, and values held over several samples."""
+"""Steps of a channel: its smallest increment against what is stated, and values that are held or missing."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ import numpy as np
 from hdfast.checks import Floats
 from hdfast.health.finding import NOTE, WARNING
 from hdfast.health.subject import Subject
+from hdfast.recordings import clock
 from hdfast.recordings.columns import CHANNELS
 
 FEWEST_CHANGES = 20
@@ -26,7 +27,8 @@ def resolution(subject: Subject) -> None:
         if name not in subject.checked:
             continue
         stated = subject.recording.resolution.get(name, 0.0)
-        seen = lattice(np.diff(subject.checked[name]))
+        values = subject.checked[name]
+        seen = lattice(np.diff(values[np.isfinite(values)]))
         if max(stated, seen) > 0.0:
             subject.facts.resolution[name] = max(stated, seen)
         if stated and seen > DIFFERENT * stated:
@@ -66,7 +68,7 @@ def held(subject: Subject) -> None:
     for name in CHANNELS:
         if name not in subject.checked:
             continue
-        subject.facts.effective_rate_hz[name] = subject.facts.rate_hz
+        subject.facts.effective_rate_hz[name] = rate(subject, name)
         period = hold(t, subject.checked[name], subject.facts.resolution.get(name, 0.0))
         if period is None:
             continue
@@ -76,6 +78,13 @@ def held(subject: Subject) -> None:
             f"{subject.facts.rate_hz:.4g} Hz; the hold is not modelled: record it faster, or keep one sample per value"
         )
         subject.find("held_values", WARNING, sentence, value=1.0 / period, limit=subject.facts.rate_hz)
+
+
+def rate(subject: Subject, name: str) -> float:
+    """Numbers per second of a column, below the rate of the clock where a recorder left out every so many samples."""
+    known = np.isfinite(subject.checked[name])
+    several = known.sum() > 1 and not known.all()
+    return 1.0 / clock.period(subject.checked["t"][known]) if several else subject.facts.rate_hz
 
 
 def hold(t: Floats, values: Floats, step: float) -> float | None:

@@ -26,7 +26,8 @@ class Facts:
 
     Attributes:
         rate_hz: samples per second that its clock would take.
-        effective_rate_hz: changes per second of a column whose values are held, else `rate_hz`.
+        effective_rate_hz: changes per second of a column whose values are held, else numbers per second: `rate_hz`
+            unless samples are missing throughout.
         resolution: step of a column; the larger of what is stated and what the values show.
         lag_s: lag of the load side against the motor side [s], None where it cannot be told.
         ratio: gear ratio by the angles, None where it cannot be told.

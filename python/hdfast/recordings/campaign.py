@@ -178,8 +178,7 @@ class _Recordings:
         absent = {standard: entry for standard, entry in self.columns.items() if standard not in present}
         table = to_table(name, found, present)
         kept = {standard: values for standard, values in table.columns.items() if standard not in absent}
-        missing = [f"no column {entry.name!r} for {standard}" for standard, entry in absent.items()]
-        notes = (*table.notes, *missing)
+        notes = (*table.notes, *(entry.absence(standard) for standard, entry in absent.items()))
         return CampaignRecording(table.name, kept, self.steps, notes, table.units, table.file_columns, **facts)
 
 

@@ -36,6 +36,10 @@ class ColumnMap:
     scale: float = 1.0
     sigma: float | None = None
 
+    def absence(self, standard: str) -> str:
+        """What is said of a file that lacks it."""
+        return f"no column {self.name!r} for {standard}"
+
 
 def read_column_map(given: Mapping[str, Any] | None) -> dict[str, ColumnMap]:
     """Read a map such as `{"motor_angle": {"name": "enc_m", "scale": 4.79e-5}, "t": "time"}`.

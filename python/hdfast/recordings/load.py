@@ -65,7 +65,7 @@ def to_table(name: str, source: Source, columns: Mapping[str, Any] | None = None
         }
     used = {entry.name for entry in mapped.values()}
     left = [str(key) for key in source.names if key not in used]
-    notes = (*source.notes, f"columns left out: {', '.join(left)}") if left else source.notes
+    notes = (*source.notes, f"columns left out: {', '.join(left)[:400]}") if left else source.notes
     units = {
         standard: source.units[entry.name]
         for standard, entry in mapped.items()

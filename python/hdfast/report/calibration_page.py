@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from hdfast.calibration.calibrate import MODELS
-from hdfast.printing import html_table
+from hdfast.printing import html_table, percent
 from hdfast.report import diagnosis_details as details
 from hdfast.report import diagnosis_plots as plots
 from hdfast.report.diagnosis_tables import PAIR_HEADER, correlations, parameter_table, pull
@@ -51,8 +51,8 @@ def page(found: Calibration) -> str:
         spectra_section(shown, (), (), setup.replay.plant.band),
     ]
     facts = [
-        (f"error, {ROLES[role]} recordings", f"{100 * error['given']:.1f} → {100 * error['calibrated']:.1f} %")
-        for role, error in found.to_dict()["nrmse"].items()
+        (f"error, {ROLES[role]} recordings", f"{percent(error['given'])} → {percent(error['calibrated'])}")
+        for role, error in found.nrmse.items()
     ]
     lead = (
         f"{len(names)} parameters fitted to {len(setup.replay.plant.units)} recordings, within what is known of them."

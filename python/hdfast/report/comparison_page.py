@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from hdfast.printing import percent
 from hdfast.report import diagnosis_details as details
 from hdfast.report import diagnosis_plots as plots
 from hdfast.report.diagnosis_axes import CHANNELS
@@ -56,8 +57,6 @@ def page(found: Comparison) -> str:
         state_section(shown, values["ratio"].value, values["J_l"].value),
         spectra_section(shown, (), (), setup.replay.plant.band),
     ]
-    facts = [
-        (f"error, {ROLES[role]} recordings", f"{100 * share:.1f} %") for role, share in found.to_dict()["nrmse"].items()
-    ]
+    facts = [(f"error, {ROLES[role]} recordings", percent(share)) for role, share in found.nrmse.items()]
     lead = "The drive as the campaign states it, nothing fitted, on the recorded motion of its motor."
     return render(setup.campaign.title or "Comparison", lead, facts, sections, setup.campaign.text, None)

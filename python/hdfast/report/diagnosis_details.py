@@ -136,7 +136,7 @@ def pulls(
             tick.set_color(RED)
             tick.set_fontweight("bold")
     axes.set_ylim(len(names) - 0.4, -0.6)
-    reach = 1.1 * max(2.0, *(float(np.max(np.abs(own))) for own in (before, after) if own is not None and len(own)))
+    reach = 1.1 * max([2.0, *(float(np.max(np.abs(own))) for own in (before, after) if own is not None and len(own))])
     axes.set_xlim(-reach, reach)
     axes.set_xlabel("distance from the nominal value [σ of the prior]")
     axes.grid(visible=False, axis="y")

@@ -50,7 +50,9 @@ class Trace:
         return self.measured - self.extended
 
     def error(self, signal: Floats) -> float:
-        """Root mean square of a signal as a share of the measured channel's standard deviation."""
+        """Root mean square of a signal as a share of the measured channel's standard deviation, NaN without samples."""
+        if not np.isfinite(signal).any():
+            return math.nan
         return float(np.sqrt(np.nanmean(signal**2))) / max(float(np.nanstd(self.measured)), 1e-300)
 
     @property

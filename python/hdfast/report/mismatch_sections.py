@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from hdfast.diagnosis.band import Band
-from hdfast.printing import html_table
+from hdfast.printing import html_table, percent
 from hdfast.report import diagnosis_details as details
 from hdfast.report.diagnosis_axes import CHANNELS
 from hdfast.report.diagnosis_views import Trace
@@ -67,8 +67,8 @@ def recordings_section(found: Sequence[Trace]) -> Section:
             trace.unit.name,
             ROLES[trace.unit.role],
             CHANNELS[trace.channel],
-            f"{100 * trace.error(np.full(1, trace.floor)):.2f} %",
-            *(f"{100 * trace.error(part):.2f} %" for part in (trace.missing, trace.left)[: len(names)]),
+            percent(trace.error(np.full(1, trace.floor)), 2),
+            *(percent(trace.error(part), 2) for part in (trace.missing, trace.left)[: len(names)]),
         ]
         for trace in found
     ]

@@ -19,7 +19,7 @@ REFUSED = 3
 
 
 def read(path: Path, wanted: Wanted) -> Source:
-    """Read the wanted channels on the raster of the first; others are interpolated on it and noted.
+    """Read the wanted channels on the raster of the one with the most samples; others are interpolated on it and noted.
 
     The column `t` is the time of that raster.
 
@@ -66,9 +66,11 @@ def channels(path: Path, wanted: Wanted) -> Source:
     notes: list[str] = []
     with MDF(path) as file:
         names = [name for name in file.channels_db if name not in ("time", "t")]
-        for name in sorted(wanted.intersection(names)):
-            group, index = _only(path, name, file.channels_db[name])
-            check_size(path, file.groups[group].channel_group.cycles_nr)
+        places = {name: _only(path, name, file.channels_db[name]) for name in sorted(wanted.intersection(names))}
+        samples = {name: int(file.groups[group].channel_group.cycles_nr) for name, (group, _) in places.items()}
+        for name in sorted(places, key=samples.__getitem__, reverse=True):
+            group, index = places[name]
+            check_size(path, samples[name])
             signal = file.get(group=group, index=index)
             t = np.asarray(signal.timestamps, dtype=np.float64)
             values = numbers(path, name, signal.samples)

@@ -10,7 +10,10 @@ from hdfast.recordings.formats.source import Source, Wanted, check_size
 
 
 def read(path: Path, wanted: Wanted) -> Source:
-    """Read the wanted columns; a unit stands in the metadata of its field."""
+    """Read the wanted columns; a unit stands in the metadata of its field.
+
+    Of whole numbers beyond 2^53, as times since an epoch are, the nearest floats are taken.
+    """
     import pyarrow as pa
     import pyarrow.parquet as pq
 
@@ -27,5 +30,5 @@ def read(path: Path, wanted: Wanted) -> Source:
                 raise InputError(f"{path}: column {name!r} holds {kind}, not numbers")
         table = file.read(columns=used)
     units = {name: (schema.field(name).metadata or {}).get(b"unit", b"").decode("utf-8", "replace") for name in used}
-    columns: dict[str, Any] = {name: table.column(name).cast(pa.float64()).to_numpy() for name in used}
+    columns: dict[str, Any] = {name: table.column(name).cast(pa.float64(), safe=False).to_numpy() for name in used}
     return Source(list(schema.names), columns, {name: unit for name, unit in units.items() if unit})

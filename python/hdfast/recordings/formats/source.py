@@ -42,11 +42,18 @@ def check_size(path: Path, samples: int, columns: int = 1) -> None:
     Raises:
         InputError: naming the file and the size it declares.
     """
-    needed, limit = 8.0 * samples * columns, checks.memory_limit() / 4.0
+    check_memory(path, f"{samples} samples in {columns} columns", 8.0 * samples * columns)
+
+
+def check_memory(path: Path, content: str, needed: float) -> None:
+    """Refuse a content, named in the plural, that would take more than a quarter of the memory [bytes].
+
+    Raises:
+        InputError: naming the file, the content and its size.
+    """
+    limit = checks.memory_limit() / 4.0
     if needed > limit:
-        raise InputError(
-            f"{path}: {samples} samples in {columns} columns need {needed / 1e9:.3g} GB (allowed: {limit / 1e9:.3g} GB)"
-        )
+        raise InputError(f"{path}: {content} need {needed / 1e9:.3g} GB (allowed: {limit / 1e9:.3g} GB)")
 
 
 def one_dimensional(path: Path, name: str, shape: Iterable[int]) -> None:

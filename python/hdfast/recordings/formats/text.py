@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from hdfast.errors import InputError, shorten
-from hdfast.recordings.formats.source import Source, Wanted, check_size
+from hdfast.recordings.formats.source import Source, Wanted, check_memory, check_size
 from hdfast.recordings.units import known_unit
 
 SEPARATORS = (";", "\t", ",")
@@ -34,9 +34,12 @@ class Layout:
 def read(path: Path, wanted: Wanted) -> Source:
     """Read a text table with a header line; lines that begin with # are skipped.
 
+    While it is taken apart, about four copies of the text stand in memory.
+
     Raises:
         InputError: naming file, line and column.
     """
+    check_memory(path, "its lines of text", path.stat().st_size)
     text, notes = _decode(path)
     every = re.split(r"\r\n|\r|\n", text.removeprefix("\ufeff"))
     lines = [(number, line) for number, line in enumerate(every, 1) if _counts(line)]

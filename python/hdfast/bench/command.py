@@ -29,8 +29,8 @@ KINDS = {
     "starting-torque": "slow torque ramps out of rest at twelve angles (rigid, with dry friction)",
     "coastdown": "coasting to rest (rigid, with dry friction)",
 }
-WHOLE = ("kinematic-error", "startstop")
 DRY, T_C, AT_REST = "coulomb_friction", 0.03, 4.0 / 3.0
+KNOWN = {"stiffness": (), "friction": (DRY,), "starting-torque": (DRY,), "coastdown": (DRY,)}
 
 
 def arguments(command: argparse.ArgumentParser, whole: Callable[[str, int, int], Any]) -> None:
@@ -62,7 +62,7 @@ def arguments(command: argparse.ArgumentParser, whole: Callable[[str, int, int],
             part.add_argument("--revolutions", type=whole("--revolutions", 1, 10**6), default=121, help="of the motor")
         elif kind != "startstop":
             part.add_argument(
-                "--coulomb", type=float, help="Coulomb torque [N m; the file's, else 0.03]; at rest it is a third more"
+                "--coulomb", type=float, help=f"Coulomb torque [N m; the file's, else {T_C}]; a third more at rest"
             )
 
 
@@ -88,7 +88,7 @@ def run(options: argparse.Namespace) -> int:
 
 def _left_out(kind: str, model: Model) -> list[str]:
     """Terms of the file that the test does not simulate: the loop knows the spring, rigid tests dry friction."""
-    known = model.terms if kind in WHOLE else () if kind == "stiffness" else (DRY,)
+    known = KNOWN.get(kind, model.terms)
     return [term for term in model.terms if term not in known]
 
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from hdfast.checks import Floats
+from hdfast.tolerance.intervals import standard_deviation
 from hdfast.tolerance.laws import LAWS
 from hdfast.tolerance.streams import stream
 
@@ -71,8 +72,7 @@ class Tolerance:
     def deviation(self) -> float:
         """Standard deviation of the values."""
         u = (np.arange(4096) + 0.5) / 4096
-        values = self.quantile(u)
-        return float(np.std(values)) if np.ptp(values) else 0.0
+        return standard_deviation(self.quantile(u))
 
     def extremes(self) -> tuple[float, float]:
         """Worst-case values: the bounds where finite, else the quantiles at -3 and +3 standard deviations (0.135 %)."""

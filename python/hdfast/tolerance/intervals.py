@@ -131,6 +131,11 @@ def mean_spread(values: Floats, groups: Groups) -> float:
     return math.sqrt((len(sizes) - 1) / len(sizes) * float(np.sum(change**2)))
 
 
+def standard_deviation(values: Floats, ddof: int = 0) -> float:
+    """Of values (n,); 0 for equal ones, from which their rounded mean may differ, and for none."""
+    return float(np.std(values, ddof=ddof)) if len(values) and np.ptp(values) else 0.0
+
+
 def student(count: int, confidence: float = CONFIDENCE) -> float:
     """Two-sided quantile of Student's t for a mean of `count` values; NaN for fewer than two."""
     from scipy.special import stdtrit

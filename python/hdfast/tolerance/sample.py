@@ -132,12 +132,12 @@ class Plan:
             return points
         from scipy.special import ndtr
 
-        scores = normal_scores(points)
+        scores, parts = normal_scores(points), self.parts
         if mixing:
-            scores = self._mixed(scores, self.parts)
+            scores = self._mixed(scores, parts)
         if self.batched:
             share = np.array([tolerance.batch_share for tolerance in self.tolerances])
-            common = self._mixed(self._batch_scores(start, stop), self.parts)
+            common = self._mixed(self._batch_scores(start, stop), parts)
             scores = np.sqrt(share) * common + np.sqrt(1.0 - share) * scores
         return np.asarray(ndtr(scores))
 

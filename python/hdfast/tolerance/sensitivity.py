@@ -38,8 +38,7 @@ def rank_correlation(x: Floats, y: Floats, groups: Groups | None = None, confide
         reach = float(norm.ppf(0.5 + confidence / 2.0)) * math.sqrt((1.0 + value**2 / 2.0) / (len(x) - 3))
     else:
         block, blocks = _blocks(len(x), groups)
-        parts = [block != k for k in range(blocks if blocks > 1 else 0)]
-        reach = _jackknife(np.array([_fisher(_spearman(x[part], y[part])) for part in parts]), confidence)
+        reach = _jackknife(lambda k: _fisher(_spearman(x[block != k], y[block != k])), blocks, confidence)
     centre = _fisher(value)
     return Estimate(value, math.tanh(centre - reach), math.tanh(centre + reach))
 
@@ -63,12 +62,12 @@ def _blocks(rows: int, groups: Groups | None) -> tuple[NDArray[np.intp], int]:
     return index % blocks, blocks
 
 
-def _jackknife(without: Floats, confidence: float) -> float:
+def _jackknife(without: Callable[[int], float], blocks: int, confidence: float) -> float:
     """Half width of an interval, from the estimates without each block in turn; NaN for fewer than two blocks."""
-    count = len(without)
-    if count < 2:
+    if blocks < 2:
         return math.nan
-    return student(count, confidence) * math.sqrt(count - 1) * float(np.std(without))
+    found = np.array([without(k) for k in range(blocks)])
+    return student(blocks, confidence) * math.sqrt(blocks - 1) * float(np.std(found))
 
 
 def _require_finite(*arrays: Floats) -> None:
@@ -111,8 +110,7 @@ def variance_share(x: Floats, y: Floats, groups: Groups | None = None, confidenc
     )
     totals = sums.sum(axis=1)
     value = _explained(totals)
-    without = [_explained(totals - sums[:, k]) for k in range(blocks if blocks > 1 else 0)]
-    reach = _jackknife(np.array(without), confidence)
+    reach = _jackknife(lambda k: _explained(totals - sums[:, k]), blocks, confidence)
     return Estimate(value, value - reach, value + reach)
 
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from hdfast import checks
 from hdfast.checks import Floats
-from hdfast.tolerance.intervals import CONFIDENCE, Estimate, Groups, mean, percentile
+from hdfast.tolerance.intervals import CONFIDENCE, Estimate, Groups, mean, percentile, standard_deviation
 from hdfast.tolerance.policy import Usable
 
 PERCENTILES = (0.135, 1.0, 5.0, 50.0, 95.0, 99.0, 99.865)
@@ -81,9 +81,9 @@ def summarise(
 def _moments(values: Floats) -> tuple[float, float, float]:
     if len(values) < 2:
         return (math.nan,) * 3
-    if np.ptp(values) == 0.0:
+    deviation = standard_deviation(values, 1)
+    if deviation == 0.0:
         return 0.0, math.nan, math.nan
-    deviation = float(np.std(values, ddof=1))
     score = (values - np.mean(values)) / deviation
     return deviation, float(np.mean(score**3)), float(np.mean(score**4)) - 3.0
 
@@ -163,8 +163,7 @@ def capability(
     count = len(values)
     if count < 2 or not np.all(np.isfinite(values)):
         return Capability(math.nan, Estimate(math.nan, math.nan, math.nan), math.nan)
-    centre = float(np.mean(values))
-    deviation = float(np.std(values, ddof=1)) if np.ptp(values) else 0.0
+    centre, deviation = float(np.mean(values)), standard_deviation(values, 1)
     cp = (upper - lower) / (6.0 * deviation) if deviation else math.inf
     sides = [distance for distance in (upper - centre, centre - lower) if math.isfinite(distance)]
     value = min(sides) / (3.0 * deviation) if deviation else math.copysign(math.inf, min(sides))

@@ -19,7 +19,7 @@ from hdfast.printing import text_table
 from hdfast.tolerance import convergence
 from hdfast.tolerance.chunks import Store
 from hdfast.tolerance.further import FurtherRuns
-from hdfast.tolerance.intervals import Estimate, Groups, share
+from hdfast.tolerance.intervals import Estimate, Groups, share, standard_deviation
 from hdfast.tolerance.limits import JOINT, Spec, Verdict, as_worst_case, counted, judge_values, margin
 from hdfast.tolerance.policy import FailedRowsError, Usable, gate
 from hdfast.tolerance.sample import Plan
@@ -119,7 +119,7 @@ class Study(FurtherRuns):
             if self.policy == "refuse":
                 gate(values, self.finished, self.policy, spec.metric)
             good = self.finished & np.isfinite(values)
-            deviation = float(np.std(values[good])) if good.any() and np.ptp(values[good]) else 1.0
+            deviation = standard_deviation(values[good]) or 1.0
             smallest = np.minimum(smallest, margin(spec, np.where(good, values, np.nan), deviation))
         return smallest
 

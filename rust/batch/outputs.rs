@@ -72,12 +72,16 @@ impl Outputs {
         }
     }
 
-    /// Marks rows that were never begun, and finished ones some of whose derivatives are missing, with the reason.
-    pub fn close(&mut self, unfinished: &[(usize, Status)]) {
-        let untouched = |row: &usize| self.status[*row] == UNTOUCHED;
-        let mut missing: Vec<_> =
-            (0..self.status.len()).filter(untouched).map(|row| (row, Status::Cancelled)).collect();
-        missing.extend(unfinished.iter().filter(|(row, _)| self.status[*row] == Status::Finished as u8));
+    /// Marks rows that were never begun or given up, and finished ones some of whose derivatives are missing, with the
+    /// reason that `unfinished` gives for them.
+    pub fn close(&mut self, unfinished: &[Option<Status>]) {
+        let why = |(&status, &unfinished): (&u8, &Option<Status>)| match status {
+            UNTOUCHED => unfinished.or(Some(Status::Cancelled)),
+            status if status == Status::Finished as u8 => unfinished,
+            _ => None,
+        };
+        let reasons = self.status.iter().zip(unfinished).map(why).enumerate();
+        let missing: Vec<_> = reasons.filter_map(|(row, why)| Some((row, why?))).collect();
         let writer = Writer::new(self);
         for (row, status) in missing {
             // SAFETY: single-threaded here, and `row` is in range.

@@ -26,7 +26,7 @@ pub fn sweep(job: &Job, progress: &mut dyn Progress) -> (Outputs, bool) {
         pass(&shared, progress);
     }
     let interrupted = shared.cancelled.load(Ordering::Relaxed);
-    let unfinished: Vec<_> = (0..job.rows).filter_map(|row| Some((row, shared.unfinished(row)?))).collect();
+    let unfinished: Vec<_> = (0..job.rows).map(|row| shared.unfinished(row)).collect();
     outputs.close(&unfinished);
     (outputs, interrupted)
 }

@@ -79,15 +79,17 @@ impl<'a> Shared<'a> {
     /// Gives up a run.
     fn give_up(&self, run: usize, status: Status, detail: i32) {
         let (row, direction) = self.place(run);
+        if let Some(left) = self.left.get(row).filter(|_| status == Status::Internal) {
+            // Other threads may be at other runs of the row: what is missing is marked when all have ended.
+            left.fetch_or(SPOILED, Ordering::Relaxed);
+            return;
+        }
         if direction == 0 {
-            // SAFETY: the thread that gives up a run has taken it from the queue.
+            // SAFETY: the thread that gives up a run has taken it from the queue; where the row has others, they are
+            // given up for the same reason and write nothing.
             unsafe { self.writer.missing(row, status, detail) };
         }
-        if status != Status::Internal {
-            self.run_ended(row);
-        } else if let Some(left) = self.left.get(row) {
-            left.fetch_or(SPOILED, Ordering::Relaxed);
-        }
+        self.run_ended(row);
     }
 
     /// Counts a run of a row that has ended by itself.

@@ -216,4 +216,10 @@ impl<R: Real> Shaft<R> {
     fn free() -> Self {
         Self { net: R::zero(), breakaway: R::zero() }
     }
+
+    /// How much more dry friction could hold [N m].
+    #[inline(always)]
+    pub fn spare(&self) -> R {
+        self.breakaway - self.net.abs()
+    }
 }

@@ -1,6 +1,7 @@
 //! What a step begins with: its first slopes, and the pieces of the laws on which the lanes lie.
 
 use super::integrals::INTEGRALS;
+use super::slack;
 use super::stepper::Stepper;
 use crate::model::{Model, Rates};
 use crate::real::{Real, Task};
@@ -51,6 +52,9 @@ impl<R: Real, const N: usize> Stepper<R, N> {
         self.windup = R::select(lanes, rates.windup, self.windup);
         if HELD && self.held.is_some() {
             self.margin = R::Plain::select(lanes, rates.margin, self.margin);
+        }
+        if M::STICKS {
+            self.slack.begin(lanes, &slack::left::<R, M, N>(&self.directions, &self.state, rates));
         }
         self.watch.begin(lanes, rates, &self.constants);
         if self.integrands.count() > 0 {

@@ -3,7 +3,7 @@
 
 use super::Method;
 use super::advance::Advance;
-use super::events::{Event, hold};
+use super::events::Event;
 use super::record::lane_numbers;
 use super::replay::Lane;
 use super::stepper::Trial;
@@ -16,8 +16,7 @@ impl<P: Path, M: Model<N>, T: Method, const N: usize> Advance<'_, P, M, T, N> {
         let slope: [f64; N] = std::array::from_fn(|index| trial.rates.slope[index].plain().get(lane));
         let lag = match event {
             Event::Stop(shaft) => -trial.state[M::STICKING[shaft]].tangent().get(lane) / slope[M::STICKING[shaft]],
-            Event::Release(shaft) => self.lag(lane, trial, &slope, |rates| hold(&rates.shafts[shaft])),
-            Event::Jump => self.lag(lane, trial, &slope, |rates| rates.reserve),
+            Event::Release(_) | Event::Jump => self.lag(lane, trial, &slope, |rates| event.reserve(rates)),
         };
         self.events.passed |= 1 << lane;
         self.events.lag.set(lane, lag);

@@ -12,14 +12,12 @@ use super::advance::{Advance, Plain};
 use super::events::{EARLIEST, Landing};
 use super::record::Branch;
 use super::replay::Lane;
-use super::root::{Search, root, root_between};
+use super::root::{PARTS, Search, root, used_up};
 use super::stepper::{Stepper, Trial};
 use crate::model::{CORNERS, Drivetrain, Model, Pieces};
 use crate::real::{Mask, Path, Real, Task};
 use std::marker::PhantomData;
 
-/// Parts of a step at whose ends a margin is looked at where it is not simply used up from start to end.
-const PARTS: usize = 8;
 /// Stages may straddle a bend that just leaves a piece: a margin that dips to this share of its range is looked at.
 const CLOSE: f64 = 0.25;
 /// How far behind a corner the next piece is asked for, as a share of the step.
@@ -100,10 +98,7 @@ impl<P: Path, M: Model<N>, T: Method, const N: usize> Advance<'_, P, M, T, N> {
             found.push((root(|share| corners(share, true)[corner], start[corner], end[corner]), corner));
         }
         if found.is_empty() {
-            let mut samples = [start; PARTS + 1];
-            for (part, sample) in samples.iter_mut().enumerate().skip(1) {
-                *sample = corners(part as f64 / PARTS as f64, true);
-            }
+            let samples: [_; PARTS + 1] = std::array::from_fn(|part| corners(part as f64 / PARTS as f64, true));
             for corner in 0..CORNERS {
                 let left = samples.map(|sample| sample[corner]);
                 let share = used_up(&left, |share| corners(share, true)[corner], enough);
@@ -181,35 +176,4 @@ impl<R: Real, M: Model<N>, const N: usize> Task for FindTurns<'_, R, M, N> {
         let next = self.pieces((shares + number(BEHIND)).min(number(1.0)));
         Turns { lanes: lanes.to_bits(), shares, next }
     }
-}
-
-/// Where a margin is used up first, from its values at the ends of equal parts of the step.
-fn used_up(samples: &[f64; PARTS + 1], mut left: impl FnMut(f64) -> f64, enough: f64) -> Option<f64> {
-    let place = |part: usize| part as f64 / PARTS as f64;
-    if let Some(part) = (1..=PARTS).find(|&part| samples[part] < enough) {
-        let (mut end, mut at_end) = (place(part), samples[part]);
-        if samples[part - 1] > 0.0 {
-            return Some(root_between(left, [place(part - 1), end], [samples[part - 1], at_end]));
-        }
-        // The piece has just been entered: it may be left after a moment, or at once.
-        for _ in 0..20 {
-            let middle = 0.5 * (place(part - 1) + end);
-            let value = left(middle);
-            if value > 0.0 {
-                return Some(root_between(left, [middle, end], [value, at_end]));
-            }
-            (end, at_end) = (middle, value);
-        }
-        return Some(place(part - 1));
-    }
-    let lowest = (1..PARTS).min_by(|&one, &other| samples[one].total_cmp(&samples[other]))?;
-    let (before, here, after) = (samples[lowest - 1], samples[lowest], samples[lowest + 1]);
-    let shift = 0.5 * (before - after) / (before - here + (after - here));
-    let inside = shift.abs() <= 1.0;
-    if before <= 0.0 || !inside {
-        return None;
-    }
-    let bottom = (lowest as f64 + shift) / PARTS as f64;
-    let value = left(bottom);
-    (value < enough).then(|| root_between(left, [place(lowest - 1), bottom], [before, value]))
 }

@@ -1,7 +1,7 @@
 //! Dry friction that really sticks, and states that jump: both are located inside the step and landed on.
 //!
 //! A shaft slides in a direction or is held. The step in which a sliding shaft reverses, or in which a held shaft
-//! is pulled harder than its friction can hold, is repeated so that it ends exactly there; then the shaft's
+//! is pulled harder than its friction can hold, be it for a moment, is repeated so that it ends exactly there; then the shaft's
 //! direction changes and the next step begins with fresh slopes. Steps are repeated in the same way to end at the
 //! corners of laws.
 
@@ -13,9 +13,10 @@ use super::integrals::Integral;
 use super::interpolant::ALL_STATES;
 use super::record::{Branch, Dense, lane_coefficients};
 use super::replay::Lane;
-use super::root::{next_root, root};
-use super::stepper::Trial;
-use crate::model::{Model, Rates, Shaft};
+use super::root::{dip, next_root, root};
+use super::slack::{self, JUMPS, RESERVES};
+use super::stepper::{Stepper, Trial};
+use crate::model::{Model, Rates};
 use crate::real::{Mask, Path, Real, lanes_of};
 
 /// An event is never placed at the very start of a step, so that time always moves.
@@ -32,6 +33,16 @@ pub(super) enum Event {
     Jump,
 }
 
+impl Event {
+    /// What is left before it, unless it is a stop.
+    pub(super) fn reserve<R: Real, const N: usize>(self, rates: &Rates<R, N>) -> R {
+        match self {
+            Self::Stop(shaft) | Self::Release(shaft) => rates.shafts[shaft].spare(),
+            Self::Jump => rates.reserve,
+        }
+    }
+}
+
 /// Why a step is repeated.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Landing {
@@ -44,17 +55,21 @@ pub(super) enum Landing {
 /// Lanes whose step may have crossed an event.
 #[derive(Default)]
 struct Crossed {
-    /// Where motor or load reverses or breaks away.
-    shafts: [u64; 2],
-    /// Where hidden states jump.
-    jumping: u64,
+    /// Where a reserve is used up at the end.
+    used_up: [u64; RESERVES],
+    /// Where it may have been used up in between.
+    dips: [u64; RESERVES],
     /// Where a piece of a law is left.
     bent: u64,
 }
 
 impl Crossed {
     fn any(&self) -> u64 {
-        self.shafts[0] | self.shafts[1] | self.jumping | self.bent
+        self.events() | self.bent
+    }
+
+    fn events(&self) -> u64 {
+        self.used_up.iter().chain(&self.dips).fold(0, |lanes, own| lanes | own)
     }
 }
 
@@ -103,7 +118,8 @@ impl<P: Path, M: Model<N>, T: Method, const N: usize> Advance<'_, P, M, T, N> {
     /// The step of every lane, and whether it ends on a stop.
     #[inline(always)]
     pub(super) fn next_step<const HELD: bool>(&mut self) -> (Plain<P>, <P::Lanes as Real>::Mask) {
-        let (step, landing) = fit_to_stop(self.step, self.stop - self.stepper.t);
+        let wanted = if M::STICKS { self.stepper.follow_periods::<M>(self.step) } else { self.step };
+        let (step, landing) = fit_to_stop(wanted, self.stop - self.stepper.t);
         if !HELD || self.events.lanes == 0 {
             return (step, landing);
         }
@@ -126,18 +142,17 @@ impl<P: Path, M: Model<N>, T: Method, const N: usize> Advance<'_, P, M, T, N> {
         if !HELD {
             return none;
         }
-        let zero = P::Lanes::zero();
         let mut crossed = Crossed { bent: self.off_piece(accepted, trial), ..Crossed::default() };
-        for shaft in 0..M::STICKING.len() {
-            let state = &trial.rates.shafts[shaft];
-            let direction = self.stepper.directions[shaft];
-            let sticky = zero.lt(state.breakaway);
-            let reversed = (direction * trial.state[M::STICKING[shaft]]).lt(zero);
-            let pulled = direction.abs().le(zero) & state.breakaway.lt(state.net.abs());
-            crossed.shafts[shaft] = (accepted & sticky & (reversed | pulled)).to_bits();
-        }
         if M::STICKS {
-            crossed.jumping = (accepted & trial.rates.reserve.lt(zero)).to_bits();
+            let Stepper { slack, directions, .. } = &self.stepper;
+            let end = slack::left::<P::Lanes, M, N>(directions, &trial.state, &trial.rates);
+            for reserve in 0..RESERVES {
+                let reversed = M::STICKING
+                    .get(reserve)
+                    .map_or(none, |&speed| (directions[reserve] * trial.state[speed]).lt(P::Lanes::zero()));
+                crossed.used_up[reserve] = (accepted & slack.used_up(reserve, end[reserve], reversed)).to_bits();
+                crossed.dips[reserve] = (accepted & slack.dips(reserve, end[reserve])).to_bits();
+            }
         }
         let free = self.occupied & !self.events.lanes;
         if crossed.any() & free == 0 {
@@ -182,17 +197,14 @@ impl<P: Path, M: Model<N>, T: Method, const N: usize> Advance<'_, P, M, T, N> {
         step: &Plain<P>,
         trial: &Trial<P::Lanes, N>,
     ) -> Option<(f64, Landing)> {
-        if (crossed.shafts[0] | crossed.shafts[1] | crossed.jumping) >> lane & 1 == 0 {
-            return None;
-        }
         let dense = self.dense_in(lane, step);
-        let mut events = [None; 3];
-        for shaft in (0..M::STICKING.len()).filter(|&shaft| crossed.shafts[shaft] >> lane & 1 == 1) {
-            events[shaft] = Some(self.locate(lane, shaft, &dense, trial));
-        }
-        if crossed.jumping >> lane & 1 == 1 {
-            let at_end = trial.rates.reserve.plain().get(lane);
-            events[2] = Some((self.use_up(lane, &dense, at_end, |rates| rates.reserve), Event::Jump));
+        let mut events = [None; RESERVES];
+        for (reserve, event) in events.iter_mut().enumerate() {
+            if crossed.used_up[reserve] >> lane & 1 == 1 {
+                *event = self.locate(lane, reserve, &dense, Some(trial));
+            } else if crossed.dips[reserve] >> lane & 1 == 1 {
+                *event = self.locate(lane, reserve, &dense, None);
+            }
         }
         let first = events.into_iter().flatten().min_by(|left, right| left.0.total_cmp(&right.0));
         first.map(|(share, event)| (share, Landing::Event(event)))
@@ -207,46 +219,52 @@ impl<P: Path, M: Model<N>, T: Method, const N: usize> Advance<'_, P, M, T, N> {
         }
     }
 
-    /// Where in the step a shaft's event lies.
+    /// Where in the step a reserve is used up for good, as the end of the step shows, or else for a moment.
     fn locate(
         &mut self,
         lane: usize,
-        shaft: usize,
+        reserve: usize,
         dense: &Dense<Lane<P>, N>,
-        trial: &Trial<P::Lanes, N>,
-    ) -> (f64, Event) {
+        end: Option<&Trial<P::Lanes, N>>,
+    ) -> Option<(f64, Event)> {
         let number = Lane::<P>::splat;
-        let direction = self.stepper.directions[shaft].plain().get(lane);
-        if direction != 0.0 {
+        let event = self.event_of(lane, reserve);
+        if let Event::Stop(shaft) = event {
+            let direction = self.stepper.directions[shaft].plain().get(lane);
             let speed = |share: f64| direction * dense.at(number(share))[M::STICKING[shaft]].plain();
             let start = direction * self.stepper.state[M::STICKING[shaft]].plain().get(lane);
-            return (next_root(speed, start, speed(1.0), EARLIEST), Event::Stop(shaft));
+            let share = match end {
+                Some(_) => Some(next_root(speed, start, speed(1.0), EARLIEST)),
+                None => dip(speed),
+            };
+            return share.map(|share| (share, event));
         }
-        let held = |rates: &Rates<Lane<P>, N>| hold(&rates.shafts[shaft]);
-        let margin = hold(&trial.rates.shafts[shaft]).plain().get(lane);
-        (self.use_up(lane, dense, margin, held), Event::Release(shaft))
-    }
-
-    /// Where in the step a reserve is used up.
-    fn use_up(
-        &mut self,
-        lane: usize,
-        dense: &Dense<Lane<P>, N>,
-        at_end: f64,
-        reserve: impl Fn(&Rates<Lane<P>, N>) -> Lane<P>,
-    ) -> f64 {
-        let number = Lane::<P>::splat;
         let branch = self.branch(lane);
-        let Some(seat) = self.seats[lane].take() else { return 1.0 };
+        let seat = self.seats[lane].take()?;
         self.replay.load(&seat);
         let mut left = |share: f64| {
             let t = number(dense.t + share * dense.step);
-            reserve(&self.replay.rates_in(&seat, t, &dense.at(number(share)), branch)).plain()
+            event.reserve(&self.replay.rates_in(&seat, t, &dense.at(number(share)), branch)).plain()
         };
-        let start = left(0.0);
-        let share = if start <= 0.0 { EARLIEST } else { root(&mut left, start, at_end) };
+        let share = match end {
+            Some(trial) => {
+                let start = left(0.0);
+                let at_end = event.reserve(&trial.rates).plain().get(lane);
+                Some(if start <= 0.0 { EARLIEST } else { root(&mut left, start, at_end) })
+            }
+            None => dip(left),
+        };
         self.seats[lane] = Some(seat);
-        share
+        share.map(|share| (share, event))
+    }
+
+    /// What happens in a lane where a reserve is used up.
+    fn event_of(&self, lane: usize, reserve: usize) -> Event {
+        match reserve {
+            JUMPS => Event::Jump,
+            shaft if self.stepper.directions[shaft].plain().get(lane) != 0.0 => Event::Stop(shaft),
+            shaft => Event::Release(shaft),
+        }
     }
 
     /// Lets hidden states jump; what mechanical energy goes with it counts as taken by terms.
@@ -342,9 +360,4 @@ impl<P: Path, M: Model<N>, T: Method, const N: usize> Advance<'_, P, M, T, N> {
     pub(super) fn set_direction(&mut self, lane: usize, shaft: usize, direction: f64) {
         self.stepper.directions[shaft].set(lane, Lane::<P>::splat(direction));
     }
-}
-
-/// How much more dry friction could hold.
-pub(super) fn hold<R: Real>(shaft: &Shaft<R>) -> R {
-    shaft.breakaway - shaft.net.abs()
 }

@@ -23,6 +23,7 @@ mod rodas;
 mod root;
 mod sampling;
 mod seat;
+mod slack;
 mod stages;
 mod status;
 mod stepper;

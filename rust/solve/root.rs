@@ -4,6 +4,8 @@ use crate::real::{Mask, Real, Scalar};
 
 /// Moves of the root that no longer matter.
 const RESOLUTION: f64 = 1e-15;
+/// Parts of a step at whose ends a margin is looked at where it is not simply used up from start to end.
+pub const PARTS: usize = 8;
 
 /// The search for roots in lanes, in each between two places at which the signs of a function differ: false position
 /// with the rule of Anderson and Bjorck (BIT 13, 1973).
@@ -85,6 +87,43 @@ pub fn next_root(mut function: impl FnMut(f64) -> f64, at_zero: f64, at_one: f64
         place *= 0.5;
     }
     earliest
+}
+
+/// Where a margin that may be used up for a moment between 0 and 1 is used up first.
+pub fn dip(mut left: impl FnMut(f64) -> f64) -> Option<f64> {
+    let samples = std::array::from_fn(|part| left(part as f64 / PARTS as f64));
+    used_up(&samples, left, 0.0)
+}
+
+/// Where a margin is used up first, from its values at the ends of equal parts of the step.
+pub fn used_up(samples: &[f64; PARTS + 1], mut left: impl FnMut(f64) -> f64, enough: f64) -> Option<f64> {
+    let place = |part: usize| part as f64 / PARTS as f64;
+    if let Some(part) = (1..=PARTS).find(|&part| samples[part] < enough) {
+        let (mut end, mut at_end) = (place(part), samples[part]);
+        if samples[part - 1] > 0.0 {
+            return Some(root_between(left, [place(part - 1), end], [samples[part - 1], at_end]));
+        }
+        // The piece has just been entered: it may be left after a moment, or at once.
+        for _ in 0..20 {
+            let middle = 0.5 * (place(part - 1) + end);
+            let value = left(middle);
+            if value > 0.0 {
+                return Some(root_between(left, [middle, end], [value, at_end]));
+            }
+            (end, at_end) = (middle, value);
+        }
+        return Some(place(part - 1));
+    }
+    let lowest = (1..PARTS).min_by(|&one, &other| samples[one].total_cmp(&samples[other]))?;
+    let (before, here, after) = (samples[lowest - 1], samples[lowest], samples[lowest + 1]);
+    let shift = 0.5 * (before - after) / (before - here + (after - here));
+    let inside = shift.abs() <= 1.0;
+    if before <= 0.0 || !inside {
+        return None;
+    }
+    let bottom = (lowest as f64 + shift) / PARTS as f64;
+    let value = left(bottom);
+    (value < enough).then(|| root_between(left, [place(lowest - 1), bottom], [before, value]))
 }
 
 /// A root of a function, with the derivative by which it follows what the function depends on.

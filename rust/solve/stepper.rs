@@ -6,6 +6,7 @@ use super::Method;
 use super::integrals::{INTEGRALS, Integrands};
 use super::linear::Linear;
 use super::record::DENSE_TERMS;
+use super::slack::{self, Slack};
 use super::watch::{Watch, WatchList};
 use crate::model::terms::Terms;
 use crate::model::{
@@ -15,6 +16,8 @@ use crate::real::{Mask, Real};
 
 /// Slopes kept of a step: the largest method has 13 stages and 3 more for its dense output.
 const SLOPES: usize = 16;
+/// The longest step of a held drive as a share of the period of what acts on it by time alone.
+const PERIOD_SHARE: f64 = 0.125;
 
 /// The numbers of all lanes.
 pub struct Stepper<R: Real, const N: usize> {
@@ -35,6 +38,8 @@ pub struct Stepper<R: Real, const N: usize> {
     pub(super) margin: R::Plain,
     /// The least and the most that any stage of the step last attempted found left of them.
     pub(super) margins: [R::Plain; 2],
+    /// What is left in the step last attempted before a shaft or a hidden state has its event.
+    pub(super) slack: Slack<R::Plain>,
     /// Sizes below which relative accuracy is not asked for.
     pub(super) scales: [f64; N],
     active: usize,
@@ -89,6 +94,7 @@ impl<R: Real, const N: usize> Stepper<R, N> {
             held: cornered.then(|| Box::new([R::Plain::zero(); CORNERS])),
             margin: R::Plain::zero(),
             margins: [R::Plain::zero(); 2],
+            slack: Slack::new(),
             scales,
             active: N - unused,
             integrands,
@@ -152,6 +158,9 @@ impl<R: Real, const N: usize> Stepper<R, N> {
         if HELD {
             self.margins = [f64::INFINITY, f64::NEG_INFINITY].map(R::Plain::splat);
         }
+        if M::STICKS {
+            self.slack.forget();
+        }
         let mut stage = 1;
         loop {
             let state = self.stage_state::<M, T>(stage, step);
@@ -161,6 +170,9 @@ impl<R: Real, const N: usize> Stepper<R, N> {
             if HELD && self.held.is_some() {
                 let [least, most] = self.margins;
                 self.margins = [least.min(rates.margin), most.max(rates.margin)];
+            }
+            if M::STICKS {
+                self.slack.note(&slack::left::<R, M, N>(&self.directions, &state, &rates));
             }
             if stage == T::STAGES - 1 {
                 if T::IS_IMPLICIT && self.integrands.count() > 0 {
@@ -191,7 +203,35 @@ impl<R: Real, const N: usize> Stepper<R, N> {
             let grown = self.step_integrals[index].mul_add_plain(step, self.integrals[index]);
             self.integrals[index] = R::select(accepted, grown, self.integrals[index]);
         }
+        if M::STICKS {
+            self.turn_freely::<M>(accepted, &trial.rates);
+        }
         self.begin::<M, HELD>(accepted, &trial.rates);
+    }
+
+    /// Steps no longer than a part of the period of what acts by time alone, where a shaft is held: at rest nothing else
+    /// keeps steps from running over it.
+    #[inline(always)]
+    pub(super) fn follow_periods<M: Model<N>>(&self, step: R::Plain) -> R::Plain {
+        if !self.terms.act_by_time() {
+            return step;
+        }
+        let (zero, frequency) = (R::Plain::zero(), self.terms.frequency().plain());
+        let shafts = self.directions[..M::STICKING.len()].iter();
+        let held = shafts.fold(R::Mask::from_bits(0), |held, direction| held | direction.plain().abs().le(zero));
+        let longest = R::Plain::splat(PERIOD_SHARE) / frequency;
+        R::Plain::select(held & zero.lt(frequency), step.min(longest), step)
+    }
+
+    /// Shafts that nothing dry resists turn round without an event.
+    #[inline(always)]
+    fn turn_freely<M: Model<N>>(&mut self, accepted: R::Mask, rates: &Rates<R, N>) {
+        let zero = R::zero();
+        for (shaft, &speed) in M::STICKING.iter().enumerate() {
+            let direction = self.directions[shaft];
+            let turned = (direction * self.state[speed]).lt(zero) & rates.shafts[shaft].breakaway.le(zero);
+            self.directions[shaft] = R::select(accepted & turned, -direction, direction);
+        }
     }
 
     /// Lanes whose state or slope is not finite.

@@ -120,7 +120,7 @@ def with_company(terms):
     return on, {name: value for term in on for name, value in VALUES[term].items()}
 
 
-def simulate(p, terms, scenario, t, signals=TRAJECTORY, start=None, rtol=1e-10, base="two_inertia"):
+def simulate(p, terms, scenario, t, signals=TRAJECTORY, start=None, rtol=1e-10, base="two_inertia", **options):
     """One row of the engine as an array (signals, times), from rest at zero angles unless `start` says otherwise."""
     model = hdfast.Model(base=base, terms=terms)
     state = np.zeros((1, len(model.states)))
@@ -136,6 +136,7 @@ def simulate(p, terms, scenario, t, signals=TRAJECTORY, start=None, rtol=1e-10, 
         initial_state=state,
         rtol=rtol,
         metrics=["te_pp"],
+        **options,
     )
     assert run.status == "finished", run.message
     return np.array([run[name] for name in signals])

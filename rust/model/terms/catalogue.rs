@@ -94,6 +94,28 @@ macro_rules! catalog {
                 let _ = index;
                 least
             }
+
+            /// Whether any of them acts by time alone.
+            #[inline(always)]
+            pub fn act_by_time(&self) -> bool {
+                const BY_TIME: [bool; COUNT] = [$(<super::$module::$term as Term>::BY_TIME),*];
+                (0..COUNT).any(|index| BY_TIME[index] && self.is_on(index))
+            }
+
+            /// The highest frequency [Hz] at which any of them acts by time alone.
+            #[inline(always)]
+            pub fn frequency(&self) -> R {
+                let mut index = 0;
+                let mut highest = R::zero();
+                $(
+                    if <super::$module::$term as Term>::BY_TIME && self.is_on(index) {
+                        highest = highest.max(super::$module::$term::frequency(self.values_of(index)));
+                    }
+                    index += 1;
+                )*
+                let _ = index;
+                highest
+            }
         }
 
         impl<S: Scalar> Terms<S> {

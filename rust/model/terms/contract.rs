@@ -285,6 +285,8 @@ pub trait Term {
     const INFO: TermInfo;
     /// Whether its states jump.
     const JUMPS: bool = false;
+    /// Whether it acts by time alone, whatever the drive does.
+    const BY_TIME: bool = false;
     /// How many corners its law has.
     const CORNERS: usize = 0;
 
@@ -304,6 +306,11 @@ pub trait Term {
     }
     /// The jump, where the reserve has been used up.
     fn jump<S: Scalar>(p: &[S], gear: &Gear<S>, gear_torque: S, states: &mut [S]) {}
+    /// The frequency [Hz] at which it acts by time alone.
+    #[inline(always)]
+    fn frequency<R: Real>(p: &[R]) -> R {
+        R::zero()
+    }
     /// Shapes the motor torque.
     #[inline(always)]
     fn actuator<R: Real>(p: &[R], motion: &Motion<R>, actuator: &mut Actuator<R>, hidden: Hidden<R>) {}

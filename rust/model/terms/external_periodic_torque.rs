@@ -30,6 +30,13 @@ impl Term for ExternalPeriodicTorque {
         states: &[],
     };
 
+    const BY_TIME: bool = true;
+
+    #[inline(always)]
+    fn frequency<R: Real>(p: &[R]) -> R {
+        p[1]
+    }
+
     #[inline(always)]
     fn load<R: Real>(p: &[R], motion: &Motion<R>, load: &mut Load<R>, _hidden: Hidden<R>) {
         let angle = (p[1] * motion.t).mul_add(R::splat(std::f64::consts::TAU), p[2]);

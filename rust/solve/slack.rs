@@ -1,0 +1,84 @@
+//! How much is left before a shaft stops or breaks away, or before hidden states jump.
+//!
+//! What is used up at the end of a step is plain to see. What is used up and there again before the step ends shows in
+//! the stages between: where they come close, the step is looked at in parts.
+
+use crate::model::{Model, Rates};
+use crate::real::Real;
+
+/// Motor, load, hidden states that jump.
+pub(super) const RESERVES: usize = 3;
+/// Place of the hidden states among them; shafts come first.
+pub(super) const JUMPS: usize = 2;
+/// A stage that comes as close to the end of a reserve as this share of the reserve's range is looked at.
+const CLOSE: f64 = 0.25;
+
+/// What is left at one instant: of a shaft that slides its speed, of one that is held the torque that friction could
+/// still hold; infinity where there is no dry friction.
+#[inline(always)]
+pub(super) fn left<R: Real, M: Model<N>, const N: usize>(
+    directions: &[R; 2],
+    state: &[R; N],
+    rates: &Rates<R, N>,
+) -> [R::Plain; RESERVES] {
+    let mut left = [R::Plain::splat(f64::INFINITY); RESERVES];
+    let zero = R::Plain::zero();
+    for (shaft, &speed) in M::STICKING.iter().enumerate() {
+        let (direction, state) = (directions[shaft].plain(), state[speed].plain());
+        let dry = zero.lt(rates.shafts[shaft].breakaway.plain());
+        let sliding = R::Plain::select(dry, direction * state, left[shaft]);
+        left[shaft] = R::Plain::select(direction.abs().le(zero), rates.shafts[shaft].spare().plain(), sliding);
+    }
+    left[JUMPS] = rates.reserve.plain();
+    left
+}
+
+/// What is left in the course of a step.
+pub(super) struct Slack<V> {
+    /// At its start.
+    start: [V; RESERVES],
+    /// The least and the most that any stage found.
+    found: [[V; 2]; RESERVES],
+}
+
+impl<V: Real<Plain = V>> Slack<V> {
+    pub(super) fn new() -> Self {
+        Self { start: [V::zero(); RESERVES], found: [[V::zero(); 2]; RESERVES] }
+    }
+
+    /// Takes what is left at the start of the next step in the given lanes.
+    #[inline(always)]
+    pub(super) fn begin(&mut self, lanes: V::Mask, left: &[V; RESERVES]) {
+        for (start, &left) in self.start.iter_mut().zip(left) {
+            *start = V::select(lanes, left, *start);
+        }
+    }
+
+    /// Begins another attempt.
+    #[inline(always)]
+    pub(super) fn forget(&mut self) {
+        self.found = [[V::splat(f64::INFINITY), V::splat(f64::NEG_INFINITY)]; RESERVES];
+    }
+
+    /// Takes what is left at a stage.
+    #[inline(always)]
+    pub(super) fn note(&mut self, left: &[V; RESERVES]) {
+        for ([least, most], &left) in self.found.iter_mut().zip(left) {
+            (*least, *most) = (least.min(left), most.max(left));
+        }
+    }
+
+    /// Lanes in which a reserve is used up at the end of the step; a shaft that reverses has used it up also where its
+    /// friction is gone by then.
+    #[inline(always)]
+    pub(super) fn used_up(&self, reserve: usize, end: V, reversed: V::Mask) -> V::Mask {
+        end.lt(V::zero()) | (reversed & self.start[reserve].lt(V::splat(f64::INFINITY)))
+    }
+
+    /// Lanes that may have used up a reserve and regained it within the step.
+    #[inline(always)]
+    pub(super) fn dips(&self, reserve: usize, end: V) -> V::Mask {
+        let [least, most] = self.found[reserve];
+        least.lt(self.start[reserve].min(end)) & least.lt((most - least) * V::splat(CLOSE))
+    }
+}

@@ -5,8 +5,10 @@ import math
 import hdfast
 import numpy as np
 import pytest
+from hdfast.tolerance.distributions import Tolerance
 from hdfast.tolerance.intervals import clopper_pearson
 from hdfast.tolerance.rare import subset_simulation
+from hdfast.tolerance.sample import Plan
 from scipy import stats
 from toleranced import SMALL
 
@@ -83,8 +85,22 @@ def test_exact_probability_of_margins_on_steps():
     assert hits >= int(stats.binom(60, 0.95).ppf(0.001)), hits
 
 
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_exact_tail_of_a_single_parameter_down_to_the_smallest_probability(side):
+    """A parameter is drawn through its probability; beyond 8.2 standard deviations it has no more values."""
+    plan = Plan((Tolerance("a", "normal", 0.0, 1.0, -math.inf, math.inf),))
+    truth = 1e-14
+    found = subset_simulation(
+        lambda scores: stats.norm.isf(truth) - side * plan.from_scores(scores)["a"], 1, rows=2000, smallest=1e-15
+    )
+    assert found.probability.covers(truth)
+
+
 def test_exact_wrong_arguments():
-    for options, name in (({"rows": 10}, "rows"), ({"replicates": 1}, "replicates"), ({"share": 0.9}, "share")):
+    for options, name in (
+        ({"rows": 10}, "rows"), ({"replicates": 1}, "replicates"), ({"share": 0.9}, "share"),
+        ({"smallest": 1e-16}, "smallest"),
+    ):  # fmt: skip
         with pytest.raises(hdfast.InputError, match=name):
             subset_simulation(plane(3, 2), 2, **options)
 

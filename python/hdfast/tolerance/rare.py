@@ -15,6 +15,7 @@ from hdfast.tolerance.intervals import CONFIDENCE, Estimate, clopper_pearson, st
 
 ACCEPTANCE = 0.44
 FIRST_STEP = 0.6
+LEAST = 1e-15  # a parameter is drawn through its probability, which next to 1 has steps of 1e-16
 
 
 @dataclass(frozen=True)
@@ -62,7 +63,8 @@ def subset_simulation(
             as it.
         rows: per level and replicate.
         replicates: independent runs; the interval comes from their spread (lognormal, Cox's method).
-        smallest: levels stop below this probability, 1e-30 to 0.1.
+        smallest: levels stop below this probability, 1e-15 to 0.1; beyond, the tail of a single parameter has no more
+            values.
 
     Raises:
         InputError: naming argument, value and allowed range.
@@ -70,7 +72,7 @@ def subset_simulation(
     checks.whole("rows", rows, 100, 10**7)
     checks.whole("replicates", replicates, 2, 1000)
     checks.number("share", share, 0.01, 0.5)
-    checks.number("smallest", smallest, 1e-30, 0.1)
+    checks.number("smallest", smallest, LEAST, 0.1)
     return _Levels(margin, dimensions, rows, share, replicates, seed, smallest).run(confidence)
 
 

@@ -9,7 +9,7 @@ from hdfast.tolerance import indices, sensitivity
 from hdfast.tolerance.allocation import allocate
 from hdfast.tolerance.distributions import Tolerance
 from hdfast.tolerance.effects import effects
-from hdfast.tolerance.intervals import Groups
+from hdfast.tolerance.intervals import Groups, clopper_pearson
 from hdfast.tolerance.limits import Spec
 from hdfast.tolerance.sample import Plan
 from scipy import stats
@@ -181,6 +181,23 @@ def test_exact_effects_of_a_linear_problem():
         truth = stats.norm.cdf(2 * PROBLEM.sigma / left) - stats.norm.cdf(2)
         assert effect.yields["y"].covers(truth)
         assert effect.variances["y"] == pytest.approx(left**2 / 5.25 - 1, abs=0.03)
+
+
+@pytest.mark.parametrize("changed", [0, 1, 3])
+def test_exact_a_change_of_a_yield_is_as_open_as_the_few_rows_it_rests_on(changed):
+    rows = 1000
+
+    def evaluate(plan, n):
+        return {"y": plan.tolerances[0].spread * (np.arange(n) < changed)}, np.ones(n, dtype=bool)
+
+    found = effects(
+        evaluate, Plan(PROBLEM.tolerances), {"y": Spec("y", -math.inf, 0.5, 0.9)}, ["y"], rows=rows, factors=[0.0],
+        names=["a"],
+    )[0].yields["y"]  # fmt: skip
+    low, high = clopper_pearson(changed, rows)
+    assert found.value == changed / rows
+    assert found.high == pytest.approx(high)
+    assert found.value - found.low == pytest.approx(math.hypot(changed / rows - low, clopper_pearson(0, rows)[1]))
 
 
 def test_exact_allocation_of_a_linear_problem():

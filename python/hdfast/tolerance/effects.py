@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from hdfast import checks
 from hdfast.checks import Floats
 from hdfast.errors import choose
-from hdfast.tolerance.intervals import CONFIDENCE, Estimate, Groups, clopper_pearson, mean, student
+from hdfast.tolerance.intervals import CONFIDENCE, Estimate, Groups, share, student
 from hdfast.tolerance.limits import JOINT, Spec, counted
 from hdfast.tolerance.sample import MAX_ROWS, Plan
 
@@ -117,8 +117,9 @@ def _compare(
         complete &= both
         old, new = before[0][metric][both], after[0][metric][both]
         spec = specs.get(metric)
-        share = percentage / 100.0 if spec is None or math.isfinite(spec.upper) else 1.0 - percentage / 100.0
-        percentiles[metric] = _percentile_change(old, new, share, groups and groups.take(both))
+        upper = spec is None or math.isfinite(spec.upper)
+        share_below = percentage / 100.0 if upper else 1.0 - percentage / 100.0
+        percentiles[metric] = _percentile_change(old, new, share_below, groups and groups.take(both))
         varies = len(old) > 0 and np.ptp(old) > 0.0
         variances[metric] = float(np.var(new) / np.var(old)) - 1.0 if varies else math.nan
     return Effect(name, factor, yields, percentiles, variances, int(np.sum(~complete)))
@@ -131,26 +132,33 @@ def _held(run: Run, specs: Mapping[str, Spec]) -> dict[str, NDArray[np.bool_]]:
 
 
 def _yield_change(old: NDArray[np.bool_], new: NDArray[np.bool_], groups: Groups | None) -> Estimate:
-    change = new.astype(float) - old
-    if np.any(change):
-        return mean(change, groups)
-    reach = clopper_pearson(0, len(change) if groups is None or not groups.alike else groups.count)[1]
-    return Estimate(0.0, -reach, reach)
+    """Change of a share, with the limits of what is gained and of what is lost put together (Zou and Donner 2008).
+
+    Each has an exact interval, so that a change that rests on one row, or on none, is as open as it is. That no row is
+    both gained and lost is left out: it counts where each is a tenth of the rows or more.
+    """
+    gained, lost = share(new & ~old, groups), share(old & ~new, groups)
+    value = gained.value - lost.value
+    return Estimate(
+        value,
+        value - math.hypot(gained.value - gained.low, lost.high - lost.value),
+        value + math.hypot(gained.high - gained.value, lost.value - lost.low),
+    )
 
 
 def _percentile_change(
-    old: Floats, new: Floats, share: float, groups: Groups | None, confidence: float = CONFIDENCE
+    old: Floats, new: Floats, share_below: float, groups: Groups | None, confidence: float = CONFIDENCE
 ) -> Estimate:
     """Change of a percentile; interval by the bootstrap of rows, or of whole groups where rows depend on each other."""
     if len(old) < 2:
         return Estimate(math.nan, math.nan, math.nan)
-    value = float(np.quantile(new, share) - np.quantile(old, share))
+    value = float(np.quantile(new, share_below) - np.quantile(old, share_below))
     units = len(old) if groups is None else groups.count
     if units < 2:
         return Estimate(value, math.nan, math.nan)
     picks = np.random.default_rng(1).integers(0, units, (RESAMPLES, units))
     members = None if groups is None else groups.members
     rows: Iterable[Any] = picks if members is None else [np.concatenate([members[k] for k in pick]) for pick in picks]
-    changes = [float(np.quantile(new[chosen], share) - np.quantile(old[chosen], share)) for chosen in rows]
+    changes = [float(np.quantile(new[chosen], share_below) - np.quantile(old[chosen], share_below)) for chosen in rows]
     reach = student(units, confidence) * math.sqrt(units / (units - 1)) * float(np.std(changes, ddof=1))
     return Estimate(value, value - reach, value + reach)

@@ -90,6 +90,29 @@ def test_exact_shares_of_variance_from_rows_at_hand():
     assert min(hits.values()) >= ENOUGH, hits
 
 
+@pytest.mark.parametrize("batches", [40, 100])
+def test_exact_shares_of_variance_from_rows_that_are_equal_in_a_batch(batches):
+    """Twenty rows of a batch tell what one does: counted as twenty, what chance puts into a class is a share."""
+    same = tuple(replace(tolerance, batch_share=1.0) for tolerance in PROBLEM.tolerances)
+    found = {name: [] for name in PROBLEM.shares}
+    for seed in range(SEEDS):
+        plan = Plan(same, seed=seed, batch_size=20)
+        drawn = plan.draw(0, 20 * batches)
+        groups = plan.groups(0, 20 * batches)
+        for name, shares in found.items():
+            shares.append(sensitivity.variance_share(drawn[name], PROBLEM(drawn), groups))
+    for name, shares in found.items():
+        truth = PROBLEM.shares[name]
+        assert np.mean([share.value for share in shares]) == pytest.approx(truth, abs=0.05)
+        assert sum(share.covers(truth) for share in shares) >= 0.85 * SEEDS
+
+
+def test_exact_no_share_of_variance_from_no_more_batches_than_the_lines_leave_free():
+    drawn = Plan(PROBLEM.tolerances).draw(0, 200)
+    few = Groups(np.arange(200) % 2, alike=True)
+    assert math.isnan(sensitivity.variance_share(drawn["a"], PROBLEM(drawn), few).value)
+
+
 def test_exact_rank_correlation_of_normal_values():
     hits = 0
     truth = 6 / math.pi * math.asin(2.0 / PROBLEM.sigma / 2)

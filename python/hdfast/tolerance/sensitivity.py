@@ -79,16 +79,17 @@ def variance_share(x: Floats, y: Floats, groups: Groups | None = None, confidenc
     """Share of the variance of y that the parameter x explains alone: the first-order index from rows at hand.
 
     The rows are cut into classes of x with a straight line in each; the variance of these lines, corrected for what
-    chance alone puts there (epsilon squared of Kelley 1935), is compared with the whole. Correlated parameters share
-    what they explain.
+    chance alone puts there, is compared with the whole. Chance is counted by rows (epsilon squared of Kelley 1935), or
+    where rows of a group are alike by what whole groups leave in every class (the middle of the sandwich of Liang and
+    Zeger 1986). Correlated parameters share what they explain.
 
     Args:
         x, y: (n,) finite.
         groups: which rows depend on each other.
 
     Returns:
-        The share with a delete-a-block jackknife interval, over whole groups where there are. NaN when y does not vary
-        or n is below 100; NaN limits with fewer than two groups.
+        The share with a delete-a-block jackknife interval, over whole groups where there are. NaN when y does not vary,
+        n is below 100, or groups are no more than what the lines leave free; NaN limits with fewer than two groups.
 
     Raises:
         ValueError: a value is not finite.
@@ -96,7 +97,8 @@ def variance_share(x: Floats, y: Floats, groups: Groups | None = None, confidenc
     _require_finite(x, y)
     if len(x) < 2 * BLOCKS or np.ptp(y) == 0.0:
         return Estimate(math.nan, math.nan, math.nan)
-    classes = int(np.clip(round(len(x) ** (1 / 3)), 4, 64))
+    batches = groups.count if groups is not None and groups.alike else 1
+    classes = min(round((batches if batches > 1 else len(x)) ** (1 / 3)), 64)
     label = np.empty(len(x), dtype=np.int64)
     label[np.argsort(x, kind="stable")] = np.arange(len(x)) * classes // len(x)
     place, score = ((values - np.mean(values)) / (np.std(values) or 1.0) for values in (x, y))
@@ -108,27 +110,40 @@ def variance_share(x: Floats, y: Floats, groups: Groups | None = None, confidenc
             for weight in (np.ones(len(x)), place, score, place**2, place * score, score**2)
         ]
     )
-    totals = sums.sum(axis=1)
-    value = _explained(totals)
-    reach = _jackknife(lambda k: _explained(totals - sums[:, k]), blocks, confidence)
+    value = _explained(sums, batches)
+    reach = _jackknife(lambda k: _explained(np.delete(sums, k, axis=1), batches), blocks, confidence)
     return Estimate(value, value - reach, value + reach)
 
 
-def _explained(sums: Floats) -> float:
-    """Share explained by one line per class; (6, classes) sums of 1, x, y, x x, x y, y y. NaN when y is constant."""
-    sums = sums[:, sums[0] > 0.0]
-    count, x, y, xx, xy, yy = sums
-    rows = float(np.sum(count))
-    whole = float(np.sum(yy)) - float(np.sum(y)) ** 2 / rows
-    spread = xx - x**2 / count
+def _explained(sums: Floats, batches: int) -> float:
+    """Share explained by one line per class; NaN when y is constant, or all that the lines can follow.
+
+    Args:
+        sums: (6, blocks, classes) of 1, x, y, x x, x y, y y.
+        batches: whose rows may depend on each other; 1 when all rows are independent.
+    """
+    own, own_x, own_y, own_xx, own_xy, own_yy = sums[:, :, sums[0].sum(axis=0) > 0.0]
+    count = own.sum(axis=0)
+    rows, blocks = float(np.sum(count)), len(own)
+    x, y = own_x.sum(axis=0) / count, own_y.sum(axis=0) / count
+    off_x, off_y = own_x - x * own, own_y - y * own
+    off_xx, off_xy = own_xx - x * (own_x + off_x), own_xy - x * own_y - y * off_x
+    spread = off_xx.sum(axis=0)
     sloped = spread > 1e-9 * count
-    slope_part = np.where(sloped, (xy - x * y / count) ** 2 / np.where(sloped, spread, 1.0), 0.0)
-    between = float(np.sum(y**2 / count + slope_part)) - float(np.sum(y)) ** 2 / rows
+    spread = np.where(sloped, spread, np.inf)
+    slope = off_xy.sum(axis=0) / spread
+    mean = float(np.sum(own_y)) / rows
+    whole = float(np.sum(own_yy)) - rows * mean**2
+    between = float(np.sum(count * y**2 + slope**2 * np.where(sloped, spread, 0.0))) - rows * mean**2
     freedom = len(count) + int(np.count_nonzero(sloped))
-    if whole <= 1e-9 * rows or rows <= freedom:
+    independent = batches if batches > 1 else rows
+    if whole <= 1e-9 * rows or independent <= freedom:
         return math.nan
-    within = (whole - between) / (rows - freedom)
-    return (between - (freedom - 1) * within) / whole
+    if batches == 1:
+        return (between - (freedom - 1) * (whole - between) / (rows - freedom)) / whole
+    left, tilted = off_y - slope * off_x, off_xy - slope * off_xx
+    chance = float(np.sum(left**2 / count + tilted**2 / spread) - np.sum(np.sum(left, axis=1) ** 2) / rows)
+    return (between - chance * blocks / (blocks - 1) * batches / (batches - freedom)) / whole
 
 
 @dataclass(frozen=True)

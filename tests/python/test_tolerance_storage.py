@@ -15,6 +15,7 @@ import pytest
 from hdfast import config
 from hdfast.tolerance.chunks import halving, ranges, run_here
 from hdfast.tolerance.run import fingerprint
+from hdfast.tolerance.sample import Plan
 from hdfast.tolerance.store import FolderStore, MemoryStore
 from hdfast.tolerance.task import Task
 from processes import interruptible
@@ -126,6 +127,21 @@ def test_exact_other_studies_are_not_mixed(small, tmp_path):
     (out / "manifest.json").write_text("{")
     with pytest.raises(hdfast.InputError, match="cannot be read"):
         hdfast.tolerance(small, n=20, out=out, resume=True)
+
+
+def test_exact_rows_that_are_drawn_otherwise_are_not_mixed(small, tmp_path, monkeypatch):
+    """An earlier version had the same version number, and batches that meant something else."""
+    out = tmp_path / "out"
+    hdfast.tolerance(small, n=20, out=out)
+    with monkeypatch.context() as otherwise:
+        otherwise.setattr(Plan, "_dependent", lambda plan, points, start, stop: 0.99 * points)
+        with pytest.raises(hdfast.InputError, match="another study: draws_sha256"):
+            hdfast.tolerance(small, n=40, out=out, resume=True)
+    manifest = json.loads((out / "manifest.json").read_text())
+    del manifest["fingerprint"]["draws_sha256"]
+    (out / "manifest.json").write_text(json.dumps(manifest))
+    with pytest.raises(hdfast.InputError, match=r"earlier version of hdfast.*take another folder"):
+        hdfast.tolerance(small, n=40, out=out, resume=True)
 
 
 def test_exact_manifest_names_everything_that_decides_the_rows(small, tmp_path):

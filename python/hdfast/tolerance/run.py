@@ -24,6 +24,7 @@ from hdfast.tolerance.store import CHUNK, FolderStore, MemoryStore
 from hdfast.tolerance.study import Study
 from hdfast.tolerance.task import Task
 
+FIRST = 64  # rows whose drawn values stand for how rows are drawn
 GROUPS = {"latin_hypercube": "Latin hypercube (block of [run])", "sobol": "Sobol sequence (replicates of [run])"}
 
 
@@ -109,11 +110,13 @@ def _require_two_groups(plan: Plan, rows: int) -> None:
 def fingerprint(task: Task) -> dict[str, Any]:
     """What decides the content of a study's rows, ready for JSON."""
     settings, info = task.config, build_info()
+    drawn = task.plan.draw(0, min(FIRST, task.plan.rows(FIRST)))
     return {
         "input_sha256": hashlib.sha256(settings.text.encode()).hexdigest(),
         "plan_sha256": hashlib.sha256(repr(task.plan).encode()).hexdigest(),
         "sampling": task.plan.sampling,
         "seed": task.plan.seed,
+        "draws_sha256": hashlib.sha256(b"".join(values.tobytes() for values in drawn.values())).hexdigest(),
         "metrics": list(task.metrics),
         "hdfast_version": info["version"],
         "simd": info["simd"],

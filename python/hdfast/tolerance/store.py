@@ -135,10 +135,10 @@ class FolderStore:
         differing = [key for key in {**found, **self.fingerprint} if found.get(key) != self.fingerprint.get(key)]
         if differing:
             key = differing[0]
-            raise InputError(
-                f"out = {str(self.folder)!r} holds another study: {key} is {found.get(key)!r} there and "
-                f"{self.fingerprint.get(key)!r} here; take another folder"
-            )
+            what = f"{key} is {found.get(key)!r} there and {self.fingerprint.get(key)!r} here"
+            if key not in found:
+                what = f"an earlier version of hdfast, which may have drawn other rows, wrote it without {key}"
+            raise InputError(f"out = {str(self.folder)!r} holds another study: {what}; take another folder")
         with self._reading():
             self.entries = {entry["start"]: entry for entry in entries if self._intact(entry)}
 

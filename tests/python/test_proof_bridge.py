@@ -6,11 +6,13 @@ import json
 
 import numpy as np
 import pytest
+import small_campaign
 from hdfast.errors import InputError
+from hdfast.health import leakage
 from hdfast.proof.bridge import cases, controls
 from hdfast.proof.bridge.detectable import detectable
 from hdfast.proof.bridge.injections import INJECTIONS
-from hdfast.proof.bridge.machine import Machine, Recorded
+from hdfast.proof.bridge.machine import Machine, Recorded, calibrated
 from hdfast.proof.folders import Folders
 from hdfast.proof.generator.effects import EFFECTS
 from hdfast.proof.score import Answer
@@ -140,6 +142,20 @@ def test_exact_a_case_is_a_campaign_and_its_label_can_be_judged(machine, tmp_pat
     assert judge("x", label, Answer("", {"verdict": "sensor", "effects": [told]})).outcome == "right"
     told |= {"effect": "delay", "rivals": ["sensor_delay"]}
     assert judge("x", label, Answer("", {"verdict": "found", "effects": [told]})).outcome == "right_class"
+
+
+def test_exact_recordings_of_a_machine_are_examined_once(tmp_path, monkeypatch):
+    examined = []
+
+    def examine(subjects, original=leakage.check):
+        examined.append([subject.recording.name for subject in subjects])
+        original(subjects)
+
+    monkeypatch.setattr(leakage, "check", examine)
+    small_campaign.shorten_library(monkeypatch)
+    machine = calibrated(small_campaign.write(tmp_path))
+    assert [len(one) for one in examined] == [4]
+    assert [one.role for one in machine.recordings] == ["fit", "fit", "fit", "heldout"]
 
 
 def test_exact_a_set_is_made_once_and_sealed(machine, tmp_path, monkeypatch):

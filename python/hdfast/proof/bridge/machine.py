@@ -10,15 +10,18 @@ from typing import Any
 
 import numpy as np
 from scipy.interpolate import CubicSpline
+from threadpoolctl import threadpool_limits
 
 from hdfast.checks import Floats
-from hdfast.diagnosis import diagnose
+from hdfast.diagnosis.diagnose import Diagnosis
 from hdfast.diagnosis.plant import TORQUE_SCALE
 from hdfast.diagnosis.prepare import Unit
-from hdfast.diagnosis.session import Session
+from hdfast.diagnosis.session import Session, run, usable
+from hdfast.diagnosis.stages import Stages
+from hdfast.diagnosis.verdict import conclude
 from hdfast.errors import InputError
-from hdfast.health import check
-from hdfast.recordings import Campaign, Recording, load_campaign
+from hdfast.health import Health, check
+from hdfast.recordings import Recording, load_campaign
 
 KEPT = ("title", "drive", "kinematic_error", "terms", "controller", "sensors")
 REST_OF = {"motor_torque": "motor_torque", "load_angle": "te", "output_torque": "output_torque"}
@@ -87,10 +90,12 @@ def calibrated(path: Path) -> Machine:
     campaign = load_campaign(path)
     if not any(one.role == "heldout" for one in campaign.recordings):
         raise InputError(f"{path}: no recording has the role heldout")
-    found = diagnose(campaign)
-    if found.evidence is None:
-        raise InputError(f"{path}: {found.content['sentence']}")
-    session = found.evidence.session
+    health = check(campaign)
+    if not health.usable:
+        raise InputError(f"{path}: {health.complaint}")
+    with threadpool_limits(1):
+        session = run(campaign, usable(health), 0, None, Stages())
+        found = Diagnosis(campaign, {}, conclude(session, 0))
     final = session.search.final
     scale = final.value(TORQUE_SCALE)
     sections = {key: value for key, value in tomllib.loads(found.model).items() if key in KEPT}
@@ -98,7 +103,7 @@ def calibrated(path: Path) -> Machine:
     sections["columns"] = {"motor_torque": {"name": "motor_torque", "scale": 1.0, "sigma": float(sigma)}}
     return Machine(
         sections | {"title": "recorded drive"},
-        _recordings(campaign, session, scale),
+        _recordings(health, session, scale),
         tuple(final.structure.model.terms),
         final.structure.sensors,
         final.value("ratio"),
@@ -106,10 +111,10 @@ def calibrated(path: Path) -> Machine:
     )
 
 
-def _recordings(campaign: Campaign, session: Session, scale: float) -> tuple[Recorded, ...]:
+def _recordings(health: Health, session: Session, scale: float) -> tuple[Recorded, ...]:
     found = []
-    begun = {recording.name: recording.started_at_s for recording in campaign.recordings}
-    checked = {item.name: item.recording for item in check(campaign) if item.recording is not None}
+    begun = {item.name: item.source.started_at_s for item in health}
+    checked = {item.name: item.recording for item in health if item.recording is not None}
     final = session.search.final
     for replay in (session.replay, session.held):
         if replay is None:

@@ -117,6 +117,18 @@ def test_exact_angles_in_degrees_are_said_in_every_output(command, tmp_path, cap
     assert capsys.readouterr() == ("", "")
 
 
+@pytest.mark.parametrize("command", ["compare", "calibrate"])
+def test_exact_what_is_noted_of_a_recording_is_on_the_page(command, tmp_path):
+    path = small_campaign.write(tmp_path)
+    table = dict(np.load(tmp_path / "r0.npz"))
+    table["motor_torque"][700:703] = np.nan
+    np.savez(tmp_path / "r0.npz", **table)
+    assert main([command, str(path), "--out", str(tmp_path / "out"), "--quiet"]) == 0
+    page = (tmp_path / "out" / "report.html").read_text()
+    assert "r0.npz: 3 samples of motor_torque are missing and masked" in page
+    assert page.index(">Notes<") > page.index(">Every recording<")
+
+
 def test_exact_commands_print_sentences_and_tables(path, capsys):
     assert main(["compare", str(path)]) == 0
     captured = capsys.readouterr()

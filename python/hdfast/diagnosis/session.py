@@ -88,6 +88,7 @@ class Setup:
         weaker: sentence that says how held-out data were made when the campaign names none.
         period: between the samples of the slowest recording [s].
         warnings: what the health checks want to be mended or kept in mind.
+        notes: what else they found.
     """
 
     campaign: Campaign
@@ -96,6 +97,7 @@ class Setup:
     weaker: str | None
     period: float
     warnings: Sequence[str] = ()
+    notes: Sequence[str] = ()
 
 
 def usable(health: Health) -> list[Source]:
@@ -182,7 +184,7 @@ def set_up_usable(campaign: Campaign, threads: int | None) -> Setup:
     health = check(campaign)
     if not health.usable:
         raise InputError(health.complaint)
-    return replace(set_up(campaign, usable(health), threads), warnings=health.warnings)
+    return replace(set_up(campaign, usable(health), threads), warnings=health.warnings, notes=health.notes)
 
 
 def nominal(setup: Setup) -> Structure:

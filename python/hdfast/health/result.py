@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hdfast.health.coverage import Coverage
-from hdfast.health.finding import REJECT, WARNING, Finding
+from hdfast.health.finding import NOTE, REJECT, WARNING, Finding
 from hdfast.health.repeats import Repeat, repeats
 from hdfast.health.subject import Facts, Subject
 from hdfast.recordings import CampaignRecording, Recording
@@ -98,6 +98,11 @@ class Health:
         """What to mend or keep in mind: the sentences of warnings, and of recordings that are not used."""
         marks = {WARNING: "", REJECT: "not used: "}
         return [marks[item.severity] + item.sentence for item in self._every() if item.severity in marks]
+
+    @property
+    def notes(self) -> list[str]:
+        """What is good to know: the sentences of all other findings."""
+        return [item.sentence for item in self._every() if item.severity == NOTE]
 
     def __iter__(self) -> Iterator[RecordingHealth]:
         return iter(self.recordings)

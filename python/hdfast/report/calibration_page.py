@@ -13,7 +13,14 @@ from hdfast.report import diagnosis_plots as plots
 from hdfast.report.diagnosis_tables import PAIR_HEADER, correlations, parameter_table, pull
 from hdfast.report.diagnosis_views import telling, traces_of
 from hdfast.report.html import Section, picture, render
-from hdfast.report.mismatch_sections import ROLES, recordings_section, spectra_section, state_section, warned_section
+from hdfast.report.mismatch_sections import (
+    ROLES,
+    noted_section,
+    recordings_section,
+    spectra_section,
+    state_section,
+    warned_section,
+)
 
 if TYPE_CHECKING:
     from hdfast.calibration.calibrate import Calibration
@@ -49,6 +56,7 @@ def page(found: Calibration) -> str:
         recordings_section(shown),
         state_section(shown, fitted.value("ratio"), fitted.value("J_l")),
         spectra_section(shown, (), (), setup.replay.plant.band),
+        *noted_section(setup.notes),
     ]
     facts = [
         (f"error, {ROLES[role]} recordings", f"{percent(error['given'])} → {percent(error['calibrated'])}")

@@ -13,6 +13,7 @@ from hdfast.report.html import Section, picture, render
 from hdfast.report.mismatch_sections import (
     ROLES,
     channels_of,
+    noted_section,
     recordings_section,
     spectra_section,
     state_section,
@@ -56,6 +57,7 @@ def page(found: Comparison) -> str:
         ),
         state_section(shown, values["ratio"].value, values["J_l"].value),
         spectra_section(shown, (), (), setup.replay.plant.band),
+        *noted_section(setup.notes),
     ]
     facts = [(f"error, {ROLES[role]} recordings", percent(share)) for role, share in found.nrmse.items()]
     lead = "The drive as the campaign states it, nothing fitted, on the recorded motion of its motor."

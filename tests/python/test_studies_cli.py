@@ -106,6 +106,8 @@ def test_against_config_a_study_has_the_kinematic_error_of_the_file(text, tmp_pa
         ),
         (["study", "validate", "{undamped}"], "B_m, B_ml, B_l are 0 (allowed for a study: one of them"),
         (["study", "speed", "{impossible}"], "k1 = -1"),
+        (["study", "all", "{backward}"], "ratio = -121 is out of range"),
+        (["study", "validate", "{stiff}"], "torsional mode at 3097 Hz (allowed for validate: below 1000 Hz)"),
         (["study", "stiffness", "{rubbing}"], "terms coulomb_friction (allowed for a study: none)"),
     ],
 )
@@ -119,8 +121,11 @@ def test_exact_wrong_input_ends_with_two(arguments, text, tmp_path, capsys):
     undamped, impossible = tmp_path / "undamped.toml", tmp_path / "impossible.toml"
     undamped.write_text("[drive]\nB_m = 0\nB_ml = 0\nB_l = 0\n")
     impossible.write_text("[drive]\nk1 = -1\n")
+    backward, stiff = tmp_path / "backward.toml", tmp_path / "stiff.toml"
+    backward.write_text("[drive]\nratio = -121\n")
+    stiff.write_text("[drive]\nk1 = 1.7e8\n")
     files = {"run": run, "piecewise": piecewise, "heavy": heavy, "rubbing": rubbing}
-    files |= {"undamped": undamped, "impossible": impossible}
+    files |= {"undamped": undamped, "impossible": impossible, "backward": backward, "stiff": stiff}
     given = [part.format(**files) for part in arguments]
     assert cli.main(given) == 2
     assert text in capsys.readouterr().err

@@ -11,7 +11,7 @@ from hdfast.errors import InputError
 from hdfast.printing import json_text, text_table
 from hdfast.scenario import Scenario
 from hdfast.simulate import simulate
-from hdfast.studies import STUDIES, Study
+from hdfast.studies import STUDIES, Study, validation_runs
 from hdfast.studies.cases import LOADS
 from hdfast.threads import MAX_THREADS
 
@@ -34,8 +34,10 @@ def run(options: argparse.Namespace) -> int:
     """Run the command; 0 whatever the verdicts are."""
     from hdfast.report import study_page
 
-    drive = _drive(options.file) if options.file else None
     names = list(STUDIES) if options.name == ALL else [options.name]
+    drive = _drive(options.file) if options.file else None
+    if drive and "validate" in names:
+        validation_runs.require(drive)
     found = [STUDIES[name](drive, options.threads) for name in names]
     page = None
     if options.out:

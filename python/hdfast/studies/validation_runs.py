@@ -9,10 +9,12 @@ from typing import Any
 
 import numpy as np
 
+from hdfast import checks
 from hdfast.bench.kinematic_error import motion
 from hdfast.bench.rig import record, rig
 from hdfast.bench.stiffness import stiffness as torque_loop
 from hdfast.checks import Floats
+from hdfast.errors import InputError
 from hdfast.identify.fit import Fit
 from hdfast.identify.kinematic_error import kinematic_error
 from hdfast.identify.stiffness import stiffness
@@ -23,6 +25,7 @@ from hdfast.scenario import Scenario
 from hdfast.scenario_parts import RPM
 from hdfast.sensors import SensorFacts
 from hdfast.simulate import Trajectory, simulate
+from hdfast.studies import trends
 from hdfast.studies.cases import LOADS
 
 SPEEDS = (15.0, 50.0, 100.0, 300.0, 600.0)
@@ -31,6 +34,8 @@ END, RUN_IN = 15.0, 2.0
 SHOWN_TURNS = 8.0  # motor revolutions: as many as tell the orders apart in a spectrum
 NOISE = 1.36e-6  # rad; the article's residual of 7.7665e-5, read as degrees
 LOOP_RATE = 200.0  # Hz
+SAMPLE_RATE = 1000.0  # of starts, Hz
+MOST_RATIO = 1e4
 METRICS = ("te_mean", "te_peak", "te_pp", "te_rms", "initial_te_peak", "rise_time", "mode_amplitude_start")
 
 
@@ -59,12 +64,38 @@ class Runs:
     @property
     def parameters(self) -> dict[str, float]:
         """All parameters by name."""
-        return {row.name: row.default for row in params()} | dict(self.drive)
+        return parameters(self.drive)
+
+
+def parameters(drive: Mapping[str, float]) -> dict[str, float]:
+    """All parameters by name; `drive` holds what differs from the defaults."""
+    return {row.name: row.default for row in params()} | dict(drive)
+
+
+def require(drive: Mapping[str, float]) -> None:
+    """Refuse a drive on which the claims cannot be decided, before anything is simulated.
+
+    Raises:
+        InputError: the ratio is not positive or beyond what is identified, or the samples of a start miss the mode.
+    """
+    p = parameters(drive)
+    checks.positive("ratio", p["ratio"], MOST_RATIO)
+    if p["k1"] >= trends.inertias(p)[2] * (2.0 * math.pi * SAMPLE_RATE) ** 2:
+        mode = trends.free_frequency(p) / (2.0 * math.pi)
+        raise InputError(
+            f"ratio = {p['ratio']:g}, J_m = {p['J_m']:g} kg m^2 and k1 = {p['k1']:g} N m/rad put the torsional mode at "
+            f"{mode:.4g} Hz (allowed for validate: below {SAMPLE_RATE:g} Hz)"
+        )
 
 
 def runs(drive: Mapping[str, float] | None, threads: int | None) -> Runs:
-    """Simulate everything; `drive` holds what differs from the defaults."""
+    """Simulate everything; `drive` holds what differs from the defaults.
+
+    Raises:
+        InputError: as `require`.
+    """
     changed = dict(drive or {})
+    require(changed)
     bench = torque_loop(changed, sensors=rig(LOOP_RATE))
     return Runs(
         changed,
@@ -106,7 +137,7 @@ def _from_rest(drive: Mapping[str, float], speed: float, initial: str = "relaxed
     scenario = Scenario.start_stop(
         speed_rpm=speed, start="speed_ramp", stop=None, t_end=end, initial=initial, run_window=(RUN_IN, end)
     )
-    return simulate(drive, scenario=scenario, t_eval=np.linspace(0.0, end, round(1000.0 * end) + 1))
+    return simulate(drive, scenario=scenario, t_eval=np.linspace(0.0, end, round(SAMPLE_RATE * end) + 1))
 
 
 def _static_fit(drive: dict[str, float]) -> Fit:
@@ -117,4 +148,4 @@ def _static_fit(drive: dict[str, float]) -> Fit:
         t = signals.pop("t")
         angles = {name: signals[name] for name in ("motor_angle", "load_angle")}
         recorded.append(record(sensors, f"{speed:g} r/min", t, angles, seed))
-    return kinematic_error(recorded, ratio=({row.name: row.default for row in params()} | drive)["ratio"])
+    return kinematic_error(recorded, ratio=parameters(drive)["ratio"])

@@ -10,8 +10,11 @@ import time
 
 import answers as made
 import pytest
+from hdfast.errors import InputError
 from hdfast.proof import making, run, seal, tool
 from hdfast.proof.folders import Folders
+from hdfast.proof.generator import case
+from hdfast.proof.generator.recipe import Recipe
 from hdfast.proof.rivals.table import Contender
 from hdfast.report import proof_page
 from processes import interruptible
@@ -35,7 +38,7 @@ LABELS = {
     "a1": made.label("null"),
     "b2": made.label("single", ["backlash"], strength=8.0),
     "c3": made.label("single", ["hysteresis"]),
-    "d4": made.label("null"),
+    "d4": made.label("null") | {"instead_of": "visibility 0.50"},
 }
 ROLES = {"a1": "quiet", "b2": "named", "c3": "sleep", "d4": "crash"}
 
@@ -162,6 +165,30 @@ def test_exact_another_set_in_the_folder_is_refused(folders):
     (folders.sealed / seal.PLAN).write_text('{"cases": 4, "seed": 1}')
     with pytest.raises(seal.SealError, match="another set"):
         making.make(folders, 4, 2, 1, lambda *_: None)
+
+
+def test_exact_a_recipe_that_no_draw_meets_is_told(finished, tmp_path, monkeypatch):
+    """The effects of an absorbed case stand on an ordinary bench instead, or the seed makes no set."""
+    met = [[False, True], [False, False]]
+
+    def build(recipe, folder):
+        if not met[0].pop(0):
+            raise case.UnfitError("visibility 0.50")
+        folder.mkdir()
+        return {"kind": list(recipe.kinds)}
+
+    monkeypatch.setattr(case, "build", build)
+    folders, recipe = Folders(tmp_path), Recipe(("single", "absorbed"), {"hysteresis": 3.0}, 1)
+    folders.cases.mkdir()
+    (folders.sealed / making.PARTS).mkdir(parents=True)
+    making._make_one(folders, "a1", recipe)
+    label = json.loads((folders.sealed / making.PARTS / "a1.json").read_text())
+    assert label == {"kind": ["single"], "instead_of": "visibility 0.50"}
+    del met[0]
+    with pytest.raises(InputError, match="give another --seed"):
+        making._make_one(folders, "a1", recipe)
+    sentence = "No draw met the recipe of 1 of the 4 cases: their effects are on an ordinary bench."
+    assert sentence in finished[1]["limitations"]
 
 
 SLEEPER = "import os, pathlib, sys, time; pathlib.Path(sys.argv[2]).write_text(str(os.getpid())); time.sleep(60)"

@@ -15,13 +15,13 @@ from typing import Any
 import numpy as np
 
 from hdfast import files
-from hdfast.errors import require_package
+from hdfast.errors import InputError, require_package
 from hdfast.proof import seal
 from hdfast.proof.folders import Folders
 from hdfast.proof.generator import VERSION
 from hdfast.proof.generator.recipe import Bench, Recipe
 
-PARTS = "parts"
+PARTS, INSTEAD_OF = "parts", "instead_of"
 MOST_CASES = 300
 LIBRARY_THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
 
@@ -39,6 +39,7 @@ def make(folders: Folders, count: int, seed: int, workers: int, step: Callable[[
     Raises:
         MissingPackageError: numba is not installed.
         SealError: the folder holds another set.
+        InputError: a case cannot be made with this seed.
     """
     seal.same_plan(folders.sealed, folders.seal, {"cases": count, "seed": seed, "version": VERSION})
     if folders.seal.exists():
@@ -78,7 +79,13 @@ def _names(count: int, seed: int) -> list[str]:
 
 
 def _make_one(folders: Folders, name: str, recipe: Recipe) -> None:
-    """One case; a recipe that no draw meets falls back to its stratum on an ordinary bench, and the label says so."""
+    """One case. Where no draw meets the recipe, its effects stand on an ordinary bench, and the label says so.
+
+    They are not concealed there, and no longer undecidable: the label has the kind of what was made.
+
+    Raises:
+        InputError: no draw meets that either.
+    """
     from hdfast.proof.generator.case import UnfitError, build
 
     target, scratch = folders.cases / name, folders.sealed / PARTS / name
@@ -89,8 +96,13 @@ def _make_one(folders: Folders, name: str, recipe: Recipe) -> None:
     except UnfitError as reason:
         plain = replace(recipe, kinds=("single",) if recipe.kinds[0] == "undecidable" else recipe.kinds[:1])
         bench = Bench(motor_only=recipe.bench.motor_only, warm=recipe.bench.warm)
-        label = build(replace(plain, bench=bench, seed=recipe.seed + 1), scratch)
-        label["instead_of"] = str(reason)
+        try:
+            label = build(replace(plain, bench=bench, seed=recipe.seed + 1), scratch)
+        except UnfitError as again:
+            raise InputError(
+                f"no draw makes a case of the set, not on an ordinary bench either ({again}): give another --seed"
+            ) from None
+        label[INSTEAD_OF] = str(reason)
     scratch.rename(target)
     files.write_json(folders.sealed / PARTS / f"{name}.json", label)
 

@@ -9,8 +9,10 @@ import numpy as np
 import pytest
 from collisions import collided
 from hdfast import health
+from hdfast.diagnosis.session import usable
 from hdfast.health import alignment, result, steps, timing
 from hdfast.health.subject import Subject
+from hdfast.recordings import load_campaign
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from simulated_recordings import J_L, J_M, RATIO, TEXT, campaign, columns
@@ -443,6 +445,27 @@ def test_exact_samples_that_are_left_out_throughout_set_the_effective_rate(run, 
     assert facts.effective_rate_hz["load_angle"] == pytest.approx(1000.0 * share, rel=1e-3)
     assert facts.resolution["load_angle"] == pytest.approx(2.0 * math.pi / 2**21, rel=1e-6)
     assert facts.effective_rate_hz["motor_angle"] == facts.rate_hz
+
+
+def test_exact_a_slow_raster_of_an_mdf_has_its_own_rate(run, tmp_path):
+    """A load angle of 50 Hz on the times of a motor at 1 kHz says nothing of what is faster."""
+    pytest.importorskip("asammdf")
+    from asammdf import MDF, Signal
+
+    slow = {"load_angle": 20}
+    with MDF() as file:
+        for name in ("motor_angle", "motor_torque", "load_angle"):
+            every = slow.get(name, 1)
+            file.append([Signal(run[name][::every], run["t"][::every], name=name)])
+        file.save(tmp_path / "run.mf4")
+    (tmp_path / "campaign.toml").write_text(TEXT + '[[recording]]\nfile = "run.mf4"\n')
+    found = health.check(load_campaign(tmp_path / "campaign.toml"))
+    [item] = found.recordings
+    assert item.facts.effective_rate_hz["load_angle"] == pytest.approx(50.0, rel=1e-3)
+    assert item.facts.effective_rate_hz["motor_angle"] == item.facts.rate_hz
+    assert "load_angle has 50 samples per second of its own" in sentences(item, "interpolated", "note")[0]
+    [source] = usable(found)
+    assert source.rate == pytest.approx(50.0, rel=1e-3)
 
 
 def test_exact_what_the_drive_leaves_open_is_named(run):

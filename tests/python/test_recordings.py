@@ -221,6 +221,7 @@ def test_exact_rasters_of_an_mdf_are_joined_on_the_motor_angle(tmp_path):
     found = load(tmp_path / "run.mf4")
     np.testing.assert_allclose(found["motor_torque"], 2.0 * T, atol=1e-12)
     assert "motor_torque interpolated on the times of the other columns" in found.notes
+    assert found.rates == pytest.approx({"motor_torque": 0.2 / (T[1] - T[0])})
     assert found.units == {"motor_angle": "rad", "motor_torque": "A"}
 
 

@@ -63,12 +63,22 @@ def lattice(increments: Floats) -> float:
 
 
 def held(subject: Subject) -> None:
-    """Find columns whose values stay the same over several samples and then jump by more than one step."""
+    """Find columns whose values stay the same over several samples and then jump by more than one step.
+
+    One that was interpolated on the times of others has as many new values as it had of its own.
+    """
     t = subject.checked["t"]
     for name in CHANNELS:
         if name not in subject.checked:
             continue
         subject.facts.effective_rate_hz[name] = rate(subject, name)
+        own = subject.recording.rates.get(name)
+        if own is not None:
+            sentence = (
+                f"{name} has {own:.4g} samples per second of its own, and straight lines between them at "
+                f"{subject.facts.rate_hz:.4g} Hz; nothing faster is compared"
+            )
+            subject.find("interpolated", NOTE, sentence, value=own, limit=subject.facts.rate_hz)
         period = hold(t, subject.checked[name], subject.facts.resolution.get(name, 0.0))
         if period is None:
             continue
@@ -81,10 +91,14 @@ def held(subject: Subject) -> None:
 
 
 def rate(subject: Subject, name: str) -> float:
-    """Numbers per second of a column, below the rate of the clock where a recorder left out every so many samples."""
+    """Numbers per second of a column, below the rate of the clock where a recorder left out every so many samples.
+
+    Interpolated ones are not counted.
+    """
     known = np.isfinite(subject.checked[name])
     several = known.sum() > 1 and not known.all()
-    return 1.0 / clock.period(subject.checked["t"][known]) if several else subject.facts.rate_hz
+    found = 1.0 / clock.period(subject.checked["t"][known]) if several else subject.facts.rate_hz
+    return min(found, subject.recording.rates.get(name, found))
 
 
 def hold(t: Floats, values: Floats, step: float) -> float | None:

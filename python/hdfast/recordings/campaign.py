@@ -179,7 +179,8 @@ class _Recordings:
         table = to_table(name, found, present)
         kept = {standard: values for standard, values in table.columns.items() if standard not in absent}
         notes = (*table.notes, *(entry.absence(standard) for standard, entry in absent.items()))
-        return CampaignRecording(table.name, kept, self.steps, notes, table.units, table.file_columns, **facts)
+        whole = (table.name, kept, self.steps, notes, table.units, table.file_columns, table.rates)
+        return CampaignRecording(*whole, **facts)
 
 
 def _names(files: list[str]) -> list[str]:

@@ -71,7 +71,8 @@ def to_table(name: str, source: Source, columns: Mapping[str, Any] | None = None
         for standard, entry in mapped.items()
         if entry.name in source.units and entry.scale == 1.0
     }
-    return Table(name, arrays, notes=notes, units=units, file_columns=tuple(map(str, source.names)))
+    rates = {standard: source.rates[entry.name] for standard, entry in mapped.items() if entry.name in source.rates}
+    return Table(name, arrays, notes=notes, units=units, file_columns=tuple(map(str, source.names)), rates=rates)
 
 
 def gather(recordings: Any, columns: Mapping[str, Any] | None = None) -> list[Recording]:

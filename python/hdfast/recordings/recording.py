@@ -59,4 +59,4 @@ def checked(table: Table) -> Recording:
     if not timed.all():
         columns = {name: values[timed] for name, values in columns.items()}
         notes = (*notes, f"{int((~timed).sum())} samples without time left out")
-    return Recording(table.name, columns, table.resolution, notes, table.units, table.file_columns)
+    return Recording(table.name, columns, table.resolution, notes, table.units, table.file_columns, table.rates)

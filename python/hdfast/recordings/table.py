@@ -23,6 +23,7 @@ class Table(Mapping[str, Floats]):
         notes: what was left out or changed while loading.
         units: what the file states as the unit of a column that no scale was given for.
         file_columns: names of all columns of the file.
+        rates: samples per second that a column had of its own before it was interpolated on the times of others.
     """
 
     name: str
@@ -31,6 +32,7 @@ class Table(Mapping[str, Floats]):
     notes: tuple[str, ...] = ()
     units: Mapping[str, str] = field(default_factory=dict)
     file_columns: tuple[str, ...] = field(default=(), repr=False)
+    rates: Mapping[str, float] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         first = next(iter(self.columns), None)

@@ -42,7 +42,8 @@ def read(path: Path, wanted: Wanted) -> Source:
     with np.load(io.BytesIO(done.stdout), allow_pickle=False) as archive:
         facts, *arrays = (archive[name] for name in archive.files)
     said = json.loads(str(facts))
-    return Source(said["names"], dict(zip(said["columns"], arrays, strict=True)), said["units"], tuple(said["notes"]))
+    columns = dict(zip(said["columns"], arrays, strict=True))
+    return Source(said["names"], columns, said["units"], tuple(said["notes"]), said["rates"])
 
 
 def main(path: Path, wanted: Wanted) -> int:
@@ -52,7 +53,7 @@ def main(path: Path, wanted: Wanted) -> int:
     except InputError as error:
         sys.stdout.write(str(error))
         return REFUSED
-    facts = {"names": source.names, "columns": list(source.columns), "units": source.units, "notes": source.notes}
+    facts = {**vars(source), "columns": list(source.columns)}
     np.savez(sys.stdout.buffer, np.array(json.dumps(facts)), *source.columns.values())
     return 0
 
@@ -64,6 +65,7 @@ def channels(path: Path, wanted: Wanted) -> Source:
     columns: dict[str, Any] = {}
     units: dict[str, str] = {}
     notes: list[str] = []
+    rates: dict[str, float] = {}
     with MDF(path) as file:
         names = [name for name in file.channels_db if name not in ("time", "t")]
         places = {name: _only(path, name, file.channels_db[name]) for name in sorted(wanted.intersection(names))}
@@ -77,11 +79,13 @@ def channels(path: Path, wanted: Wanted) -> Source:
             if "t" in columns and not np.array_equal(t, columns["t"]):
                 values = np.interp(columns["t"], t, values, left=np.nan, right=np.nan) if t.size else values[:0]
                 notes.append(f"{name} interpolated on the times of the other columns")
+                if t.size > 1 and t[-1] > t[0]:
+                    rates[name] = (t.size - 1) / float(t[-1] - t[0])
             columns.setdefault("t", t)
             columns[name] = values
             if signal.unit:
                 units[name] = str(signal.unit)
-    return Source(["t", *names], columns, units, tuple(notes))
+    return Source(["t", *names], columns, units, tuple(notes), rates)
 
 
 def _only(path: Path, name: str, places: Any) -> tuple[int, int]:

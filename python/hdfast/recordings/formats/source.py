@@ -25,12 +25,14 @@ class Source:
         columns: arrays of those that were wanted.
         units: unit of a column, where the file states one.
         notes: what the reader had to decide.
+        rates: samples per second of a column that the reader interpolated on the times of others.
     """
 
     names: list[str]
     columns: dict[str, Any]
     units: dict[str, str] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
+    rates: dict[str, float] = field(default_factory=dict)
 
 
 Reader = Callable[[Path, Wanted], Source]

@@ -234,6 +234,23 @@ def test_exact_a_second_start_in_the_same_valley_ends_at_the_same_fit_sooner(
     assert counts[1] < counts[0]
 
 
+def test_exact_a_rigid_drive_has_no_resonance_to_start_from(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Its load inertia and load damping are open, and lead a fit from anywhere to the same place."""
+    path = diagnosed.write(tmp_path, ["coulomb_friction"], EFFECTS["coulomb_friction"], seed=2, motor_only=True)
+    path.write_text(path.read_text().replace("[drive]", '[drive]\nbase = "one_inertia"', 1))
+    setup = set_up_usable(load_campaign(path), None)
+    structure = nominal(setup)
+    assert {"J_l", "B_l"} <= set(structure.names)
+    given = []
+    monkeypatch.setattr("hdfast.diagnosis.multistart.fit", lambda *of: given.append(of) or fit(*of))
+    found = multistart(setup.replay, structure)
+    assert len(given) == 1
+    away = structure.start + 1.5 * structure.sigma * np.isin(structure.names, ["J_l", "B_l"])
+    other = fit(setup.replay, structure, away)
+    sigma = np.sqrt(np.diag(found.covariance(setup.replay.layout)))
+    assert np.max(np.abs(other.coordinates - found.coordinates) / sigma) < 0.1
+
+
 def test_exact_a_calibration_that_is_stuck_is_left_for_the_best_of_other_starts(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

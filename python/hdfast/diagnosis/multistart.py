@@ -22,7 +22,8 @@ def multistart(replay: Replay, structure: Structure) -> Fit:
     """The better of the fit from the centre of the priors and of that from the best of many draws of them.
 
     A resonance that is stated beside the true one leaves a fit in a valley of its own: the vibration that is recorded
-    and the one that is simulated have nothing in common there, and damping makes them alike.
+    and the one that is simulated have nothing in common there, and damping makes them alike. A rigid drive has no
+    resonance, and one valley.
 
     Args:
         replay: recordings.
@@ -30,7 +31,7 @@ def multistart(replay: Replay, structure: Structure) -> Fit:
     """
     first = fit(replay, structure)
     drawn = [j for j, name in enumerate(structure.names) if name in RESONANT]
-    if not drawn:
+    if structure.model.base == "one_inertia" or not drawn:
         return first
     metric = Metric.about(replay, first)
     starts = np.tile(first.coordinates, (DRAWS, 1))

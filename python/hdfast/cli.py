@@ -115,7 +115,9 @@ def _parser() -> argparse.ArgumentParser:
     command.add_argument("--out", metavar="DIR", help="folder for the page, the table, the JSON and the input")
     command.add_argument("--rows", type=_whole("--rows", 1, MAX_ROWS), help="number of drives instead of the file's")
     command.add_argument("--seed", type=_whole("--seed", 0, checks.MAX_SEED), help="seed instead of the file's")
-    command.add_argument("--threads", type=_whole("--threads", 1, MAX_THREADS), help="number of threads")
+    command.add_argument(
+        "--threads", type=_whole("--threads", 1, MAX_THREADS), help="number of threads (default: all cores)"
+    )
     command.add_argument("--progress", action="store_true", help="show progress even when stderr is not a terminal")
 
     example = "hdfast simulate examples/shf-25-120.toml --out out/one"
@@ -130,8 +132,8 @@ def _parser() -> argparse.ArgumentParser:
         room.arguments(add(room.NAME, room.run, room.TEXT, room.EXAMPLE), _whole)
 
     command = add("params", _params, "List the parameters of a drive.", "hdfast params --spring piecewise")
-    command.add_argument("--base", choices=BASES, default=BASES[0], help="base model")
-    command.add_argument("--spring", choices=SPRINGS, default=SPRINGS[0], help="spring law")
+    command.add_argument("--base", choices=BASES, default=BASES[0], help=f"base model (default: {BASES[0]})")
+    command.add_argument("--spring", choices=SPRINGS, default=SPRINGS[0], help=f"spring law (default: {SPRINGS[0]})")
     command.add_argument("--terms", nargs="*", default=[], metavar="ID", help="terms beyond the nominal model")
 
     example = "hdfast terms coulomb_friction backlash"

@@ -247,6 +247,7 @@ def test_exact_module_is_the_command():
             ["bench", "friction", "a.toml", "--out", "x", "--sed", "5"],
             "hdfast bench friction: unknown option --sed; did",
         ),
+        (["identify", "starting-torque", "a.csv", "--ratio", "121"], "unknown option --ratio"),
         (["sweep", str(EXAMPLE), "--out", "/dev/null/x"], "cannot be written"),
         (["params", "--spring", "steel"], "steel"),
         (["bench", "coastdown"], "FILE.toml"),

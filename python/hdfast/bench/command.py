@@ -29,6 +29,7 @@ KINDS = {
     "starting-torque": "slow torque ramps out of rest at twelve angles (rigid, with dry friction)",
     "coastdown": "coasting to rest (rigid, with dry friction)",
 }
+GIVEN = "(default: %(default)s)"
 DRY, T_C, AT_REST = "coulomb_friction", 0.03, 4.0 / 3.0
 KNOWN = {"stiffness": (), "friction": (DRY,), "starting-torque": (DRY,), "coastdown": (DRY,)}
 
@@ -42,27 +43,62 @@ def arguments(command: argparse.ArgumentParser, whole: Callable[[str, int, int],
         part = kinds.add_parser(kind, help=text, description=text, epilog=example, formatter_class=shape)
         part.add_argument("file", metavar="FILE.toml", help="the drive")
         part.add_argument("--out", metavar="DIR", required=True, help="folder for recordings, campaign file and page")
-        part.add_argument("--seed", type=whole("--seed", 0, MAX_SEED), default=1, help="seed of noise and positions")
-        part.add_argument("--rate", type=float, default=1000.0, help="samples per second")
-        part.add_argument("--motor-bits", type=whole("--motor-bits", 1, 40), help="motor encoder [17]")
-        part.add_argument("--load-bits", type=whole("--load-bits", 1, 40), help="load encoder [20]")
-        part.add_argument("--angle-noise", type=float, help="noise of the load angle [rad, 1e-6]")
-        part.add_argument("--torque-noise", type=float, help="noise of the torques at the output [N m, 0.05]")
-        part.add_argument("--delay", type=float, help="lag of the load angle [s, 0]")
-        part.add_argument("--format", choices=("parquet", "csv", "npz"), default="parquet", help="kind of file")
+        part.add_argument(
+            "--seed", type=whole("--seed", 0, MAX_SEED), default=1, help=f"seed of noise and positions {GIVEN}"
+        )
+        part.add_argument("--rate", type=float, default=1000.0, help=f"samples per second {GIVEN}")
+        part.add_argument(
+            "--motor-bits",
+            type=whole("--motor-bits", 1, 40),
+            help="bits of the motor encoder (default: the file's, else 17)",
+        )
+        part.add_argument(
+            "--load-bits",
+            type=whole("--load-bits", 1, 40),
+            help="bits of the load encoder (default: the file's, else 20)",
+        )
+        part.add_argument(
+            "--angle-noise", type=float, help="noise of the load angle [rad] (default: the file's, else 1e-6)"
+        )
+        part.add_argument(
+            "--torque-noise",
+            type=float,
+            help="noise of the torques at the output [N m] (default: the file's, else 0.05)",
+        )
+        part.add_argument("--delay", type=float, help="lag of the load angle [s] (default: the file's, else 0)")
+        part.add_argument(
+            "--format", choices=("parquet", "csv", "npz"), default="parquet", help=f"kind of file {GIVEN}"
+        )
         part.add_argument("--json", action="store_true", help="print JSON instead of text")
         part.add_argument("--quiet", action="store_true", help="print nothing but errors")
         if kind == "stiffness":
-            part.add_argument("--torque", type=float, nargs="+", default=[67.0], help="largest torques [N m]")
-            part.add_argument("--torque-rate", type=float, nargs="+", default=[2.0], help="its speeds [N m/s]")
-            part.add_argument("--loops", type=whole("--loops", 1, 100), default=2, help="whole loops")
-            part.add_argument("--hysteresis", type=float, default=2.0, help="torque of the slip elements [N m]")
+            part.add_argument(
+                "--torque", type=float, nargs="+", default=[67.0], help="largest torques [N m] (default: 67)"
+            )
+            part.add_argument(
+                "--torque-rate",
+                type=float,
+                nargs="+",
+                default=[2.0],
+                help="how fast the torque changes [N m/s] (default: 2)",
+            )
+            part.add_argument("--loops", type=whole("--loops", 1, 100), default=2, help=f"whole loops {GIVEN}")
+            part.add_argument(
+                "--hysteresis", type=float, default=2.0, help=f"torque of the slip elements [N m] {GIVEN}"
+            )
         elif kind == "kinematic-error":
-            part.add_argument("--speed-rpm", type=float, default=15.0, help="motor speed [r/min]")
-            part.add_argument("--revolutions", type=whole("--revolutions", 1, 10**6), default=121, help="of the motor")
+            part.add_argument("--speed-rpm", type=float, default=15.0, help=f"motor speed [r/min] {GIVEN}")
+            part.add_argument(
+                "--revolutions",
+                type=whole("--revolutions", 1, 10**6),
+                default=121,
+                help=f"revolutions of the motor {GIVEN}",
+            )
         elif kind != "startstop":
             part.add_argument(
-                "--coulomb", type=float, help=f"Coulomb torque [N m; the file's, else {T_C}]; a third more at rest"
+                "--coulomb",
+                type=float,
+                help=f"Coulomb torque [N m] (default: the file's, else {T_C}); a third more at rest",
             )
 
 

@@ -22,7 +22,9 @@ def arguments(command: argparse.ArgumentParser, whole: Callable[[str, int, int],
     """Declare the arguments; `whole` makes a reader of whole numbers."""
     command.add_argument("campaign", metavar="CAMPAIGN.toml", help="nominal drive, sensors and recordings")
     command.add_argument("--out", metavar="DIR", help="folder for report.html and comparison.json")
-    command.add_argument("--threads", type=whole("--threads", 1, MAX_THREADS), help="number of threads")
+    command.add_argument(
+        "--threads", type=whole("--threads", 1, MAX_THREADS), help="number of threads (default: all cores)"
+    )
 
 
 def run(options: argparse.Namespace) -> int:

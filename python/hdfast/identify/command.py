@@ -43,7 +43,8 @@ def arguments(command: argparse.ArgumentParser, whole: Callable[[str, int, int],
         )
         part.add_argument("--model", metavar="FILE.toml", help="drive into which the result is written")
         part.add_argument("--out", metavar="DIR", help="folder for the page, the model file, the JSON and the points")
-        part.add_argument("--ratio", type=float, help="gear ratio instead of the file's")
+        if kind != "starting-torque":
+            part.add_argument("--ratio", type=float, help="gear ratio instead of the file's")
         part.add_argument(
             "--column",
             action="append",
@@ -55,15 +56,22 @@ def arguments(command: argparse.ArgumentParser, whole: Callable[[str, int, int],
         part.add_argument("--quiet", action="store_true", help="print nothing but errors")
         if kind == "stiffness":
             part.add_argument(
-                "--law", choices=("odd", "full", "piecewise"), default="odd", help="law of the model file"
+                "--law",
+                choices=("odd", "full", "piecewise"),
+                default="odd",
+                help="law of the model file (default: odd)",
             )
             part.add_argument(
-                "--corners", type=float, nargs=2, metavar=("T1", "T2"), help="corners of K1, K2, K3 [N m]"
+                "--corners",
+                type=float,
+                nargs=2,
+                metavar=("T1", "T2"),
+                help="torques at which K1, K2, K3 meet [N m] (default: 14 48)",
             )
-            part.add_argument("--rated-torque", type=float, default=67.0, help="rated torque [N m]")
+            part.add_argument("--rated-torque", type=float, default=67.0, help="rated torque [N m] (default: 67)")
         elif kind == "kinematic-error":
-            part.add_argument("--orders", help="orders, such as 1,2,4,240/121; default 1 to n by cross-validation")
-            part.add_argument("--most", type=whole("--most", 1, 60), default=20, help="largest n tried")
+            part.add_argument("--orders", help="orders, such as 1,2,4,240/121 (default: 1 to n by cross-validation)")
+            part.add_argument("--most", type=whole("--most", 1, 60), default=20, help="largest n tried (default: 20)")
         elif kind == "coastdown":
             part.add_argument("--inertia", type=float, help="moving inertia at the motor [kg m^2]")
             part.add_argument("--cubic", action="store_true", help="fit a cubic term as well")
@@ -92,6 +100,8 @@ def _identify(options: argparse.Namespace) -> Fit:
         base = {**base, **tomllib.loads(Path(options.model).read_text(encoding="utf-8"))}
     drive = plain(base.get("drive", {}))
     shared: dict[str, Any] = {"base": base, "source": source}
+    if options.kind == "starting-torque":
+        return identify.starting_torque(recordings, **shared)
     ratio = options.ratio if options.ratio is not None else drive.get("ratio")
     if options.kind == "stiffness":
         corners: dict[str, Any] = {"corners": tuple(options.corners)} if options.corners else {}
@@ -100,8 +110,6 @@ def _identify(options: argparse.Namespace) -> Fit:
         )
     if options.kind == "coastdown":
         return identify.coastdown(recordings, inertia=options.inertia, ratio=ratio, cubic=options.cubic, **shared)
-    if options.kind == "starting-torque":
-        return identify.starting_torque(recordings, **shared)
     if ratio is None:
         raise InputError("ratio is missing: give --ratio, or [drive] ratio in the campaign or the model file")
     if options.kind == "friction":

@@ -26,8 +26,13 @@ DONE, SAYS_NO = 0, 1
 def arguments(command: argparse.ArgumentParser, whole: Callable[[str, int, int], Any]) -> None:
     """Declare the arguments; `whole` makes a reader of whole numbers."""
     command.add_argument("--out", metavar="DIR", required=True, help="folder of cases, answers and results")
-    command.add_argument("--cases", type=whole("--cases", 1, MOST_CASES), default=MOST_CASES, help="number of cases")
-    command.add_argument("--seed", type=whole("--seed", 0, 2**31 - 1), default=0, help="seed of the set")
+    command.add_argument(
+        "--cases",
+        type=whole("--cases", 1, MOST_CASES),
+        default=MOST_CASES,
+        help=f"number of cases (default: {MOST_CASES})",
+    )
+    command.add_argument("--seed", type=whole("--seed", 0, 2**31 - 1), default=0, help="seed of the set (default: 0)")
     command.add_argument("--workers", type=whole("--workers", 1, MAX_THREADS), help="processes (default: all cores)")
     command.add_argument(
         "--real", metavar="CAMPAIGN.toml", nargs="+", type=Path, help="put effects into these recordings instead"

@@ -27,7 +27,9 @@ def arguments(command: argparse.ArgumentParser, whole: Callable[[str, int, int],
     command.add_argument("name", choices=[*STUDIES, ALL], metavar="NAME", help=f"{', '.join(STUDIES)} or {ALL}")
     command.add_argument("file", nargs="?", metavar="FILE.toml", help="the drive; default the SHF-25-120")
     command.add_argument("--out", metavar="DIR", help="folder for the page, the rows and the claims")
-    command.add_argument("--threads", type=whole("--threads", 1, MAX_THREADS), help="number of threads")
+    command.add_argument(
+        "--threads", type=whole("--threads", 1, MAX_THREADS), help="number of threads (default: all cores)"
+    )
 
 
 def run(options: argparse.Namespace) -> int:

@@ -44,12 +44,20 @@ def arguments(command: argparse.ArgumentParser, whole: Callable[[str, int, int],
     command.add_argument("--rows", type=whole("--rows", 1, MAX_ROWS), help="number of drives instead of the file's")
     command.add_argument("--seed", type=whole("--seed", 0, MAX_SEED), help="seed instead of the file's")
     command.add_argument("--sampling", choices=DESIGNS, help="how the drives are drawn, instead of the file's way")
-    command.add_argument("--failed", choices=POLICIES, help="what rows that failed mean (default: refuse)")
+    command.add_argument(
+        "--failed", choices=POLICIES, help="what rows that failed mean (default: the file's, else refuse)"
+    )
     command.add_argument(
         "--rare", metavar="METRIC", action="append", default=[], help="subset simulation of what is outside this limit"
     )
-    command.add_argument("--threads", type=whole("--threads", 1, MAX_THREADS), help="number of threads (per worker)")
-    command.add_argument("--chunk", type=whole("--chunk", 1, MAX_ROWS), default=CHUNK, help="rows per stored file")
+    command.add_argument(
+        "--threads",
+        type=whole("--threads", 1, MAX_THREADS),
+        help="number of threads (default: the file's, else all cores; per worker 1)",
+    )
+    command.add_argument(
+        "--chunk", type=whole("--chunk", 1, MAX_ROWS), default=CHUNK, help=f"rows per stored file (default: {CHUNK})"
+    )
     command.add_argument("--progress", action="store_true", help="show progress even when stderr is not a terminal")
 
 

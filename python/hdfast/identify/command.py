@@ -41,7 +41,9 @@ def arguments(command: argparse.ArgumentParser, whole: Callable[[str, int, int],
             metavar="FILE",
             help="one campaign TOML, or recordings (CSV, TSV, Parquet, NPZ, MAT, HDF5, MDF, TDMS)",
         )
-        part.add_argument("--model", metavar="FILE.toml", help="drive into which the result is written")
+        part.add_argument(
+            "--model", metavar="FILE.toml", help="drive that is taken as known, and into which the result goes"
+        )
         part.add_argument("--out", metavar="DIR", help="folder for the page, the model file, the JSON and the points")
         if kind != "starting-torque":
             part.add_argument("--ratio", type=float, help="gear ratio instead of the file's")

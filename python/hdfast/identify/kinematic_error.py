@@ -232,6 +232,7 @@ def _notes(runs: list[Run], found: _Solution, selection: Selection, gain: Mappin
     notes.append(
         "amplitudes are divided by the gain of the load on its spring"
         if gain is not None
-        else "amplitudes are as measured; give the drive to divide by the gain of the load on its spring"
+        else "amplitudes are as measured; give J_l, k1, B_sp and B_l (gain, or a drive as --model) to divide them by "
+        "the gain of the load on its spring"
     )
     return notes

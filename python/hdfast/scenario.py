@@ -96,9 +96,9 @@ class Scenario:
 
         Args:
             speed_rpm: set speed of the motor [r/min]; the default of the column `omega_set`.
-            start: "torque_step" applies the torque that sustains the set speed against damping, load and dry friction
-                at the motor (not that of terms at mesh and load), "speed_ramp" lets the PI controller follow a linear
-                reference.
+            start: "torque_step" applies the mean motor torque that sustains the set speed against damping, load and
+                the friction of all terms (as warm as the drive begins; a drive that delivers another torque than asked,
+                by `torque_gain` say, misses the speed), "speed_ramp" lets the PI controller follow a linear reference.
             stop: "coast" (no motor torque), "brake" (PI controller, reference to zero) or None (run on).
             t_on: start of the motion [s].
             t_off: begin of the stop [s]; default half of t_end, or t_end without a stop.

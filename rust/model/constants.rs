@@ -1,6 +1,6 @@
 //! Parameters in the form the equations use them, one row at a time or in lanes.
 
-use super::terms::{Place, TermInfo};
+use super::sustaining::sustaining_torque;
 use super::{BadParameter, Base, Harmonics, Layout, ScenarioColumn, Spring, spring};
 use crate::real::Scalar;
 
@@ -110,7 +110,7 @@ pub struct Row<S> {
     pub tau_load: S,
     /// Motor angle at the start [rad].
     pub theta_m0: S,
-    /// Motor torque that sustains the set speed [N m].
+    /// Mean motor torque that holds the set speed [N m].
     pub sustaining_torque: S,
     /// Parameters of the terms.
     pub terms: Vec<S>,
@@ -199,7 +199,7 @@ impl<S: Scalar> Row<S> {
             .then(|| Harmonics::new(&layout.orders, &coefficients[..orders], &coefficients[orders..2 * orders]));
         let omega_set = scenario(ScenarioColumn::OmegaSet);
         let tau_load = scenario(ScenarioColumn::TauLoad);
-        let slip = one - s / ratio;
+        let terms = term_values(layout, values)?;
         Ok(Self {
             constants,
             te_scale: values[layout.te_scale()],
@@ -212,10 +212,8 @@ impl<S: Scalar> Row<S> {
                 &coefficients[..orders],
                 &coefficients[orders..2 * orders],
             ),
-            terms: term_values(layout, values)?,
-            sustaining_torque: (b_m + b_ml * slip * slip + b_l / (ratio * ratio)) * omega_set
-                + tau_load / ratio
-                + dry_level(layout, values) * S::splat(omega_set.plain().signum()),
+            sustaining_torque: sustaining_torque(&constants, (&layout.terms, &terms), omega_set, tau_load),
+            terms,
         })
     }
 
@@ -232,18 +230,6 @@ impl<S: Scalar> Row<S> {
         };
         mode.plain()
     }
-}
-
-/// The motor torque that constant dry friction takes at any speed [N m].
-fn dry_level<S: Scalar>(layout: &Layout, values: &[S]) -> S {
-    let parameters =
-        layout.terms.terms().flat_map(|term| term.parameters.iter().map(move |parameter| (term, parameter)));
-    let own = &values[layout.term_parameters()..];
-    let is_level = |term: &TermInfo, name: &str| term.place == Place::Motor && name == "T_c" && term.amplitude == name;
-    parameters
-        .zip(own)
-        .filter(|((term, parameter), _)| is_level(term, parameter.name))
-        .fold(S::zero(), |sum, (_, value)| sum + *value)
 }
 
 /// The terms' parameters, each inside its allowed range.

@@ -9,6 +9,7 @@ mod layout;
 mod one_inertia;
 mod program;
 pub mod spring;
+mod sustaining;
 pub mod terms;
 mod two_inertia;
 
@@ -208,6 +209,13 @@ fn kinetic<R: Real>(inertias: [R; 2], speeds: [R; 2]) -> R {
     let [j_m, j_l] = inertias;
     let [omega_m, omega_l] = speeds;
     R::splat(0.5) * (j_m * omega_m).mul_add(omega_m, j_l * omega_l * omega_l)
+}
+
+/// +1, -1, or 0 at zero.
+#[inline(always)]
+fn sign<R: Real>(value: R) -> R {
+    let (zero, one) = (R::zero(), R::splat(1.0));
+    R::select(zero.lt(value), one, R::select(value.lt(zero), -one, zero))
 }
 
 impl<R: Real> Shaft<R> {

@@ -11,7 +11,7 @@ pub use rigid::ExtendedRigid;
 use super::input::Inputs;
 use super::terms::{Actuator, Dry, HIDDEN, Internals, Load, Mesh, Motion};
 use super::two_inertia::controlled;
-use super::{Corners, Drivetrain, Shaft};
+use super::{Corners, Drivetrain, Shaft, sign};
 use crate::real::{Mask, Real};
 
 /// Both sides of the gear at one instant, and what the terms make of them.
@@ -65,14 +65,14 @@ impl<'a, R: Real> Sides<'a, R> {
 
     #[inline(always)]
     fn motor_friction(&mut self, direction: R, gear_torque: R) -> Dry<R> {
-        let mut dry = dry(direction, self.drive.constants.d_mm, gear_torque);
+        let mut dry = Dry::new(direction, self.drive.constants.d_mm, gear_torque);
         self.drive.terms.motor_friction(&self.motion, &mut dry, &mut self.inner);
         dry
     }
 
     #[inline(always)]
     fn load_friction(&mut self, direction: R) -> Dry<R> {
-        let mut dry = dry(direction, self.drive.constants.d_ll, R::zero());
+        let mut dry = Dry::new(direction, self.drive.constants.d_ll, R::zero());
         self.drive.terms.load_friction(&self.motion, &mut dry, &mut self.inner);
         dry
     }
@@ -112,23 +112,10 @@ struct Motor<R> {
     torque: R,
 }
 
-#[inline(always)]
-fn dry<R: Real>(direction: R, viscous: R, gear_torque: R) -> Dry<R> {
-    let zero = R::zero();
-    Dry { level: zero, breakaway: zero, direction, bias: zero, resisting: zero, viscous, gear_torque }
-}
-
 /// Acceleration of a shaft that slides in its direction, or is held.
 #[inline(always)]
 fn acceleration<R: Real>(net: R, dry: &Dry<R>, inertia: R) -> R {
     let held = dry.direction.abs().le(R::zero()) & R::zero().lt(dry.breakaway);
     let sliding = (net - dry.direction * dry.level) / inertia;
     if held.any() { R::select(held, R::zero(), sliding) } else { sliding }
-}
-
-/// +1, -1, or 0 at zero.
-#[inline(always)]
-fn sign<R: Real>(value: R) -> R {
-    let (zero, one) = (R::zero(), R::splat(1.0));
-    R::select(zero.lt(value), one, R::select(value.lt(zero), -one, zero))
 }

@@ -5,9 +5,9 @@
 //! gear torque, and both from the acceleration: for a given direction of sliding and sign of the gear torque all of it
 //! is linear, and the sign is known beforehand.
 
-use super::{Motor, Sides, hidden, sign};
+use super::{Motor, Sides, hidden};
 use crate::model::terms::{Dry, Gear, HIDDEN, Internals, Motion, Terms};
-use crate::model::{Base, Bends, CORNERS, Corners, Drivetrain, Energies, Model, Pieces, Rates, Shaft, kinetic};
+use crate::model::{Base, Bends, CORNERS, Corners, Drivetrain, Energies, Model, Pieces, Rates, Shaft, kinetic, sign};
 use crate::real::{Mask, Real, Scalar};
 
 const OWN: usize = 4;

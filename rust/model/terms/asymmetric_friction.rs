@@ -29,6 +29,7 @@ impl Term for AsymmetricFriction {
         ],
         states: &[],
     };
+    const SUSTAINED: bool = true;
     const CORNERS: usize = 1;
 
     #[inline(always)]

@@ -251,6 +251,13 @@ pub struct Dry<R> {
 }
 
 impl<R: Real> Dry<R> {
+    /// A shaft before the terms have their say.
+    #[inline(always)]
+    pub fn new(direction: R, viscous: R, gear_torque: R) -> Self {
+        let zero = R::zero();
+        Self { level: zero, breakaway: zero, direction, bias: zero, resisting: zero, viscous, gear_torque }
+    }
+
     /// Resisting torque of a shaft that slides [N m].
     #[inline(always)]
     pub fn torque(&self) -> R {
@@ -287,10 +294,15 @@ pub trait Term {
     const JUMPS: bool = false;
     /// How many corners its law has.
     const CORNERS: usize = 0;
+    /// Whether its friction at an even speed is the same at every angle, so that the sustaining torque covers it.
+    const SUSTAINED: bool = false;
 
     /// Sets the hidden states of a drive that begins in this motion; zero where it does nothing.
     #[inline(always)]
     fn begin<R: Real>(p: &[R], motion: &Motion<R>, states: &mut [R]) {}
+    /// Sets the hidden states that the same motion soon brings about; as it begins where it does nothing.
+    #[inline(always)]
+    fn settle<R: Real>(p: &[R], motion: &Motion<R>, states: &mut [R]) {}
     /// Energy [J] stored in the term; what it takes beyond that is lost and never negative. Springs and masses beyond
     /// the motor and the output belong to what drives them, not to the balance of the gear.
     #[inline(always)]

@@ -36,6 +36,7 @@ impl Term for ThermalViscous {
         ],
         states: &[TermState { name: "warming", unit: "K", scale: 1e-2 }],
     };
+    const SUSTAINED: bool = true;
 
     #[inline(always)]
     fn motor_friction<R: Real>(p: &[R], motion: &Motion<R>, dry: &mut Dry<R>, hidden: Hidden<R>) {

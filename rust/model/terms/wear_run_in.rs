@@ -44,6 +44,7 @@ impl Term for WearRunIn {
         ],
         states: &[],
     };
+    const SUSTAINED: bool = true;
 
     #[inline(always)]
     fn mesh<R: Real>(p: &[R], _motion: &Motion<R>, mesh: &mut Mesh<R>, _hidden: Hidden<R>) {

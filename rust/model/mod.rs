@@ -107,6 +107,8 @@ pub struct Rates<R: Real, const N: usize> {
     pub gear_torque: R,
     /// Motor torque; with imposed motion the torque it takes [N m].
     pub motor_torque: R,
+    /// Torque asked of the drive; with imposed motion the torque it takes [N m].
+    pub asked_torque: R,
     /// Torque that the drive delivers [N m].
     pub drive_torque: R,
     /// External load torque [N m].
@@ -140,6 +142,7 @@ impl<R: Real, const N: usize> Rates<R, N> {
             upsilon: self.upsilon.get(lane),
             gear_torque: self.gear_torque.get(lane),
             motor_torque: self.motor_torque.get(lane),
+            asked_torque: self.asked_torque.get(lane),
             drive_torque: self.drive_torque.get(lane),
             load_torque: self.load_torque.get(lane),
             term_power: self.term_power.get(lane),

@@ -293,9 +293,9 @@ impl<S: Scalar, const N: usize> Seat<S, N> {
         })
     }
 
-    /// What a new segment does to the state: imposed angles, and an integrator that takes over without a jump.
-    /// True where it does anything.
-    pub fn adjust_state<M: Model<N>>(&self, state: &mut [S; N], torque: S) -> bool {
+    /// What a new segment does to the state: imposed angles, and an integrator that takes over without a jump of the
+    /// torque asked of the drive. True where it does anything.
+    pub fn adjust_state<M: Model<N>>(&self, state: &mut [S; N], asked: S) -> bool {
         let row = &self.assignment.row;
         match self.segment().drive {
             Drive::Motion { angle, .. } => {
@@ -308,7 +308,7 @@ impl<S: Scalar, const N: usize> Seat<S, N> {
             }
             Drive::Speed { bumpless: true, .. } if row.constants.k_i.plain() > 0.0 => {
                 let error = self.segment().reference(row).value - state[1];
-                state[M::INTEGRATOR] = (torque - row.constants.k_p * error) / row.constants.k_i;
+                state[M::INTEGRATOR] = (asked - row.constants.k_p * error) / row.constants.k_i;
                 true
             }
             _ => false,

@@ -29,14 +29,19 @@ impl<'a, R: Real> Sides<'a, R> {
         Self { drive, inputs, motion, inner: Internals::new(hidden, corners) }
     }
 
-    /// The torque that the drive delivers and the inertia it turns, and the rate of the speed controller.
+    /// The torque asked of the drive and the rate of the speed controller.
     #[inline(always)]
-    fn actuator(&mut self, z: R) -> (Actuator<R>, R) {
+    fn controlled(&mut self, z: R) -> (R, R) {
         let Motion { t, omega_m, .. } = self.motion;
-        let (commanded, z_rate) = controlled(self.drive, &mut self.inner.corners, t, self.inputs.reference, omega_m, z);
-        let mut actuator = Actuator { torque: commanded, inertia: self.drive.constants.j_m };
+        controlled(self.drive, &mut self.inner.corners, t, self.inputs.reference, omega_m, z)
+    }
+
+    /// The torque that the drive delivers and the inertia it turns.
+    #[inline(always)]
+    fn actuator(&mut self, asked: R) -> Actuator<R> {
+        let mut actuator = Actuator { torque: asked, inertia: self.drive.constants.j_m };
         self.drive.terms.actuator(&self.motion, &mut actuator, &mut self.inner);
-        (actuator, z_rate)
+        actuator
     }
 
     #[inline(always)]
@@ -86,12 +91,13 @@ impl<'a, R: Real> Sides<'a, R> {
 
     /// How a motor moves that is driven by the actuator against a torque and dry friction.
     #[inline(always)]
-    fn motor(&self, actuator: &Actuator<R>, resisting: R, dry: &Dry<R>, inertia: R) -> Motor<R> {
+    fn motor(&self, asked: R, actuator: &Actuator<R>, resisting: R, dry: &Dry<R>, inertia: R) -> Motor<R> {
         let shaft = Shaft { net: actuator.torque - resisting, breakaway: dry.breakaway };
-        let mut motor = Motor { shaft, alpha: acceleration(shaft.net, dry, inertia), torque: actuator.torque };
+        let mut motor = Motor { shaft, alpha: acceleration(shaft.net, dry, inertia), asked, torque: actuator.torque };
         if let Some(imposed) = self.drive.input.motion() {
             motor.alpha = R::select(imposed, self.drive.input.acceleration(self.motion.t), motor.alpha);
             let needed = dry.direction.mul_add(dry.level, inertia.mul_add(motor.alpha, resisting));
+            motor.asked = R::select(imposed, needed, motor.asked);
             motor.torque = R::select(imposed, needed, motor.torque);
             motor.shaft.breakaway = R::select(imposed, R::zero(), motor.shaft.breakaway);
         }
@@ -105,10 +111,11 @@ fn hidden<R, const N: usize>(state: &[R; N]) -> &[R; HIDDEN] {
     state.last_chunk().expect("room for hidden states")
 }
 
-/// The motor's shaft, acceleration and torque.
+/// The motor's shaft and acceleration, the torque asked of it and its own.
 struct Motor<R> {
     shaft: Shaft<R>,
     alpha: R,
+    asked: R,
     torque: R,
 }
 

@@ -89,7 +89,8 @@ fn evaluate<'a, R: Real>(
     let (theta_l, omega_l) = (theta_m * c.inverse_ratio, omega_m * c.inverse_ratio);
     let motion = Motion { t, theta_m, omega_m, theta_l, omega_l, inverse_ratio: c.inverse_ratio };
     let mut sides = Sides::new(drive, motion, hidden(state), corners);
-    let (actuator, z_rate) = sides.actuator(z);
+    let (asked, z_rate) = sides.controlled(z);
+    let actuator = sides.actuator(asked);
 
     let mesh = sides.mesh(drive.harmonics.curvature(theta_m));
     let upsilon = c.inverse_ratio - mesh.error_slope;
@@ -121,8 +122,8 @@ fn evaluate<'a, R: Real>(
         breakaway: upsilon.abs().mul_add(on_load.breakaway, on_motor.breakaway),
         ..on_motor
     };
-    let Motor { shaft, alpha: alpha_m, torque: motor_torque } =
-        sides.motor(&actuator, resisting, &on_shaft, gear.inertia());
+    let Motor { shaft, alpha: alpha_m, asked: asked_torque, torque: motor_torque } =
+        sides.motor(asked, &actuator, resisting, &on_shaft, gear.inertia());
     let alpha_l = arm.mul_add(alpha_m, -bend);
 
     let mut slope = [zero; ALL];
@@ -139,6 +140,7 @@ fn evaluate<'a, R: Real>(
         upsilon,
         gear_torque: gear.torque(direction, alpha_m, &shaft),
         motor_torque,
+        asked_torque,
         drive_torque: actuator.torque,
         load_torque: load.torque,
         term_power: on_motor.torque() * omega_m + on_load.torque() * omega_l,

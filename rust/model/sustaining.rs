@@ -24,8 +24,9 @@ pub fn sustaining_torque<S: Scalar>(
 
 /// What the friction of the terms takes of it.
 fn friction<S: Scalar>(c: &Constants<S>, terms: &Terms<S>, omega_m: S, load_torque: S) -> S {
-    let (zero, omega_l) = (S::zero(), omega_m * c.inverse_ratio);
-    let motion = Motion { t: zero, theta_m: zero, omega_m, theta_l: zero, omega_l, inverse_ratio: c.inverse_ratio };
+    let zero = S::zero();
+    let motion = Motion::of_motor(zero, omega_m, c.inverse_ratio);
+    let omega_l = motion.omega_l;
     let mut states = [zero; HIDDEN];
     terms.begin(&motion, &mut states);
     terms.settle(&motion, &mut states);

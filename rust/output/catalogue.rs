@@ -266,7 +266,7 @@ impl Metric {
             entry(
                 "upsilon_min",
                 "1",
-                "smallest local ratio of the rigid gear over a motor revolution",
+                "smallest local ratio of the rigid gear over a motor revolution, with the load at the stop; a reversal with te_hysteresis is left out",
                 Self::UpsilonMin,
             ),
         ]);

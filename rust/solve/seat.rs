@@ -173,7 +173,14 @@ impl<S: Scalar, const N: usize> Seat<S, N> {
         &segments[segments.partition_point(|segment| segment.start < t).saturating_sub(1)]
     }
 
-    /// The same for ascending times, one after the other.
+    /// The load torque just before a time [N m].
+    pub fn load_before(&self, t: f64) -> S {
+        let segment = self.segment_before(t);
+        let load = segment.load_torque(&self.assignment.row);
+        load.value + load.slope * S::splat(t - segment.start)
+    }
+
+    /// The segments in force just before ascending times, one after the other.
     pub fn segments_before<'a>(&'a self, times: &'a [f64]) -> impl Iterator<Item = &'a Segment> {
         let segments = &self.assignment.program.segments;
         times.iter().scan(0, |place, &t| {

@@ -46,17 +46,8 @@ impl<'a, R: Real> Sides<'a, R> {
 
     #[inline(always)]
     fn mesh(&mut self, error_curvature: R) -> Mesh<R> {
-        let (error, error_slope) = self.drive.harmonics.value_and_slope(self.motion.theta_m);
-        let zero = R::zero();
-        let mut mesh = Mesh {
-            error,
-            error_slope,
-            error_curvature,
-            slope_by_speed: zero,
-            added_windup: zero,
-            added_windup_rate: zero,
-            load_torque: self.inputs.load,
-        };
+        let own = self.drive.harmonics.value_and_slope(self.motion.theta_m);
+        let mut mesh = Mesh::new(own, error_curvature, self.inputs.load);
         self.drive.terms.mesh(&self.motion, &mut mesh, &mut self.inner);
         mesh
     }

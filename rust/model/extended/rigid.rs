@@ -29,8 +29,7 @@ impl Model<ALL> for ExtendedRigid {
 
     fn begin<S: Scalar>(terms: &Terms<S>, inverse_ratio: S, state: &mut [S; ALL]) {
         let [theta_m, omega_m, ..] = *state;
-        let (theta_l, omega_l) = (theta_m * inverse_ratio, omega_m * inverse_ratio);
-        let motion = Motion { t: S::zero(), theta_m, omega_m, theta_l, omega_l, inverse_ratio };
+        let motion = Motion::of_motor(theta_m, omega_m, inverse_ratio);
         let mut hidden = [S::zero(); HIDDEN];
         terms.begin(&motion, &mut hidden);
         state[OWN..].copy_from_slice(&hidden);
@@ -86,8 +85,7 @@ fn evaluate<'a, R: Real>(
     let [theta_m, omega_m, z, ..] = *state;
     let c = drive.constants;
     let zero = R::zero();
-    let (theta_l, omega_l) = (theta_m * c.inverse_ratio, omega_m * c.inverse_ratio);
-    let motion = Motion { t, theta_m, omega_m, theta_l, omega_l, inverse_ratio: c.inverse_ratio };
+    let motion = Motion { t, ..Motion::of_motor(theta_m, omega_m, c.inverse_ratio) };
     let mut sides = Sides::new(drive, motion, hidden(state), corners);
     let (asked, z_rate) = sides.controlled(z);
     let actuator = sides.actuator(asked);
@@ -95,7 +93,7 @@ fn evaluate<'a, R: Real>(
     let mesh = sides.mesh(drive.harmonics.curvature(theta_m));
     let upsilon = c.inverse_ratio - mesh.error_slope;
     let omega_l = upsilon * omega_m;
-    sides.motion.theta_l = theta_l - mesh.error;
+    sides.motion.theta_l = sides.motion.theta_l - mesh.error;
     sides.motion.omega_l = omega_l;
 
     let load = sides.load();

@@ -65,6 +65,20 @@ macro_rules! catalog {
             catalog!(@states begin "Hidden states of a drive that begins in this motion." [$($term $module)*]);
             catalog!(@states settle "Those that the same motion soon brings about." [$($term $module)*]);
 
+            /// Highest order per motor revolution that any of them adds to the kinematic error.
+            pub fn highest_order(&self) -> R {
+                let mut index = 0;
+                let mut highest = R::zero();
+                $(
+                    if self.is_on(index) {
+                        highest = highest.max(super::$module::$term::highest_order(self.values_of(index)));
+                    }
+                    index += 1;
+                )*
+                let _ = index;
+                highest
+            }
+
             /// Energy [J] stored in all of them together.
             pub fn stored(&self, gear: &Gear<R>, states: &[R; HIDDEN]) -> R {
                 let mut index = 0;

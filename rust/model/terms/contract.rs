@@ -109,6 +109,15 @@ pub struct Motion<R> {
     pub inverse_ratio: R,
 }
 
+impl<R: Real> Motion<R> {
+    /// That of a rigid gear without kinematic error, at time 0.
+    #[inline(always)]
+    pub fn of_motor(theta_m: R, omega_m: R, inverse_ratio: R) -> Self {
+        let (theta_l, omega_l) = (theta_m * inverse_ratio, omega_m * inverse_ratio);
+        Self { t: R::zero(), theta_m, omega_m, theta_l, omega_l, inverse_ratio }
+    }
+}
+
 /// A term's hidden states and their rates.
 pub struct Hidden<'a, 'b, R: Real> {
     /// States.
@@ -212,6 +221,23 @@ pub struct Gear<R> {
     pub windup: R,
     /// Windup rate [rad/s].
     pub windup_rate: R,
+}
+
+impl<R: Real> Mesh<R> {
+    /// The kinematics of the gear alone, before the terms have their say.
+    #[inline(always)]
+    pub fn new((error, error_slope): (R, R), error_curvature: R, load_torque: R) -> Self {
+        let zero = R::zero();
+        Self {
+            error,
+            error_slope,
+            error_curvature,
+            slope_by_speed: zero,
+            added_windup: zero,
+            added_windup_rate: zero,
+            load_torque,
+        }
+    }
 }
 
 impl<R: Real> Gear<R> {
@@ -319,6 +345,11 @@ pub trait Term {
     /// Shapes the motor torque.
     #[inline(always)]
     fn actuator<R: Real>(p: &[R], motion: &Motion<R>, actuator: &mut Actuator<R>, hidden: Hidden<R>) {}
+    /// Highest order per motor revolution that it adds to the kinematic error.
+    #[inline(always)]
+    fn highest_order<R: Real>(p: &[R]) -> R {
+        R::zero()
+    }
     /// Adds to the kinematic error.
     #[inline(always)]
     fn mesh<R: Real>(p: &[R], motion: &Motion<R>, mesh: &mut Mesh<R>, hidden: Hidden<R>) {}

@@ -370,7 +370,7 @@ fn exact_reactions_of_a_varying_stiffness() {
 #[test]
 fn exact_start_in_motion() {
     let terms = terms_with(&["input_compliance", "load_compliance"], &[200.0, 5e-3, 0.63, 5e4, 10.0, 0.8]);
-    let motion = Motion { t: 0.0, theta_m: 0.0, omega_m: 7.0, theta_l: 0.0, omega_l: 0.06, inverse_ratio: 1.0 / 121.0 };
+    let motion = Motion { omega_l: 0.06, ..Motion::of_motor(0.0, 7.0, 1.0 / 121.0) };
     let mut states = [0.0; HIDDEN];
     terms.begin(&motion, &mut states);
     assert_eq!(states[..4], [0.0, 7.0, 0.0, 0.06]);

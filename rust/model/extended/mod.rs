@@ -66,6 +66,15 @@ impl<'a, R: Real> Sides<'a, R> {
         dry
     }
 
+    /// Friction that a motor without gear torque would have; its corners do not count.
+    #[inline(always)]
+    fn unloaded_motor_friction(&self, direction: R) -> Dry<R> {
+        let mut dry = Dry::new(direction, self.drive.constants.d_mm, R::zero());
+        let mut inner = Internals::new(self.inner.states, self.inner.corners.unnoted());
+        self.drive.terms.motor_friction(&self.motion, &mut dry, &mut inner);
+        dry
+    }
+
     #[inline(always)]
     fn load_friction(&mut self, direction: R) -> Dry<R> {
         let mut dry = Dry::new(direction, self.drive.constants.d_ll, R::zero());

@@ -194,7 +194,7 @@ impl<R: Real> RigidGear<R> {
     #[inline(always)]
     fn motor_friction(&self, sides: &mut Sides<R>, direction: R) -> Dry<R> {
         let zero = R::zero();
-        let unloaded = sides.motor_friction(direction, zero).torque();
+        let unloaded = sides.unloaded_motor_friction(direction).torque();
         let sliding = self.sliding(direction);
         let inertia = self.inertia();
         let moving = self.actuator_inertia * sliding + self.reflected * (self.free - unloaded);
@@ -219,5 +219,45 @@ impl<R: Real> RigidGear<R> {
         let closed = (self.reflected * grown / moving) + R::splat(1.0);
         let solved = R::select(zero.lt(closed), gear_torque / closed, R::splat(f64::NAN));
         sides.motor_friction(direction, R::select(loop_closes, solved, gear_torque))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::terms::Choice;
+    use crate::model::{Drive, Input, Layout, Line, Row, Segment, Spring};
+
+    /// The friction that the gear torque is found with is asked about no torque at all, where its corner lies.
+    #[test]
+    fn exact_a_loaded_gear_stands_on_no_corner() {
+        let terms = Choice::of(&["load_dependent_friction".into()]).expect("a known term");
+        let layout = Layout { base: Base::OneInertia, spring: Spring::Polynomial, orders: Vec::new(), terms };
+        let values: Vec<f64> = layout.parameters(&[]).iter().map(|parameter| parameter.default).collect();
+        let row = Row::new(&layout, &values, true).expect("default parameters");
+        let mut terms = Terms::new(&layout.terms);
+        terms.set_lane(0, &row.terms);
+        let mut state = [0.0; ALL];
+        state[1] = 10.0;
+        let segment = Segment {
+            start: 0.0,
+            drive: Drive::Torque { absolute: Line::default(), sustaining: Line::default() },
+            load: Line { value: 20.0, slope: 0.0 },
+            load_set: Line::default(),
+        };
+        let mut input = Input::none();
+        input.set_lane(0, &segment, &row);
+        let free = Drivetrain {
+            constants: &row.constants,
+            harmonics: row.harmonics.as_ref().expect("own harmonics"),
+            input: &input,
+            spring: layout.spring,
+            terms: &terms,
+            directions: &[1.0, 0.0],
+            pieces: None,
+        };
+        let pieces = ExtendedRigid::corners(&free, 0.0, &state);
+        let rates = ExtendedRigid::rates(&Drivetrain { pieces: Some(&pieces), ..free }, 0.0, &state);
+        assert!(rates.gear_torque.abs() > 1.0 && rates.margin > 0.1, "{} N m, {}", rates.gear_torque, rates.margin);
     }
 }

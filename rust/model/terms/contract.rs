@@ -208,6 +208,8 @@ pub struct Mesh<R> {
 pub struct Gear<R> {
     /// Windup that the spring sees [rad]; a clearance shortens it.
     pub spring_windup: R,
+    /// Windup that jumps have let go for ever [rad].
+    pub let_go: R,
     /// Factor on the spring torque.
     pub stiffness_factor: R,
     /// Torque added to spring and damper [N m at the output].
@@ -247,6 +249,7 @@ impl<R: Real> Gear<R> {
         let zero = R::zero();
         Self {
             spring_windup: windup,
+            let_go: zero,
             stiffness_factor: R::splat(1.0),
             added_torque: zero,
             motor_reaction: zero,
@@ -254,6 +257,12 @@ impl<R: Real> Gear<R> {
             windup,
             windup_rate,
         }
+    }
+
+    /// Windup beyond what jumps have let go [rad].
+    #[inline(always)]
+    pub fn left(&self) -> R {
+        self.windup - self.let_go
     }
 }
 

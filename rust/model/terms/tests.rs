@@ -367,6 +367,37 @@ fn exact_reactions_of_a_varying_stiffness() {
     }
 }
 
+/// Slip and tooth jump let go their shares of the windup that both have left.
+#[test]
+fn exact_slip_and_jump_of_teeth_share_the_windup() {
+    let terms = terms_with(&["coupling_slip", "ratcheting"], &[9.0, 0.6, 9.0, 9000.0]);
+    let pitch = std::f64::consts::TAU / 9000.0;
+    let gear = |states: &[f64; HIDDEN], windup: f64| {
+        let mut gear = Gear::new(windup, 0.0);
+        terms.gear(
+            &Motion::of_motor(0.0, 0.0, 1.0 / 121.0),
+            &mut gear,
+            &mut Internals::new(states, Corners::new(None)),
+        );
+        gear
+    };
+    let [slipped, jumped, windup] = [1e-4, -2e-4, 5e-4];
+    let mut engaged = [0.0; HIDDEN];
+    engaged[..2].copy_from_slice(&[slipped, jumped]);
+    let found = gear(&engaged, windup);
+    assert_eq!(found.spring_windup, windup - slipped - jumped);
+    terms.jump(&found, 10.0, &mut engaged);
+    assert!((engaged[0] - slipped - 0.6 * (windup - slipped - jumped)).abs() < 1e-18);
+    let riding = |windup: f64| {
+        let mut states = [0.0; HIDDEN];
+        states[..3].copy_from_slice(&[slipped, jumped, 1.0]);
+        let found = gear(&states, windup);
+        terms.reserve(&found, 0.0, &states)
+    };
+    let fallen = slipped + jumped + pitch;
+    assert!(riding(fallen - 1e-6) > 0.0 && riding(fallen + 1e-6) < 0.0);
+}
+
 #[test]
 fn exact_start_in_motion() {
     let terms = terms_with(&["input_compliance", "load_compliance"], &[200.0, 5e-3, 0.63, 5e4, 10.0, 0.8]);

@@ -2,7 +2,7 @@
 
 use super::sustaining::sustaining_torque;
 use super::{BadParameter, Base, Harmonics, Layout, ScenarioColumn, Spring, spring};
-use crate::real::Scalar;
+use crate::real::{Real, Scalar};
 
 /// A struct of numbers that can be filled lane by lane.
 macro_rules! per_lane {
@@ -217,18 +217,32 @@ impl<S: Scalar> Row<S> {
         })
     }
 
-    /// Angular frequency of the free torsional mode at zero windup [rad/s], of the speed loop for a rigid gear.
+    /// Angular frequency [rad/s] and decay rate [1/s] of the free torsional mode at zero windup, linearised.
+    pub fn free_mode(&self, layout: &Layout) -> (S, S) {
+        let c = &self.constants;
+        let (motor, load) = (c.reflected_inertia(), c.j_l);
+        let (total, product) = (motor + load, motor * load);
+        let stiffness = spring::tangent(layout.spring, c, S::zero());
+        let reflected = c.d_mm / (c.inverse_ratio * c.inverse_ratio);
+        let damping = (reflected * load * load + c.b_l * motor * motor) / (total * total) + c.b_sp;
+        ((stiffness * total / product).sqrt(), damping * total / (S::splat(2.0) * product))
+    }
+
+    /// Angular frequency of the free torsional mode [rad/s], of the speed loop for a rigid gear.
     pub fn mode(&self, layout: &Layout) -> f64 {
         let c = &self.constants;
-        let reflected = c.j_m / (c.inverse_ratio * c.inverse_ratio);
         let mode = match layout.base {
-            Base::TwoInertia => {
-                let stiffness = spring::tangent(layout.spring, c, S::zero());
-                (stiffness * (reflected + c.j_l) / (reflected * c.j_l)).sqrt()
-            }
+            Base::TwoInertia => self.free_mode(layout).0,
             Base::OneInertia => (c.k_p + c.d_mm) / c.j_m + (c.k_i / c.j_m).sqrt(),
         };
         mode.plain()
+    }
+}
+
+impl<R: Real> Constants<R> {
+    /// Inertia of the motor seen at the output [kg m^2].
+    pub fn reflected_inertia(&self) -> R {
+        self.j_m / (self.inverse_ratio * self.inverse_ratio)
     }
 }
 

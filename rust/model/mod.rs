@@ -20,7 +20,7 @@ pub use harmonics::{Harmonics, MAX_POLYNOMIAL_ORDER};
 pub use input::Input;
 pub use layout::{BadParameter, Group, Layout, Parameter, ScenarioColumn};
 pub use one_inertia::OneInertia;
-pub use program::{Drive, Line, Program, Segment};
+pub use program::{Drive, Line, Program, SHORTEST_RUN, Segment};
 pub use spring::Spring;
 pub use two_inertia::TwoInertia;
 

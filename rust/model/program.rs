@@ -28,6 +28,9 @@ const SAME: f64 = 1e-9;
 /// The same for the acceleration of a spline through recorded angles.
 const SAME_ACCELERATION: f64 = 1e-6;
 
+/// The shortest steady run [s].
+pub const SHORTEST_RUN: f64 = 0.5;
+
 /// What moves the motor during a segment.
 #[derive(Clone, Copy, Debug)]
 pub enum Drive {
@@ -119,13 +122,13 @@ pub struct Program {
 
 impl Program {
     /// Start of the steady run of a row: the last whole number of set-speed revolutions before `off`
-    /// that last at least half a second, or half of the motion where not one revolution fits.
+    /// that last at least [`SHORTEST_RUN`], or half of the motion where not one revolution fits.
     pub fn run_start<S: Scalar>(&self, omega_set: S) -> S {
         if let Some(run) = self.run {
             return S::splat(run);
         }
         let revolution = S::splat(std::f64::consts::TAU) / omega_set.abs();
-        let window = S::splat((0.5 / revolution.plain()).ceil()) * revolution;
+        let window = S::splat((SHORTEST_RUN / revolution.plain()).ceil()) * revolution;
         if window.plain() <= self.off - self.on {
             S::splat(self.off) - window
         } else {

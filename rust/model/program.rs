@@ -28,7 +28,7 @@ const SAME: f64 = 1e-9;
 /// The same for the acceleration of a spline through recorded angles.
 const SAME_ACCELERATION: f64 = 1e-6;
 
-/// The shortest steady run [s].
+/// The shortest run phase and the shortest steady run [s].
 pub const SHORTEST_RUN: f64 = 0.5;
 
 /// What moves the motor during a segment.
@@ -110,7 +110,7 @@ pub struct Program {
     pub on: f64,
     /// Start of the stop [s].
     pub off: f64,
-    /// Start of the steady run [s]; automatic where absent.
+    /// Start of the run phase [s]; automatic where absent.
     pub run: Option<f64>,
     /// From `off` to the window of the residual ring [s].
     pub ring_delay: f64,
@@ -121,8 +121,8 @@ pub struct Program {
 }
 
 impl Program {
-    /// Start of the steady run of a row: the last whole number of set-speed revolutions before `off`
-    /// that last at least [`SHORTEST_RUN`], or half of the motion where not one revolution fits.
+    /// Start of the run phase of a row, which has to be known beforehand: the last whole number of set-speed revolutions
+    /// before `off` that last at least [`SHORTEST_RUN`], or half of the motion where not one revolution fits.
     pub fn run_start<S: Scalar>(&self, omega_set: S) -> S {
         if let Some(run) = self.run {
             return S::splat(run);

@@ -1,4 +1,4 @@
-//! The steady run: the last whole number of motor revolutions before the stop that last [`SHORTEST_RUN`].
+//! The steady run: the last whole revolutions that the motor turned before the stop in half a second or more.
 
 use crate::model::SHORTEST_RUN;
 use crate::real::Scalar;

@@ -23,7 +23,7 @@ pub enum Mark {
     On,
     /// Half a second after it.
     Settled,
-    /// Start of the steady run.
+    /// Start of the run phase.
     Run,
     /// Start of the stop.
     Off,

@@ -31,16 +31,16 @@ fn friction<S: Scalar>(c: &Constants<S>, terms: &Terms<S>, omega_m: S, load_torq
     terms.begin(&motion, &mut states);
     terms.settle(&motion, &mut states);
     let mut inner = Internals::new(&states, Corners::new(None));
-    let mut on_load = Dry::new(sign(omega_l), c.d_ll, zero);
+    let mut on_load = Dry::new(sign(omega_l), c.d_ll * omega_l, zero);
     terms.load_friction(&motion, &mut on_load, &mut inner);
     let output = taken(&on_load);
     let gear_torque = c.d_ll * omega_l - c.d_ml * omega_m + load_torque + output;
-    let mut on_motor = Dry::new(sign(omega_m), c.d_mm, gear_torque);
+    let mut on_motor = Dry::new(sign(omega_m), c.d_mm * omega_m, gear_torque);
     terms.motor_friction(&motion, &mut on_motor, &mut inner);
     taken(&on_motor) + output * c.inverse_ratio
 }
 
 /// Torque of a shaft that slides, or what is not dry of it.
 fn taken<S: Scalar>(dry: &Dry<S>) -> S {
-    if dry.direction.plain() == 0.0 { dry.resisting } else { dry.torque() }
+    if dry.direction.plain() == 0.0 { dry.not_dry() } else { dry.torque() }
 }

@@ -61,7 +61,7 @@ impl<'a, R: Real> Sides<'a, R> {
 
     #[inline(always)]
     fn motor_friction(&mut self, direction: R, gear_torque: R) -> Dry<R> {
-        let mut dry = Dry::new(direction, self.drive.constants.d_mm, gear_torque);
+        let mut dry = Dry::new(direction, self.drive.constants.d_mm * self.motion.omega_m, gear_torque);
         self.drive.terms.motor_friction(&self.motion, &mut dry, &mut self.inner);
         dry
     }
@@ -69,7 +69,7 @@ impl<'a, R: Real> Sides<'a, R> {
     /// Friction that a motor without gear torque would have; its corners do not count.
     #[inline(always)]
     fn unloaded_motor_friction(&self, direction: R) -> Dry<R> {
-        let mut dry = Dry::new(direction, self.drive.constants.d_mm, R::zero());
+        let mut dry = Dry::new(direction, self.drive.constants.d_mm * self.motion.omega_m, R::zero());
         let mut inner = Internals::new(self.inner.states, self.inner.corners.unnoted());
         self.drive.terms.motor_friction(&self.motion, &mut dry, &mut inner);
         dry
@@ -77,7 +77,7 @@ impl<'a, R: Real> Sides<'a, R> {
 
     #[inline(always)]
     fn load_friction(&mut self, direction: R) -> Dry<R> {
-        let mut dry = Dry::new(direction, self.drive.constants.d_ll, R::zero());
+        let mut dry = Dry::new(direction, self.drive.constants.d_ll * self.motion.omega_l, R::zero());
         self.drive.terms.load_friction(&self.motion, &mut dry, &mut self.inner);
         dry
     }

@@ -277,10 +277,12 @@ pub struct Dry<R> {
     pub direction: R,
     /// Half of what the dry levels of forward and backward motion differ by [N m].
     pub bias: R,
-    /// Further resisting torque that is not dry [N m].
+    /// Further resisting torque that is neither dry nor that of the damper [N m].
     pub resisting: R,
-    /// Viscous coefficient already in force on the shaft [N m s/rad].
+    /// Torque of the shaft's damper without terms [N m].
     pub viscous: R,
+    /// Factor on it.
+    pub drag: R,
     /// Gear torque [N m at the output]; motor friction may be linear in it and in its size, no more.
     pub gear_torque: R,
 }
@@ -289,11 +291,11 @@ impl<R: Real> Dry<R> {
     /// A shaft before the terms have their say.
     #[inline(always)]
     pub fn new(direction: R, viscous: R, gear_torque: R) -> Self {
-        let zero = R::zero();
-        Self { level: zero, breakaway: zero, direction, bias: zero, resisting: zero, viscous, gear_torque }
+        let (zero, drag) = (R::zero(), R::splat(1.0));
+        Self { level: zero, breakaway: zero, direction, bias: zero, resisting: zero, viscous, drag, gear_torque }
     }
 
-    /// Resisting torque of a shaft that slides [N m].
+    /// Resisting torque of a shaft that slides, beyond that of its damper [N m].
     #[inline(always)]
     pub fn torque(&self) -> R {
         self.direction.mul_add(self.level, self.either_way())
@@ -302,7 +304,13 @@ impl<R: Real> Dry<R> {
     /// The part of it that is the same in both directions [N m].
     #[inline(always)]
     pub fn either_way(&self) -> R {
-        self.bias + self.resisting
+        self.bias + self.not_dry()
+    }
+
+    /// The part of it that is not dry [N m].
+    #[inline(always)]
+    pub fn not_dry(&self) -> R {
+        (self.drag - R::splat(1.0)).mul_add(self.viscous, self.resisting)
     }
 }
 

@@ -26,7 +26,15 @@ impl<R: Real> Answer<R> {
         numbers.extend([mesh.error_curvature, mesh.slope_by_speed]);
         numbers.extend([mesh.added_windup, mesh.added_windup_rate, gear.spring_windup, gear.stiffness_factor]);
         numbers.extend([gear.added_torque, gear.motor_reaction, gear.load_reaction, load.torque, load.inertia]);
-        numbers.extend([motor.level, motor.breakaway, motor.bias, motor.resisting, output.level, output.breakaway]);
+        numbers.extend([
+            motor.level,
+            motor.breakaway,
+            motor.bias,
+            motor.resisting,
+            motor.drag,
+            output.level,
+            output.breakaway,
+        ]);
         numbers.extend([output.bias, output.resisting, reaction.gear_torque]);
         numbers
     }
@@ -65,15 +73,7 @@ fn answer_on<R: Real>(terms: &Terms<R>, moment: &Moment, pieces: Option<&Pieces<
     let states = [s(moment.hidden); HIDDEN];
     let mut inner = Internals::new(&states, Corners::noting(pieces, &mut found));
     let direction = if moment.omega_m == 0.0 { 0.0 } else { moment.omega_m.signum() };
-    let dry = Dry {
-        level: s(0.0),
-        breakaway: s(0.0),
-        direction: s(direction),
-        bias: s(0.0),
-        resisting: s(0.0),
-        viscous: s(1.2e-3),
-        gear_torque: s(moment.gear_torque),
-    };
+    let dry = Dry::new(s(direction), s(1.2e-3 * moment.omega_m), s(moment.gear_torque));
     let mut actuator = Actuator { torque: s(0.4), inertia: s(3e-4) };
     let mut mesh = Mesh {
         error: s(1e-5),
@@ -238,9 +238,8 @@ fn exact_friction_never_drives() {
             let terms = terms_with(choice, &values);
             for moment in grid() {
                 let Answer { motor, output, .. } = answer(&terms, &moment);
-                let viscous = motor.viscous * moment.omega_m;
                 let torque = motor.torque();
-                let bath = if choice.iter().any(|id| WITH_VISCOUS.contains(id)) { viscous } else { 0.0 };
+                let bath = if choice.iter().any(|id| WITH_VISCOUS.contains(id)) { motor.viscous } else { 0.0 };
                 assert!((torque + bath) * moment.omega_m >= 0.0, "{choice:?}");
                 assert!(output.direction * output.level * moment.omega_m >= 0.0, "{choice:?}");
                 assert!(motor.level >= 0.0 && motor.breakaway >= 0.0);
@@ -257,7 +256,7 @@ fn exact_no_term_creates_energy() {
             let terms = terms_with(&[term.id], &values);
             for moment in grid() {
                 let found = answer(&terms, &moment);
-                let bath = if WITH_VISCOUS.contains(&term.id) { found.motor.viscous * moment.omega_m } else { 0.0 };
+                let bath = if WITH_VISCOUS.contains(&term.id) { found.motor.viscous } else { 0.0 };
                 let taken = [
                     (found.motor.torque() + bath) * moment.omega_m,
                     found.output.torque() * moment.omega_m / 121.0,

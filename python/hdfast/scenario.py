@@ -96,9 +96,9 @@ class Scenario:
 
         Args:
             speed_rpm: set speed of the motor [r/min]; the default of the column `omega_set`.
-            start: "torque_step" applies the torque that sustains the set speed against damping, load and dry friction
-                at the motor (not that of terms at mesh and load), "speed_ramp" lets the PI controller follow a linear
-                reference.
+            start: "torque_step" applies the mean motor torque that sustains the set speed against damping, load and
+                the friction of all terms (as warm as the drive begins; a drive that delivers another torque than asked,
+                by `torque_gain` say, misses the speed), "speed_ramp" lets the PI controller follow a linear reference.
             stop: "coast" (no motor torque), "brake" (PI controller, reference to zero) or None (run on).
             t_on: start of the motion [s].
             t_off: begin of the stop [s]; default half of t_end, or t_end without a stop.
@@ -115,7 +115,10 @@ class Scenario:
             initial: "relaxed" (the spring in equilibrium with the load torque; torques of terms, gravity say, then set
                 the load swinging) or "zero_angle" (both angles zero).
             theta_m0: motor angle at t = 0 [rad].
-            run_window: (begin, end) of the run phase [s]; the end is t_off.
+            run_window: (begin, end) of the run phase [s]; the end is t_off. By default it holds the last whole
+                revolutions of the set speed that last half a second, also where the drive misses that speed;
+                `steady_speed` and the orders look for the revolutions it turned, the orders no further back than four
+                such phases: further below the set speed they are NaN.
             ring_delay: delay of the residual-ring window after t_off [s]; default 1.5 (coast) or 0.1 (brake).
             ring_width: its width [s]; default 1.4 (coast) or 0.5 (brake).
 

@@ -1,8 +1,8 @@
 //! Parameters in the form the equations use them, one row at a time or in lanes.
 
-use super::terms::{Place, TermInfo};
+use super::sustaining::sustaining_torque;
 use super::{BadParameter, Base, Harmonics, Layout, ScenarioColumn, Spring, spring};
-use crate::real::Scalar;
+use crate::real::{Real, Scalar};
 
 /// A struct of numbers that can be filled lane by lane.
 macro_rules! per_lane {
@@ -110,7 +110,7 @@ pub struct Row<S> {
     pub tau_load: S,
     /// Motor angle at the start [rad].
     pub theta_m0: S,
-    /// Motor torque that sustains the set speed [N m].
+    /// Mean motor torque that holds the set speed [N m].
     pub sustaining_torque: S,
     /// Parameters of the terms.
     pub terms: Vec<S>,
@@ -199,7 +199,7 @@ impl<S: Scalar> Row<S> {
             .then(|| Harmonics::new(&layout.orders, &coefficients[..orders], &coefficients[orders..2 * orders]));
         let omega_set = scenario(ScenarioColumn::OmegaSet);
         let tau_load = scenario(ScenarioColumn::TauLoad);
-        let slip = one - s / ratio;
+        let terms = term_values(layout, values)?;
         Ok(Self {
             constants,
             te_scale: values[layout.te_scale()],
@@ -212,38 +212,38 @@ impl<S: Scalar> Row<S> {
                 &coefficients[..orders],
                 &coefficients[orders..2 * orders],
             ),
-            terms: term_values(layout, values)?,
-            sustaining_torque: (b_m + b_ml * slip * slip + b_l / (ratio * ratio)) * omega_set
-                + tau_load / ratio
-                + dry_level(layout, values) * S::splat(omega_set.plain().signum()),
+            sustaining_torque: sustaining_torque(&constants, (&layout.terms, &terms), omega_set, tau_load),
+            terms,
         })
     }
 
-    /// Angular frequency of the free torsional mode at zero windup [rad/s], of the speed loop for a rigid gear.
+    /// Angular frequency [rad/s] and decay rate [1/s] of the free torsional mode at zero windup, linearised.
+    pub fn free_mode(&self, layout: &Layout) -> (S, S) {
+        let c = &self.constants;
+        let (motor, load) = (c.reflected_inertia(), c.j_l);
+        let (total, product) = (motor + load, motor * load);
+        let stiffness = spring::tangent(layout.spring, c, S::zero());
+        let reflected = c.d_mm / (c.inverse_ratio * c.inverse_ratio);
+        let damping = (reflected * load * load + c.b_l * motor * motor) / (total * total) + c.b_sp;
+        ((stiffness * total / product).sqrt(), damping * total / (S::splat(2.0) * product))
+    }
+
+    /// Angular frequency of the free torsional mode [rad/s], of the speed loop for a rigid gear.
     pub fn mode(&self, layout: &Layout) -> f64 {
         let c = &self.constants;
-        let reflected = c.j_m / (c.inverse_ratio * c.inverse_ratio);
         let mode = match layout.base {
-            Base::TwoInertia => {
-                let stiffness = spring::tangent(layout.spring, c, S::zero());
-                (stiffness * (reflected + c.j_l) / (reflected * c.j_l)).sqrt()
-            }
+            Base::TwoInertia => self.free_mode(layout).0,
             Base::OneInertia => (c.k_p + c.d_mm) / c.j_m + (c.k_i / c.j_m).sqrt(),
         };
         mode.plain()
     }
 }
 
-/// The motor torque that constant dry friction takes at any speed [N m].
-fn dry_level<S: Scalar>(layout: &Layout, values: &[S]) -> S {
-    let parameters =
-        layout.terms.terms().flat_map(|term| term.parameters.iter().map(move |parameter| (term, parameter)));
-    let own = &values[layout.term_parameters()..];
-    let is_level = |term: &TermInfo, name: &str| term.place == Place::Motor && name == "T_c" && term.amplitude == name;
-    parameters
-        .zip(own)
-        .filter(|((term, parameter), _)| is_level(term, parameter.name))
-        .fold(S::zero(), |sum, (_, value)| sum + *value)
+impl<R: Real> Constants<R> {
+    /// Inertia of the motor seen at the output [kg m^2].
+    pub fn reflected_inertia(&self) -> R {
+        self.j_m / (self.inverse_ratio * self.inverse_ratio)
+    }
 }
 
 /// The terms' parameters, each inside its allowed range.

@@ -80,6 +80,12 @@ impl<'a, R: Real> Corners<'a, R> {
         Self { found: Some(found), ..Self::new(held) }
     }
 
+    /// The same pieces, for a trial of which nothing is noted.
+    #[inline(always)]
+    pub fn unnoted(&self) -> Self {
+        Self::new(self.held)
+    }
+
     /// The sign of `x`: +1 or -1.
     #[inline(always)]
     pub fn sign(&mut self, corner: usize, x: R, size: f64) -> R {

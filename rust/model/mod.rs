@@ -9,6 +9,7 @@ mod layout;
 mod one_inertia;
 mod program;
 pub mod spring;
+mod sustaining;
 pub mod terms;
 mod two_inertia;
 
@@ -19,7 +20,7 @@ pub use harmonics::{Harmonics, MAX_POLYNOMIAL_ORDER};
 pub use input::Input;
 pub use layout::{BadParameter, Group, Layout, Parameter, ScenarioColumn};
 pub use one_inertia::OneInertia;
-pub use program::{Drive, Line, Program, Segment};
+pub use program::{Drive, Line, Program, SHORTEST_RUN, Segment};
 pub use spring::Spring;
 pub use two_inertia::TwoInertia;
 
@@ -106,6 +107,8 @@ pub struct Rates<R: Real, const N: usize> {
     pub gear_torque: R,
     /// Motor torque; with imposed motion the torque it takes [N m].
     pub motor_torque: R,
+    /// Torque asked of the drive; with imposed motion the torque it takes [N m].
+    pub asked_torque: R,
     /// Torque that the drive delivers [N m].
     pub drive_torque: R,
     /// External load torque [N m].
@@ -139,6 +142,7 @@ impl<R: Real, const N: usize> Rates<R, N> {
             upsilon: self.upsilon.get(lane),
             gear_torque: self.gear_torque.get(lane),
             motor_torque: self.motor_torque.get(lane),
+            asked_torque: self.asked_torque.get(lane),
             drive_torque: self.drive_torque.get(lane),
             load_torque: self.load_torque.get(lane),
             term_power: self.term_power.get(lane),
@@ -208,6 +212,13 @@ fn kinetic<R: Real>(inertias: [R; 2], speeds: [R; 2]) -> R {
     let [j_m, j_l] = inertias;
     let [omega_m, omega_l] = speeds;
     R::splat(0.5) * (j_m * omega_m).mul_add(omega_m, j_l * omega_l * omega_l)
+}
+
+/// +1, -1, or 0 at zero.
+#[inline(always)]
+fn sign<R: Real>(value: R) -> R {
+    let (zero, one) = (R::zero(), R::splat(1.0));
+    R::select(zero.lt(value), one, R::select(value.lt(zero), -one, zero))
 }
 
 impl<R: Real> Shaft<R> {

@@ -81,6 +81,7 @@ impl OneInertia {
             upsilon,
             gear_torque,
             motor_torque,
+            asked_torque: motor_torque,
             drive_torque,
             load_torque: inputs.load,
             term_power: R::zero(),

@@ -28,6 +28,9 @@ const SAME: f64 = 1e-9;
 /// The same for the acceleration of a spline through recorded angles.
 const SAME_ACCELERATION: f64 = 1e-6;
 
+/// The shortest run phase and the shortest steady run [s].
+pub const SHORTEST_RUN: f64 = 0.5;
+
 /// What moves the motor during a segment.
 #[derive(Clone, Copy, Debug)]
 pub enum Drive {
@@ -107,7 +110,7 @@ pub struct Program {
     pub on: f64,
     /// Start of the stop [s].
     pub off: f64,
-    /// Start of the steady run [s]; automatic where absent.
+    /// Start of the run phase [s]; automatic where absent.
     pub run: Option<f64>,
     /// From `off` to the window of the residual ring [s].
     pub ring_delay: f64,
@@ -118,14 +121,14 @@ pub struct Program {
 }
 
 impl Program {
-    /// Start of the steady run of a row: the last whole number of set-speed revolutions before `off`
-    /// that last at least half a second, or half of the motion where not one revolution fits.
+    /// Start of the run phase of a row, which has to be known beforehand: the last whole number of set-speed revolutions
+    /// before `off` that last at least [`SHORTEST_RUN`], or half of the motion where not one revolution fits.
     pub fn run_start<S: Scalar>(&self, omega_set: S) -> S {
         if let Some(run) = self.run {
             return S::splat(run);
         }
         let revolution = S::splat(std::f64::consts::TAU) / omega_set.abs();
-        let window = S::splat((0.5 / revolution.plain()).ceil()) * revolution;
+        let window = S::splat((SHORTEST_RUN / revolution.plain()).ceil()) * revolution;
         if window.plain() <= self.off - self.on {
             S::splat(self.off) - window
         } else {

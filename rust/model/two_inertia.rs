@@ -83,6 +83,7 @@ impl TwoInertia {
             upsilon,
             gear_torque,
             motor_torque,
+            asked_torque: motor_torque,
             drive_torque,
             load_torque: inputs.load,
             term_power: R::zero(),

@@ -8,9 +8,9 @@ use std::sync::LazyLock;
 /// A part of the motion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Phase {
-    /// From the start of the motion to the steady run.
+    /// From the start of the motion to the run.
     Start,
-    /// The steady run.
+    /// The last whole revolutions of the set speed before the stop, whatever speed the drive reaches.
     Run,
     /// From the start of the stop to the end.
     Stop,
@@ -68,9 +68,9 @@ pub enum Metric {
     TePeakToPeak(Phase),
     /// Transmission error, rms about the mean.
     TeRms(Phase),
-    /// Load speed in the steady run, peak to peak.
+    /// Load speed in the run phase, peak to peak.
     SpeedRipple,
-    /// Load speed in the steady run, rms about the mean.
+    /// Load speed in the run phase, rms about the mean.
     SpeedRippleRms,
     /// Amplitude at an order of the motor revolution.
     Order(Signal, f64),
@@ -151,7 +151,7 @@ impl Metric {
             ),
         ];
         let phases = [
-            (Phase::Run, "", "in the steady run"),
+            (Phase::Run, "", "in the run phase"),
             (Phase::Start, "_start", "in the start"),
             (Phase::Stop, "_stop", "in the stop"),
         ];
@@ -184,8 +184,8 @@ impl Metric {
             ]);
         }
         table.extend([
-            entry("speed_ripple", "rad/s", "load speed peak to peak in the steady run", Self::SpeedRipple),
-            entry("speed_ripple_rms", "rad/s", "load speed rms about its mean in the steady run", Self::SpeedRippleRms),
+            entry("speed_ripple", "rad/s", "load speed peak to peak in the run phase", Self::SpeedRipple),
+            entry("speed_ripple_rms", "rad/s", "load speed rms about its mean in the run phase", Self::SpeedRippleRms),
         ]);
         for (phase, event) in [(Phase::Start, "start"), (Phase::Stop, "stop")] {
             table.extend([
@@ -213,7 +213,7 @@ impl Metric {
         for (phase, suffix, when) in [
             (Phase::All, "", ""),
             (Phase::Start, "_start", " in the start"),
-            (Phase::Run, "_run", " in the steady run"),
+            (Phase::Run, "_run", " in the run phase"),
             (Phase::Stop, "_stop", " in the stop"),
         ] {
             table.extend([
@@ -266,7 +266,7 @@ impl Metric {
             entry(
                 "upsilon_min",
                 "1",
-                "smallest local ratio of the rigid gear over a motor revolution",
+                "smallest local ratio of the rigid gear over a motor revolution, with the load at the stop; a reversal with te_hysteresis is left out",
                 Self::UpsilonMin,
             ),
         ]);
@@ -284,7 +284,12 @@ impl Metric {
             _ => return None,
         };
         let value = order(label).filter(|order| *order > 0.0)?;
-        Some(entry(name, unit, format!("amplitude at order {label} in the steady run"), Self::Order(signal, value)))
+        Some(entry(
+            name,
+            unit,
+            format!("amplitude at order {label} over the last whole revolutions before the stop"),
+            Self::Order(signal, value),
+        ))
     }
 
     /// Adds what the metric needs to what is asked of the integration.

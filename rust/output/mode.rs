@@ -1,7 +1,7 @@
 //! The torsional mode after an event: a damped sinusoid fitted to the windup rate.
 
 use super::least_squares::LeastSquares;
-use crate::model::{Layout, Row, spring};
+use crate::model::{Layout, Row};
 use crate::real::Scalar;
 use crate::solve::{Retrace, Seat};
 use std::f64::consts::TAU;
@@ -23,21 +23,9 @@ pub struct Mode {
 
 const MISSING: Mode = Mode { frequency: f64::NAN, decay: f64::NAN, amplitude: f64::NAN };
 
-/// Angular frequency [rad/s] and decay rate [1/s] of the linear free mode without windup.
-pub fn linear_mode<S: Scalar>(layout: &Layout, row: &Row<S>) -> (S, S) {
-    let c = &row.constants;
-    let square = S::splat(1.0) / (c.inverse_ratio * c.inverse_ratio);
-    let reflected = square * c.j_m;
-    let total = reflected + c.j_l;
-    let effective = reflected * c.j_l / total;
-    let (load, motor) = (c.j_l / total, reflected / total);
-    let damping = square * c.d_mm * (load * load) + c.b_l * (motor * motor) + c.b_sp;
-    ((spring::tangent(layout.spring, c, S::zero()) / effective).sqrt(), damping / (S::splat(2.0) * effective))
-}
-
 /// The window of the fit after an event [s].
 pub fn window<S: Scalar>(layout: &Layout, row: &Row<S>) -> S {
-    S::splat(5.0) / linear_mode(layout, row).1
+    S::splat(5.0) / row.free_mode(layout).1
 }
 
 /// Fits the mode in the samples between two times.
@@ -78,7 +66,7 @@ pub fn mode<S: Scalar, const N: usize>(
         problem.push(angles.iter().map(|angle| (order * angle).sin()).collect());
     }
     let background = problem.len();
-    let (omega, decay) = linear_mode(layout, row);
+    let (omega, decay) = row.free_mode(layout);
     let (mut omega, mut decay) = (omega.plain(), decay.plain());
     for _ in 0..ITERATIONS {
         problem.truncate(background);
@@ -90,7 +78,7 @@ pub fn mode<S: Scalar, const N: usize>(
         decay += decay_change.clamp(-limit, limit);
         if omega_change.abs() + decay_change.abs() < 1e-9 * omega {
             let c = &row.constants;
-            let reflected = c.j_m / (c.inverse_ratio * c.inverse_ratio);
+            let reflected = c.reflected_inertia();
             let share = (reflected / (reflected + c.j_l)).plain();
             return Mode { frequency: omega / TAU, decay, amplitude: share * square.sqrt() };
         }

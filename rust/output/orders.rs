@@ -2,6 +2,7 @@
 
 use super::Signal;
 use super::least_squares::{LeastSquares, dot};
+use super::probe::orders_from;
 use super::steady::Steady;
 use crate::real::Scalar;
 use crate::solve::{Retrace, Seat};
@@ -18,7 +19,8 @@ struct Samples {
 /// Amplitude of each wanted order in a signal over the whole revolutions of the steady run.
 ///
 /// The orders of the model's own kinematic error are fitted along, so that they do not leak; each wanted order
-/// beyond them is fitted on its own, so that it does not depend on its company.
+/// beyond them is fitted on its own, so that it does not depend on its company. NaN where less than one revolution was
+/// turned, or so slowly that the samples do not reach back over the steady run.
 pub fn amplitudes<S: Scalar, const N: usize>(
     seat: &Seat<S, N>,
     retrace: &mut dyn Retrace<S, N>,
@@ -28,7 +30,8 @@ pub fn amplitudes<S: Scalar, const N: usize>(
     steady: &Steady<S>,
 ) -> Vec<S> {
     let missing = vec![S::splat(f64::NAN); wanted.len()];
-    if steady.revolutions == 0 {
+    let sampled = orders_from(&seat.assignment.row, &seat.assignment.program).plain();
+    if steady.revolutions == 0 || steady.window.0 < sampled {
         return missing;
     }
     let lowest = 1.0 / f64::from(steady.revolutions);

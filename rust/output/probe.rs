@@ -27,8 +27,7 @@ pub fn probe_grid<S: Scalar>(metrics: &[Metric], layout: &Layout, row: &Row<S>, 
         .fold(f64::NAN, f64::max);
     if !highest.is_nan() {
         let highest = layout.orders.iter().copied().fold(highest.max(ALWAYS), f64::max);
-        let run = number(program.off) - program.run_start(row.omega_set);
-        let start = (number(program.off) - number(EARLIER) * run).max(number(program.on));
+        let start = orders_from(row, program);
         let periods = highest * (program.off - start.plain()) * row.omega_set.plain().abs() / TAU;
         let unknowns = 2 * layout.orders.len() + 4;
         let count = (SAMPLES_PER_PERIOD * periods).clamp(2.0 * EARLIER * unknowns as f64, MOST_SAMPLES);
@@ -44,6 +43,12 @@ pub fn probe_grid<S: Scalar>(metrics: &[Metric], layout: &Layout, row: &Row<S>, 
     times.sort_by(|left, right| left.plain().total_cmp(&right.plain()));
     times.dedup_by(|next, kept| next.plain() - kept.plain() < SAME * program.end);
     times.into()
+}
+
+/// When the samples for order amplitudes begin.
+pub fn orders_from<S: Scalar>(row: &Row<S>, program: &Program) -> S {
+    let off = S::splat(program.off);
+    (off - S::splat(EARLIER) * (off - program.run_start(row.omega_set))).max(S::splat(program.on))
 }
 
 fn add_uniform<S: Scalar>(times: &mut Vec<S>, from: S, to: S, count: usize) {

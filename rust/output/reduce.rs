@@ -7,6 +7,7 @@ use super::orders::amplitudes;
 use super::steady::{Steady, steady};
 use super::{Signal, energy};
 use crate::model::Layout;
+use crate::model::terms::Motion;
 use crate::real::Scalar;
 use crate::solve::{Integral, Mark, Retrace, Seat};
 use std::f64::consts::TAU;
@@ -188,11 +189,18 @@ impl<'a, S: Scalar, const N: usize> Reduction<'a, S, N> {
         (self.seat.integral(Mark::RingStart, Mark::RingEnd, square) / width).sqrt()
     }
 
-    /// From points over a revolution, the steepest of them refined by one parabola.
+    /// From points over a revolution at the set speed under the load at the stop, the steepest refined by one parabola.
     fn upsilon_min(&self) -> S {
-        let points = POINTS_PER_PERIOD * self.layout.orders.iter().copied().fold(1.0, f64::max);
+        let highest = self.layout.orders.iter().copied().fold(1.0, f64::max).max(self.retrace.highest_order());
+        let points = POINTS_PER_PERIOD * highest;
         let spacing = TAU / points.ceil();
-        let slope = |angle: f64| self.retrace.kinematic_error(S::splat(angle)).1;
+        let row = &self.seat.assignment.row;
+        let load_torque = self.seat.load_before(self.seat.time_of(Mark::Off));
+        let slope_at = |angle: S| {
+            let motion = Motion::of_motor(angle, row.omega_set, row.constants.inverse_ratio);
+            self.retrace.kinematic_error(&motion, load_torque).1
+        };
+        let slope = |angle: f64| slope_at(S::splat(angle));
         let all = (0..points.ceil() as usize).map(|k| (k as f64 * spacing, slope(k as f64 * spacing)));
         let by_slope = |left: &(f64, S), right: &(f64, S)| left.1.plain().total_cmp(&right.1.plain());
         let (angle, steepest) = all.max_by(by_slope).unwrap_or((0.0, S::zero()));
@@ -200,8 +208,8 @@ impl<'a, S: Scalar, const N: usize> Reduction<'a, S, N> {
         let bend = before - S::splat(2.0) * steepest + after;
         let vertex = S::splat(angle) + S::splat(0.5 * spacing) * (before - after) / bend;
         let vertex = vertex.max(S::zero()).min(S::splat(TAU));
-        let peak = if bend.plain() < 0.0 { self.retrace.kinematic_error(vertex).1 } else { steepest };
+        let peak = if bend.plain() < 0.0 { slope_at(vertex) } else { steepest };
         let refined = peak.max(slope(TAU));
-        self.seat.assignment.row.constants.inverse_ratio - refined.max(steepest)
+        row.constants.inverse_ratio - refined.max(steepest)
     }
 }

@@ -1,10 +1,9 @@
-//! The steady run: the last whole number of motor revolutions before the stop that last half a second.
+//! The steady run: the last whole revolutions that the motor turned before the stop in half a second or more.
 
+use crate::model::SHORTEST_RUN;
 use crate::real::Scalar;
 use crate::solve::{Mark, Record, Retrace, Seat, moving, root};
 use std::f64::consts::TAU;
-
-const SHORTEST: f64 = 0.5;
 
 /// The steady run of a row.
 #[derive(Clone, Copy, Debug)]
@@ -31,7 +30,7 @@ pub fn steady<S: Scalar, const N: usize>(seat: &Seat<S, N>, retrace: &mut dyn Re
     let from = records.partition_point(|record| record.t < seat.time_of(Mark::On));
     let direction = last.state[0].plain() - records[from].state[0].plain();
     let travelled = |record: &Record<S, N>| (last.state[0].plain() - record.state[0].plain()) * direction.signum();
-    let late_enough = |record: &&Record<S, N>| end - record.t >= SHORTEST;
+    let late_enough = |record: &&Record<S, N>| end - record.t >= SHORTEST_RUN;
     let turns = records[from..].iter().rev().find(late_enough).map_or(f64::INFINITY, |r| (travelled(r) / TAU).ceil());
     let available = (direction.abs() / TAU).floor();
     let mut revolutions = turns.max(1.0);
@@ -40,7 +39,7 @@ pub fn steady<S: Scalar, const N: usize>(seat: &Seat<S, N>, retrace: &mut dyn Re
         let index = from + records[from..].partition_point(|record| travelled(record) > revolutions * TAU);
         let angle = last.state[0] - S::splat(direction.signum() * revolutions * TAU);
         start = passing_time(seat, retrace, index, angle);
-        if end - start.plain() >= SHORTEST {
+        if end - start.plain() >= SHORTEST_RUN {
             break;
         }
         revolutions += 1.0;

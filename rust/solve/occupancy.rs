@@ -88,7 +88,7 @@ impl<P: Path, M: Model<N>, T: Method, const N: usize> Advance<'_, P, M, T, N> {
                 let row = &seat.assignment.row;
                 self.stepper.input.set_lane(lane, seat.segment(), row);
                 let mut state = self.lane_state(lane);
-                if seat.adjust_state::<M>(&mut state, trial.rates.motor_torque.get(lane)) {
+                if seat.adjust_state::<M>(&mut state, trial.rates.asked_torque.get(lane)) {
                     self.set_lane_state(lane, &state);
                 }
                 if jumps {

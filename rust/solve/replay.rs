@@ -7,7 +7,8 @@ use super::seat::{Seat, Start};
 use super::stepper::Stepper;
 use super::watch::WATCHED;
 use super::{Integrands, Method};
-use crate::model::{Base, Drive, Drivetrain, Energies, Harmonics, Layout, Model, Pieces, Rates, Row, spring};
+use crate::model::terms::{HIDDEN, Internals, Mesh, Motion};
+use crate::model::{Base, Corners, Drive, Drivetrain, Energies, Harmonics, Layout, Model, Pieces, Rates, Row, spring};
 use crate::real::{Path, Real, Scalar, Task};
 use std::marker::PhantomData;
 
@@ -29,8 +30,10 @@ pub trait Retrace<S: Scalar, const N: usize> {
     fn energies(&mut self, seat: &Seat<S, N>, t: f64, state: &[S; N]) -> Energies<S>;
     /// Which base model it is.
     fn base(&self) -> Base;
-    /// The kinematic error [rad] and its slope at a motor angle.
-    fn kinematic_error(&self, angle: S) -> (S, S);
+    /// The kinematic error [rad] and its slope, terms included, of a drive that begins in a motion under a load torque.
+    fn kinematic_error(&self, motion: &Motion<S>, load_torque: S) -> (S, S);
+    /// Highest order per motor revolution that terms add to it.
+    fn highest_order(&self) -> f64;
 }
 
 /// What stands in one lane of a path.
@@ -152,7 +155,8 @@ impl<'a, P: Path, M: Model<N>, T: Method, const N: usize> Replay<'a, P, M, T, N>
             (_, Start::ZeroAngle) => (number(0.0), number(0.0)),
             _ => (row.theta_m0, number(0.0)),
         };
-        let (error, slope) = self.kinematic_error(angle);
+        let load_torque = seat.segment().load_torque(row).value;
+        let (error, slope) = self.kinematic_error(&Motion::of_motor(angle, speed, c.inverse_ratio), load_torque);
         let follows = (c.inverse_ratio - slope) * speed;
         let mut full = match seat.assignment.start {
             Start::Given(full) => match seat.segment().drive {
@@ -161,7 +165,7 @@ impl<'a, P: Path, M: Model<N>, T: Method, const N: usize> Replay<'a, P, M, T, N>
             },
             Start::ZeroAngle => [angle, speed, number(0.0), follows, number(0.0)],
             Start::Relaxed => {
-                let windup = spring::windup_at(self.stepper.spring, c, seat.segment().load_torque(row).value);
+                let windup = spring::windup_at(self.stepper.spring, c, load_torque);
                 [angle, speed, error + windup, follows, number(0.0)]
             }
         };
@@ -221,19 +225,33 @@ impl<P: Path, M: Model<N>, T: Method, const N: usize> Retrace<Lane<P>, N> for Re
         M::BASE
     }
 
-    fn kinematic_error(&self, angle: Lane<P>) -> (Lane<P>, Lane<P>) {
-        Lane::<P>::apart(KinematicError(&self.stepper.harmonics, angle))
+    fn kinematic_error(&self, motion: &Motion<Lane<P>>, load_torque: Lane<P>) -> (Lane<P>, Lane<P>) {
+        Lane::<P>::apart(KinematicError { stepper: &self.stepper, motion, load_torque })
+    }
+
+    fn highest_order(&self) -> f64 {
+        self.stepper.terms.highest_order().plain()
     }
 }
 
-struct KinematicError<'a, S>(&'a Harmonics<S>, S);
+struct KinematicError<'a, S: Scalar, const N: usize> {
+    stepper: &'a Stepper<S, N>,
+    motion: &'a Motion<S>,
+    load_torque: S,
+}
 
-impl<S: Scalar> Task for KinematicError<'_, S> {
+impl<S: Scalar, const N: usize> Task for KinematicError<'_, S, N> {
     type Output = (S, S);
 
     #[inline(always)]
     fn run(self) -> Self::Output {
-        self.0.value_and_slope(self.1)
+        let Self { stepper: Stepper { harmonics, terms, .. }, motion, load_torque } = self;
+        let own = harmonics.value_and_slope(motion.theta_m);
+        let mut mesh = Mesh::new(own, S::zero(), load_torque);
+        let mut states = [S::zero(); HIDDEN];
+        terms.begin(motion, &mut states);
+        terms.mesh(motion, &mut mesh, &mut Internals::new(&states, Corners::new(None)));
+        (mesh.error, mesh.error_slope)
     }
 }
 

@@ -23,7 +23,7 @@ pub enum Mark {
     On,
     /// Half a second after it.
     Settled,
-    /// Start of the steady run.
+    /// Start of the run phase.
     Run,
     /// Start of the stop.
     Off,
@@ -173,7 +173,14 @@ impl<S: Scalar, const N: usize> Seat<S, N> {
         &segments[segments.partition_point(|segment| segment.start < t).saturating_sub(1)]
     }
 
-    /// The same for ascending times, one after the other.
+    /// The load torque just before a time [N m].
+    pub fn load_before(&self, t: f64) -> S {
+        let segment = self.segment_before(t);
+        let load = segment.load_torque(&self.assignment.row);
+        load.value + load.slope * S::splat(t - segment.start)
+    }
+
+    /// The segments in force just before ascending times, one after the other.
     pub fn segments_before<'a>(&'a self, times: &'a [f64]) -> impl Iterator<Item = &'a Segment> {
         let segments = &self.assignment.program.segments;
         times.iter().scan(0, |place, &t| {
@@ -293,9 +300,9 @@ impl<S: Scalar, const N: usize> Seat<S, N> {
         })
     }
 
-    /// What a new segment does to the state: imposed angles, and an integrator that takes over without a jump.
-    /// True where it does anything.
-    pub fn adjust_state<M: Model<N>>(&self, state: &mut [S; N], torque: S) -> bool {
+    /// What a new segment does to the state: imposed angles, and an integrator that takes over without a jump of the
+    /// torque asked of the drive. True where it does anything.
+    pub fn adjust_state<M: Model<N>>(&self, state: &mut [S; N], asked: S) -> bool {
         let row = &self.assignment.row;
         match self.segment().drive {
             Drive::Motion { angle, .. } => {
@@ -308,7 +315,7 @@ impl<S: Scalar, const N: usize> Seat<S, N> {
             }
             Drive::Speed { bumpless: true, .. } if row.constants.k_i.plain() > 0.0 => {
                 let error = self.segment().reference(row).value - state[1];
-                state[M::INTEGRATOR] = (torque - row.constants.k_p * error) / row.constants.k_i;
+                state[M::INTEGRATOR] = (asked - row.constants.k_p * error) / row.constants.k_i;
                 true
             }
             _ => false,

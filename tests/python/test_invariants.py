@@ -426,3 +426,12 @@ def test_exact_an_imposed_motion_starts_where_it_is(sweep, base):
 def test_exact_no_energy_exchanged_is_none_lost():
     found = hdfast.sweep({}, scenario=Scenario.torque_profile([0.0, 1.0], [0.0, 0.0]), metrics=["energy_residual"])
     assert found["energy_residual"][0] == 0.0
+
+
+@pytest.mark.parametrize(("speed", "torque"), [(60.0, 0.0025), (60.0, 0.0035), (10.0, 0.0028), (10.0, 0.0031)])
+def test_exact_no_order_amplitude_from_a_part_of_a_revolution(speed, torque):
+    """Far below its set speed the drive turns once before the samples begin: an amplitude is right or missing."""
+    scenario = hdfast.Scenario.start_stop(torque=torque, t_off=20.0, t_end=21.0)
+    found = hdfast.sweep({"omega_set": speed}, scenario=scenario, metrics=["steady_speed", "order_2"])
+    sampled = 4 * math.ceil(0.5 * speed / math.tau) * math.tau / speed
+    assert np.isnan(found["order_2"][0]) == (math.tau / found["steady_speed"][0] > sampled)

@@ -7,7 +7,7 @@ import math
 import hdfast
 import numpy as np
 import pytest
-from drives import kinematic_error, linear
+from drives import SCENARIO, kinematic_error, linear
 from oracles import closed_forms
 from scipy.integrate import solve_ivp
 from scipy.linalg import expm
@@ -383,6 +383,20 @@ def test_exact_late_torque(term):
     omega_m = simulate(p, [term], torque_steps([(0.2, 0.02)]), t)[1, -1]
     inertia = p["J_m"] + p["J_l"] / 121**2
     np.testing.assert_allclose(omega_m, 0.02 * (0.2 - late) / inertia, rtol=1e-5)
+
+
+@pytest.mark.parametrize("terms", [["torque_gain"], ["torque_ripple", "actuator_lag"], ["torque_saturation"]])
+def test_exact_the_command_goes_on_where_the_brake_takes_over(terms):
+    """What the drive makes of the command is not taken for the command: its torque does not jump either."""
+    values = {name: value for term in terms for name, value in VALUES[term].items()}
+    scenario = Scenario.start_stop(torque=0.2, stop="brake", t_off=1.0, t_end=2.0)
+    p = {name: value for name, value in linear(**values, B_m=5e-3).items() if name not in SCENARIO}
+    t = np.array([1.0 - 1e-7, 1.0 + 1e-7])
+    model = hdfast.Model(terms=terms)
+    before, after = hdfast.simulate(p, model=model, scenario=scenario, t_eval=t, signals=["tau_drive"], metrics=[])[
+        "tau_drive"
+    ]
+    np.testing.assert_allclose(after, before, rtol=1e-4)
 
 
 def test_exact_clipped_torque():

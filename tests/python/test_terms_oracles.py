@@ -5,7 +5,7 @@ from __future__ import annotations
 import hdfast
 import numpy as np
 import pytest
-from drives import RPM, parameters
+from drives import RPM, SCENARIO, parameters
 from oracles import left_out
 from termed import COMBINATIONS, LOAD, RUN, VALUES, assert_close, simulate, torque_steps, with_company
 
@@ -45,3 +45,36 @@ def test_against_scipy_radau_bristles():
     expected = left_out.LeftOut(p, terms).solve(t, pieces, method="Radau", rtol=1e-10, max_step=1e-3)
     assert expected[1, -1] > 300 * RPM
     assert_close(found, expected, 1e-7)
+
+
+LINES = ["te_harmonic", "te_load_dependence", "te_beat", "te_hysteresis"]
+ERRORS = [*LINES, "tooth_passage", "local_fault", "wear_run_in"]
+
+
+@pytest.mark.parametrize("base", ["two_inertia", "one_inertia"])
+@pytest.mark.parametrize("terms", [[term] for term in ERRORS] + [LINES], ids="+".join)
+def test_against_the_steepest_slope_of_a_revolution(terms, base):
+    """The smallest local ratio takes in what terms add to the kinematic error."""
+    p = parameters(**{name: value for term in terms for name, value in VALUES[term].items()})
+    angle = np.linspace(0.0, 2 * np.pi, 200_001)
+    oracle = left_out.LeftOut(p, terms, LOAD)
+    settled = [angle, p["omega_set"], 0.0, 0.0, 1.0]
+    slope = oracle.kinematic_error(settled, np.zeros(oracle.size))[1]
+    row = {name: value for name, value in p.items() if name not in SCENARIO}
+    scenario = hdfast.Scenario.start_stop(load=LOAD)
+    found = hdfast.sweep(row, model=hdfast.Model(base, terms=terms), scenario=scenario, metrics=["upsilon_min"])
+    expected = 1 / p["ratio"] - slope.max()
+    assert abs(found["upsilon_min"][0] - expected) < 1e-4 * slope.max()
+    if terms != ["te_hysteresis"]:
+        assert abs(expected - (1 / p["ratio"] - oracle.gear.theta_e(angle, 1).max())) > 1e-2 * slope.max()
+
+
+@pytest.mark.parametrize("term", ERRORS)
+def test_exact_a_relaxed_start_winds_the_spring_for_its_load_alone(term):
+    p = parameters(**VALUES[term])
+    row = {name: value for name, value in p.items() if name not in SCENARIO} | {"theta_m0": 1.3}
+    scenario = hdfast.Scenario.start_stop(load=LOAD)
+    options = {"scenario": scenario, "t_eval": [0.0], "signals": ["windup"], "metrics": []}
+    found = hdfast.sweep(row, model=hdfast.Model(terms=[term]), **options)["windup"]
+    nominal = hdfast.sweep({"theta_m0": 1.3}, **options)["windup"]
+    np.testing.assert_allclose(found, nominal, rtol=1e-9)

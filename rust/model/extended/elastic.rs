@@ -93,7 +93,8 @@ fn evaluate<'a, R: Real>(
     let theta_l = theta_m.mul_add(c.inverse_ratio, -te);
     let motion = Motion { t, theta_m, omega_m, theta_l, omega_l, inverse_ratio: c.inverse_ratio };
     let mut sides = Sides::new(drive, motion, hidden(state), corners);
-    let (actuator, z_rate) = sides.actuator(z);
+    let (asked, z_rate) = sides.controlled(z);
+    let actuator = sides.actuator(asked);
 
     let mesh = sides.mesh(zero);
     let windup = te - mesh.error + mesh.added_windup;
@@ -114,8 +115,8 @@ fn evaluate<'a, R: Real>(
 
     let resisting = c.d_mm.mul_add(omega_m, upsilon.mul_add(gear_torque, -(c.d_ml * omega_l)));
     let resisting = stored.mul_add(gear.motor_reaction, resisting + on_motor.either_way());
-    let Motor { shaft, alpha: alpha_m, torque: motor_torque } =
-        sides.motor(&actuator, resisting, &on_motor, actuator.inertia);
+    let Motor { shaft, alpha: alpha_m, asked: asked_torque, torque: motor_torque } =
+        sides.motor(asked, &actuator, resisting, &on_motor, actuator.inertia);
     let driving = c.d_ml.mul_add(omega_m, gear_torque) - c.d_ll.mul_add(omega_l, load.torque);
     let output =
         Shaft { net: driving - stored * gear.load_reaction - on_load.either_way(), breakaway: on_load.breakaway };
@@ -137,6 +138,7 @@ fn evaluate<'a, R: Real>(
         upsilon,
         gear_torque,
         motor_torque,
+        asked_torque,
         drive_torque: actuator.torque,
         load_torque: load.torque,
         term_power: gear.added_torque.mul_add(windup_rate, friction - on_housing),

@@ -11,7 +11,7 @@ pub use rigid::ExtendedRigid;
 use super::input::Inputs;
 use super::terms::{Actuator, Dry, HIDDEN, Internals, Load, Mesh, Motion};
 use super::two_inertia::controlled;
-use super::{Corners, Drivetrain, Shaft};
+use super::{Corners, Drivetrain, Shaft, sign};
 use crate::real::{Mask, Real};
 
 /// Both sides of the gear at one instant, and what the terms make of them.
@@ -29,29 +29,25 @@ impl<'a, R: Real> Sides<'a, R> {
         Self { drive, inputs, motion, inner: Internals::new(hidden, corners) }
     }
 
-    /// The torque that the drive delivers and the inertia it turns, and the rate of the speed controller.
+    /// The torque asked of the drive and the rate of the speed controller.
     #[inline(always)]
-    fn actuator(&mut self, z: R) -> (Actuator<R>, R) {
+    fn controlled(&mut self, z: R) -> (R, R) {
         let Motion { t, omega_m, .. } = self.motion;
-        let (commanded, z_rate) = controlled(self.drive, &mut self.inner.corners, t, self.inputs.reference, omega_m, z);
-        let mut actuator = Actuator { torque: commanded, inertia: self.drive.constants.j_m };
+        controlled(self.drive, &mut self.inner.corners, t, self.inputs.reference, omega_m, z)
+    }
+
+    /// The torque that the drive delivers and the inertia it turns.
+    #[inline(always)]
+    fn actuator(&mut self, asked: R) -> Actuator<R> {
+        let mut actuator = Actuator { torque: asked, inertia: self.drive.constants.j_m };
         self.drive.terms.actuator(&self.motion, &mut actuator, &mut self.inner);
-        (actuator, z_rate)
+        actuator
     }
 
     #[inline(always)]
     fn mesh(&mut self, error_curvature: R) -> Mesh<R> {
-        let (error, error_slope) = self.drive.harmonics.value_and_slope(self.motion.theta_m);
-        let zero = R::zero();
-        let mut mesh = Mesh {
-            error,
-            error_slope,
-            error_curvature,
-            slope_by_speed: zero,
-            added_windup: zero,
-            added_windup_rate: zero,
-            load_torque: self.inputs.load,
-        };
+        let own = self.drive.harmonics.value_and_slope(self.motion.theta_m);
+        let mut mesh = Mesh::new(own, error_curvature, self.inputs.load);
         self.drive.terms.mesh(&self.motion, &mut mesh, &mut self.inner);
         mesh
     }
@@ -65,14 +61,23 @@ impl<'a, R: Real> Sides<'a, R> {
 
     #[inline(always)]
     fn motor_friction(&mut self, direction: R, gear_torque: R) -> Dry<R> {
-        let mut dry = dry(direction, self.drive.constants.d_mm, gear_torque);
+        let mut dry = Dry::new(direction, self.drive.constants.d_mm * self.motion.omega_m, gear_torque);
         self.drive.terms.motor_friction(&self.motion, &mut dry, &mut self.inner);
+        dry
+    }
+
+    /// Friction that a motor without gear torque would have; its corners do not count.
+    #[inline(always)]
+    fn unloaded_motor_friction(&self, direction: R) -> Dry<R> {
+        let mut dry = Dry::new(direction, self.drive.constants.d_mm * self.motion.omega_m, R::zero());
+        let mut inner = Internals::new(self.inner.states, self.inner.corners.unnoted());
+        self.drive.terms.motor_friction(&self.motion, &mut dry, &mut inner);
         dry
     }
 
     #[inline(always)]
     fn load_friction(&mut self, direction: R) -> Dry<R> {
-        let mut dry = dry(direction, self.drive.constants.d_ll, R::zero());
+        let mut dry = Dry::new(direction, self.drive.constants.d_ll * self.motion.omega_l, R::zero());
         self.drive.terms.load_friction(&self.motion, &mut dry, &mut self.inner);
         dry
     }
@@ -86,12 +91,13 @@ impl<'a, R: Real> Sides<'a, R> {
 
     /// How a motor moves that is driven by the actuator against a torque and dry friction.
     #[inline(always)]
-    fn motor(&self, actuator: &Actuator<R>, resisting: R, dry: &Dry<R>, inertia: R) -> Motor<R> {
+    fn motor(&self, asked: R, actuator: &Actuator<R>, resisting: R, dry: &Dry<R>, inertia: R) -> Motor<R> {
         let shaft = Shaft { net: actuator.torque - resisting, breakaway: dry.breakaway };
-        let mut motor = Motor { shaft, alpha: acceleration(shaft.net, dry, inertia), torque: actuator.torque };
+        let mut motor = Motor { shaft, alpha: acceleration(shaft.net, dry, inertia), asked, torque: actuator.torque };
         if let Some(imposed) = self.drive.input.motion() {
             motor.alpha = R::select(imposed, self.drive.input.acceleration(self.motion.t), motor.alpha);
             let needed = dry.direction.mul_add(dry.level, inertia.mul_add(motor.alpha, resisting));
+            motor.asked = R::select(imposed, needed, motor.asked);
             motor.torque = R::select(imposed, needed, motor.torque);
             motor.shaft.breakaway = R::select(imposed, R::zero(), motor.shaft.breakaway);
         }
@@ -105,17 +111,12 @@ fn hidden<R, const N: usize>(state: &[R; N]) -> &[R; HIDDEN] {
     state.last_chunk().expect("room for hidden states")
 }
 
-/// The motor's shaft, acceleration and torque.
+/// The motor's shaft and acceleration, the torque asked of it and its own.
 struct Motor<R> {
     shaft: Shaft<R>,
     alpha: R,
+    asked: R,
     torque: R,
-}
-
-#[inline(always)]
-fn dry<R: Real>(direction: R, viscous: R, gear_torque: R) -> Dry<R> {
-    let zero = R::zero();
-    Dry { level: zero, breakaway: zero, direction, bias: zero, resisting: zero, viscous, gear_torque }
 }
 
 /// Acceleration of a shaft that slides in its direction, or is held.
@@ -124,11 +125,4 @@ fn acceleration<R: Real>(net: R, dry: &Dry<R>, inertia: R) -> R {
     let held = dry.direction.abs().le(R::zero()) & R::zero().lt(dry.breakaway);
     let sliding = (net - dry.direction * dry.level) / inertia;
     if held.any() { R::select(held, R::zero(), sliding) } else { sliding }
-}
-
-/// +1, -1, or 0 at zero.
-#[inline(always)]
-fn sign<R: Real>(value: R) -> R {
-    let (zero, one) = (R::zero(), R::splat(1.0));
-    R::select(zero.lt(value), one, R::select(value.lt(zero), -one, zero))
 }

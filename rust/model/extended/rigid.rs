@@ -5,9 +5,9 @@
 //! gear torque, and both from the acceleration: for a given direction of sliding and sign of the gear torque all of it
 //! is linear, and the sign is known beforehand.
 
-use super::{Motor, Sides, hidden, sign};
+use super::{Motor, Sides, hidden};
 use crate::model::terms::{Dry, Gear, HIDDEN, Internals, Motion, Terms};
-use crate::model::{Base, Bends, CORNERS, Corners, Drivetrain, Energies, Model, Pieces, Rates, Shaft, kinetic};
+use crate::model::{Base, Bends, CORNERS, Corners, Drivetrain, Energies, Model, Pieces, Rates, Shaft, kinetic, sign};
 use crate::real::{Mask, Real, Scalar};
 
 const OWN: usize = 4;
@@ -29,8 +29,7 @@ impl Model<ALL> for ExtendedRigid {
 
     fn begin<S: Scalar>(terms: &Terms<S>, inverse_ratio: S, state: &mut [S; ALL]) {
         let [theta_m, omega_m, ..] = *state;
-        let (theta_l, omega_l) = (theta_m * inverse_ratio, omega_m * inverse_ratio);
-        let motion = Motion { t: S::zero(), theta_m, omega_m, theta_l, omega_l, inverse_ratio };
+        let motion = Motion::of_motor(theta_m, omega_m, inverse_ratio);
         let mut hidden = [S::zero(); HIDDEN];
         terms.begin(&motion, &mut hidden);
         state[OWN..].copy_from_slice(&hidden);
@@ -86,15 +85,15 @@ fn evaluate<'a, R: Real>(
     let [theta_m, omega_m, z, ..] = *state;
     let c = drive.constants;
     let zero = R::zero();
-    let (theta_l, omega_l) = (theta_m * c.inverse_ratio, omega_m * c.inverse_ratio);
-    let motion = Motion { t, theta_m, omega_m, theta_l, omega_l, inverse_ratio: c.inverse_ratio };
+    let motion = Motion { t, ..Motion::of_motor(theta_m, omega_m, c.inverse_ratio) };
     let mut sides = Sides::new(drive, motion, hidden(state), corners);
-    let (actuator, z_rate) = sides.actuator(z);
+    let (asked, z_rate) = sides.controlled(z);
+    let actuator = sides.actuator(asked);
 
     let mesh = sides.mesh(drive.harmonics.curvature(theta_m));
     let upsilon = c.inverse_ratio - mesh.error_slope;
     let omega_l = upsilon * omega_m;
-    sides.motion.theta_l = theta_l - mesh.error;
+    sides.motion.theta_l = sides.motion.theta_l - mesh.error;
     sides.motion.omega_l = omega_l;
 
     let load = sides.load();
@@ -121,8 +120,8 @@ fn evaluate<'a, R: Real>(
         breakaway: upsilon.abs().mul_add(on_load.breakaway, on_motor.breakaway),
         ..on_motor
     };
-    let Motor { shaft, alpha: alpha_m, torque: motor_torque } =
-        sides.motor(&actuator, resisting, &on_shaft, gear.inertia());
+    let Motor { shaft, alpha: alpha_m, asked: asked_torque, torque: motor_torque } =
+        sides.motor(asked, &actuator, resisting, &on_shaft, gear.inertia());
     let alpha_l = arm.mul_add(alpha_m, -bend);
 
     let mut slope = [zero; ALL];
@@ -139,6 +138,7 @@ fn evaluate<'a, R: Real>(
         upsilon,
         gear_torque: gear.torque(direction, alpha_m, &shaft),
         motor_torque,
+        asked_torque,
         drive_torque: actuator.torque,
         load_torque: load.torque,
         term_power: on_motor.torque() * omega_m + on_load.torque() * omega_l,
@@ -194,7 +194,7 @@ impl<R: Real> RigidGear<R> {
     #[inline(always)]
     fn motor_friction(&self, sides: &mut Sides<R>, direction: R) -> Dry<R> {
         let zero = R::zero();
-        let unloaded = sides.motor_friction(direction, zero).torque();
+        let unloaded = sides.unloaded_motor_friction(direction).torque();
         let sliding = self.sliding(direction);
         let inertia = self.inertia();
         let moving = self.actuator_inertia * sliding + self.reflected * (self.free - unloaded);
@@ -219,5 +219,45 @@ impl<R: Real> RigidGear<R> {
         let closed = (self.reflected * grown / moving) + R::splat(1.0);
         let solved = R::select(zero.lt(closed), gear_torque / closed, R::splat(f64::NAN));
         sides.motor_friction(direction, R::select(loop_closes, solved, gear_torque))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::terms::Choice;
+    use crate::model::{Drive, Input, Layout, Line, Row, Segment, Spring};
+
+    /// The friction that the gear torque is found with is asked about no torque at all, where its corner lies.
+    #[test]
+    fn exact_a_loaded_gear_stands_on_no_corner() {
+        let terms = Choice::of(&["load_dependent_friction".into()]).expect("a known term");
+        let layout = Layout { base: Base::OneInertia, spring: Spring::Polynomial, orders: Vec::new(), terms };
+        let values: Vec<f64> = layout.parameters(&[]).iter().map(|parameter| parameter.default).collect();
+        let row = Row::new(&layout, &values, true).expect("default parameters");
+        let mut terms = Terms::new(&layout.terms);
+        terms.set_lane(0, &row.terms);
+        let mut state = [0.0; ALL];
+        state[1] = 10.0;
+        let segment = Segment {
+            start: 0.0,
+            drive: Drive::Torque { absolute: Line::default(), sustaining: Line::default() },
+            load: Line { value: 20.0, slope: 0.0 },
+            load_set: Line::default(),
+        };
+        let mut input = Input::none();
+        input.set_lane(0, &segment, &row);
+        let free = Drivetrain {
+            constants: &row.constants,
+            harmonics: row.harmonics.as_ref().expect("own harmonics"),
+            input: &input,
+            spring: layout.spring,
+            terms: &terms,
+            directions: &[1.0, 0.0],
+            pieces: None,
+        };
+        let pieces = ExtendedRigid::corners(&free, 0.0, &state);
+        let rates = ExtendedRigid::rates(&Drivetrain { pieces: Some(&pieces), ..free }, 0.0, &state);
+        assert!(rates.gear_torque.abs() > 1.0 && rates.margin > 0.1, "{} N m, {}", rates.gear_torque, rates.margin);
     }
 }

@@ -29,6 +29,7 @@ impl Term for AsymmetricFriction {
         ],
         states: &[],
     };
+    const SUSTAINED: bool = true;
     const CORNERS: usize = 1;
 
     #[inline(always)]
@@ -39,7 +40,6 @@ impl Term for AsymmetricFriction {
         dry.bias = p[0].mul_add(level, dry.bias);
         dry.level = dry.level + apart;
         dry.breakaway = dry.breakaway + apart;
-        dry.resisting =
-            (p[1] * dry.viscous).mul_add(motion.omega_m * hidden.sign(0, motion.omega_m, MOTOR_SPEED), dry.resisting);
+        dry.drag = dry.drag * p[1].mul_add(hidden.sign(0, motion.omega_m, MOTOR_SPEED), R::splat(1.0));
     }
 }

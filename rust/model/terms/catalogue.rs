@@ -42,6 +42,17 @@ macro_rules! catalog {
         /// How many corners each of them has.
         const CORNER_COUNTS: [usize; COUNT] = [$(<super::$module::$term as Term>::CORNERS),*];
 
+        /// Which of them the sustaining torque covers, as a set of bits.
+        const SUSTAINED: u64 = {
+            let all = [$(<super::$module::$term as Term>::SUSTAINED),*];
+            let (mut bits, mut index) = (0, 0);
+            while index < COUNT {
+                bits |= (all[index] as u64) << index;
+                index += 1;
+            }
+            bits
+        };
+
         impl<R: Real> Terms<R> {
             catalog!(@hook actuator(actuator: Actuator<R>) [$($term $module)*]);
             catalog!(@hook mesh(mesh: Mesh<R>) [$($term $module)*]);
@@ -51,17 +62,21 @@ macro_rules! catalog {
             catalog!(@hook load(load: Load<R>) [$($term $module)*]);
             catalog!(@hook reaction(reaction: Reaction<R>) [$($term $module)*]);
 
-            /// Hidden states of a drive that begins in this motion.
-            pub fn begin(&self, motion: &Motion<R>, states: &mut [R; HIDDEN]) {
+            catalog!(@states begin "Hidden states of a drive that begins in this motion." [$($term $module)*]);
+            catalog!(@states settle "Those that the same motion soon brings about." [$($term $module)*]);
+
+            /// Highest order per motor revolution that any of them adds to the kinematic error.
+            pub fn highest_order(&self) -> R {
                 let mut index = 0;
+                let mut highest = R::zero();
                 $(
                     if self.is_on(index) {
-                        let first = self.first_state[index].min(HIDDEN);
-                        super::$module::$term::begin(self.values_of(index), motion, &mut states[first..]);
+                        highest = highest.max(super::$module::$term::highest_order(self.values_of(index)));
                     }
                     index += 1;
                 )*
                 let _ = index;
+                highest
             }
 
             /// Energy [J] stored in all of them together.
@@ -136,6 +151,20 @@ macro_rules! catalog {
                 )*
                 let _ = index;
             }
+        }
+    };
+    (@states $states:ident $what:literal [$($term:ident $module:ident)*]) => {
+        #[doc = $what]
+        pub fn $states(&self, motion: &Motion<R>, states: &mut [R; HIDDEN]) {
+            let mut index = 0;
+            $(
+                if self.is_on(index) {
+                    let first = self.first_state[index].min(HIDDEN);
+                    super::$module::$term::$states(self.values_of(index), motion, &mut states[first..]);
+                }
+                index += 1;
+            )*
+            let _ = index;
         }
     };
     (@hook $hook:ident($place:ident: $type:ty) [$($term:ident $module:ident)*]) => {
@@ -245,6 +274,11 @@ impl<R: Real> Terms<R> {
             first_state: std::array::from_fn(|index| choice.hidden.get(index).copied().unwrap_or(0)),
             values: vec![R::zero(); choice.parameter_count],
         }
+    }
+
+    /// Those of them whose friction the sustaining torque covers.
+    pub fn sustained(self) -> Self {
+        Self { on: self.on & SUSTAINED, ..self }
     }
 
     /// The same terms with parameters converted.

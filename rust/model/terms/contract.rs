@@ -109,6 +109,15 @@ pub struct Motion<R> {
     pub inverse_ratio: R,
 }
 
+impl<R: Real> Motion<R> {
+    /// That of a rigid gear without kinematic error, at time 0.
+    #[inline(always)]
+    pub fn of_motor(theta_m: R, omega_m: R, inverse_ratio: R) -> Self {
+        let (theta_l, omega_l) = (theta_m * inverse_ratio, omega_m * inverse_ratio);
+        Self { t: R::zero(), theta_m, omega_m, theta_l, omega_l, inverse_ratio }
+    }
+}
+
 /// A term's hidden states and their rates.
 pub struct Hidden<'a, 'b, R: Real> {
     /// States.
@@ -199,6 +208,8 @@ pub struct Mesh<R> {
 pub struct Gear<R> {
     /// Windup that the spring sees [rad]; a clearance shortens it.
     pub spring_windup: R,
+    /// Windup that jumps have let go for ever [rad].
+    pub let_go: R,
     /// Factor on the spring torque.
     pub stiffness_factor: R,
     /// Torque added to spring and damper [N m at the output].
@@ -214,6 +225,23 @@ pub struct Gear<R> {
     pub windup_rate: R,
 }
 
+impl<R: Real> Mesh<R> {
+    /// The kinematics of the gear alone, before the terms have their say.
+    #[inline(always)]
+    pub fn new((error, error_slope): (R, R), error_curvature: R, load_torque: R) -> Self {
+        let zero = R::zero();
+        Self {
+            error,
+            error_slope,
+            error_curvature,
+            slope_by_speed: zero,
+            added_windup: zero,
+            added_windup_rate: zero,
+            load_torque,
+        }
+    }
+}
+
 impl<R: Real> Gear<R> {
     /// The gear at a windup, before the terms have their say.
     #[inline(always)]
@@ -221,6 +249,7 @@ impl<R: Real> Gear<R> {
         let zero = R::zero();
         Self {
             spring_windup: windup,
+            let_go: zero,
             stiffness_factor: R::splat(1.0),
             added_torque: zero,
             motor_reaction: zero,
@@ -228,6 +257,12 @@ impl<R: Real> Gear<R> {
             windup,
             windup_rate,
         }
+    }
+
+    /// Windup beyond what jumps have let go [rad].
+    #[inline(always)]
+    pub fn left(&self) -> R {
+        self.windup - self.let_go
     }
 }
 
@@ -242,16 +277,25 @@ pub struct Dry<R> {
     pub direction: R,
     /// Half of what the dry levels of forward and backward motion differ by [N m].
     pub bias: R,
-    /// Further resisting torque that is not dry [N m].
+    /// Further resisting torque that is neither dry nor that of the damper [N m].
     pub resisting: R,
-    /// Viscous coefficient already in force on the shaft [N m s/rad].
+    /// Torque of the shaft's damper without terms [N m].
     pub viscous: R,
+    /// Factor on it.
+    pub drag: R,
     /// Gear torque [N m at the output]; motor friction may be linear in it and in its size, no more.
     pub gear_torque: R,
 }
 
 impl<R: Real> Dry<R> {
-    /// Resisting torque of a shaft that slides [N m].
+    /// A shaft before the terms have their say.
+    #[inline(always)]
+    pub fn new(direction: R, viscous: R, gear_torque: R) -> Self {
+        let (zero, drag) = (R::zero(), R::splat(1.0));
+        Self { level: zero, breakaway: zero, direction, bias: zero, resisting: zero, viscous, drag, gear_torque }
+    }
+
+    /// Resisting torque of a shaft that slides, beyond that of its damper [N m].
     #[inline(always)]
     pub fn torque(&self) -> R {
         self.direction.mul_add(self.level, self.either_way())
@@ -260,7 +304,13 @@ impl<R: Real> Dry<R> {
     /// The part of it that is the same in both directions [N m].
     #[inline(always)]
     pub fn either_way(&self) -> R {
-        self.bias + self.resisting
+        self.bias + self.not_dry()
+    }
+
+    /// The part of it that is not dry [N m].
+    #[inline(always)]
+    pub fn not_dry(&self) -> R {
+        (self.drag - R::splat(1.0)).mul_add(self.viscous, self.resisting)
     }
 }
 
@@ -289,10 +339,15 @@ pub trait Term {
     const BY_TIME: bool = false;
     /// How many corners its law has.
     const CORNERS: usize = 0;
+    /// Whether its friction at an even speed is the same at every angle, so that the sustaining torque covers it.
+    const SUSTAINED: bool = false;
 
     /// Sets the hidden states of a drive that begins in this motion; zero where it does nothing.
     #[inline(always)]
     fn begin<R: Real>(p: &[R], motion: &Motion<R>, states: &mut [R]) {}
+    /// Sets the hidden states that the same motion soon brings about; as it begins where it does nothing.
+    #[inline(always)]
+    fn settle<R: Real>(p: &[R], motion: &Motion<R>, states: &mut [R]) {}
     /// Energy [J] stored in the term; what it takes beyond that is lost and never negative. Springs and masses beyond
     /// the motor and the output belong to what drives them, not to the balance of the gear.
     #[inline(always)]
@@ -314,6 +369,11 @@ pub trait Term {
     /// Shapes the motor torque.
     #[inline(always)]
     fn actuator<R: Real>(p: &[R], motion: &Motion<R>, actuator: &mut Actuator<R>, hidden: Hidden<R>) {}
+    /// Highest order per motor revolution that it adds to the kinematic error.
+    #[inline(always)]
+    fn highest_order<R: Real>(p: &[R]) -> R {
+        R::zero()
+    }
     /// Adds to the kinematic error.
     #[inline(always)]
     fn mesh<R: Real>(p: &[R], motion: &Motion<R>, mesh: &mut Mesh<R>, hidden: Hidden<R>) {}

@@ -23,6 +23,7 @@ impl Term for CoulombFriction {
             .within(0.0, f64::INFINITY)],
         states: &[],
     };
+    const SUSTAINED: bool = true;
 
     #[inline(always)]
     fn motor_friction<R: Real>(p: &[R], _motion: &Motion<R>, dry: &mut Dry<R>, _hidden: Hidden<R>) {

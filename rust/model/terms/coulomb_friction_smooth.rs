@@ -27,6 +27,7 @@ impl Term for CoulombFrictionSmooth {
         ],
         states: &[],
     };
+    const SUSTAINED: bool = true;
 
     #[inline(always)]
     fn motor_friction<R: Real>(p: &[R], motion: &Motion<R>, dry: &mut Dry<R>, _hidden: Hidden<R>) {

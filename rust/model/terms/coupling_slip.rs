@@ -33,6 +33,7 @@ impl Term for CouplingSlip {
     #[inline(always)]
     fn gear<R: Real>(_p: &[R], _motion: &Motion<R>, gear: &mut Gear<R>, hidden: Hidden<R>) {
         gear.spring_windup = gear.spring_windup - hidden.states[0];
+        gear.let_go = gear.let_go + hidden.states[0];
         hidden.rates[0] = R::zero();
     }
 
@@ -42,6 +43,6 @@ impl Term for CouplingSlip {
     }
 
     fn jump<S: Scalar>(p: &[S], gear: &Gear<S>, _gear_torque: S, states: &mut [S]) {
-        states[0] = states[0] + p[1] * (gear.windup - states[0]);
+        states[0] = states[0] + p[1] * gear.left();
     }
 }

@@ -29,6 +29,7 @@ impl Term for LoadDependentFriction {
         ],
         states: &[],
     };
+    const SUSTAINED: bool = true;
     const CORNERS: usize = 1;
 
     #[inline(always)]

@@ -22,6 +22,7 @@ impl Term for LoadSideFriction {
             .within(0.0, f64::INFINITY)],
         states: &[],
     };
+    const SUSTAINED: bool = true;
 
     #[inline(always)]
     fn load_friction<R: Real>(p: &[R], _motion: &Motion<R>, dry: &mut Dry<R>, _hidden: Hidden<R>) {

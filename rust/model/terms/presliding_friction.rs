@@ -5,6 +5,13 @@ use super::{Dry, Gear, Hidden, Motion, Place, Term, TermInfo, TermParameter, Ter
 use crate::model::Base;
 use crate::real::Real;
 
+/// Torque while sliding at a speed [N m].
+#[inline(always)]
+fn sliding<R: Real>(p: &[R], speed: R) -> R {
+    let (one, reduced) = (R::splat(1.0), speed / p[4]);
+    p[2] * (p[3] - one).mul_add((-(reduced * reduced)).exp(), one)
+}
+
 /// See [`Term::INFO`].
 pub struct PreslidingFriction;
 
@@ -40,6 +47,7 @@ impl Term for PreslidingFriction {
         ],
         states: &[TermState { name: "z", unit: "rad", scale: 1e-3 }],
     };
+    const SUSTAINED: bool = true;
     const CORNERS: usize = 1;
 
     #[inline(always)]
@@ -48,12 +56,19 @@ impl Term for PreslidingFriction {
     }
 
     #[inline(always)]
+    fn settle<R: Real>(p: &[R], motion: &Motion<R>, states: &mut [R]) {
+        let (zero, level) = (R::zero(), sliding(p, motion.omega_m));
+        let bent = R::select(zero.lt(p[0]), level / p[0], zero);
+        let backward = R::select(motion.omega_m.lt(zero), -bent, zero);
+        states[0] = R::select(zero.lt(motion.omega_m), bent, backward);
+    }
+
+    #[inline(always)]
     fn motor_friction<R: Real>(p: &[R], motion: &Motion<R>, dry: &mut Dry<R>, mut hidden: Hidden<R>) {
-        let [stiffness, damping, sliding, ratio, stribeck_speed] = [p[0], p[1], p[2], p[3], p[4]];
+        let (stiffness, damping) = (p[0], p[1]);
         let one = R::splat(1.0);
         let (bristle, speed) = (hidden.states[0], motion.omega_m * hidden.sign(0, motion.omega_m, MOTOR_SPEED));
-        let reduced = speed / stribeck_speed;
-        let limit = sliding * (ratio - one).mul_add((-(reduced * reduced)).exp(), one);
+        let limit = sliding(p, speed);
         let rate = motion.omega_m - stiffness * speed * bristle / limit;
         let passive = damping / (damping * speed / limit).mul_add(R::splat(0.25), one);
         dry.resisting = dry.resisting + stiffness.mul_add(bristle, passive * rate);

@@ -7,12 +7,6 @@ use crate::real::{Real, Scalar};
 /// See [`Term::INFO`].
 pub struct Ratcheting;
 
-/// Windup within the present engagement.
-#[inline(always)]
-fn local<R: Real>(gear: &Gear<R>, states: &[R]) -> R {
-    gear.windup - states[0]
-}
-
 impl Term for Ratcheting {
     const INFO: TermInfo = TermInfo {
         id: "ratcheting",
@@ -45,6 +39,7 @@ impl Term for Ratcheting {
         let engaged = hidden.states[1].abs().le(R::zero());
         let seen = gear.spring_windup - hidden.states[0];
         gear.spring_windup = R::select(engaged, seen, R::zero());
+        gear.let_go = gear.let_go + hidden.states[0];
         hidden.rates[0] = R::zero();
         hidden.rates[1] = R::zero();
     }
@@ -52,7 +47,7 @@ impl Term for Ratcheting {
     #[inline(always)]
     fn reserve<R: Real>(p: &[R], gear: &Gear<R>, gear_torque: R, states: &[R]) -> R {
         let way = states[1];
-        let ridden = way * local(gear, states);
+        let ridden = way * gear.left();
         let ahead = R::splat(std::f64::consts::TAU) / p[1] - ridden;
         R::select(way.abs().le(R::zero()), p[0] - gear_torque.abs(), ridden.min(ahead))
     }
@@ -64,7 +59,7 @@ impl Term for Ratcheting {
             return;
         }
         let pitch = S::splat(std::f64::consts::TAU) / p[1];
-        if pitch.lt(S::splat(2.0) * way * local(gear, states)) {
+        if pitch.lt(S::splat(2.0) * way * gear.left()) {
             states[0] = states[0] + way * pitch;
         }
         states[1] = S::zero();

@@ -15,7 +15,8 @@ impl Term for RotorUnbalanceReaction {
         description: "Centrifugal force of the rotor on the bracket, as a torque on the housing; without \
             base_compliance it moves nothing.",
         equation: "torque on the housing = U omega_m^2 cos(theta_m + psi), U = unbalance times lever of the bracket",
-        source: "rigid unbalance, order 1, grade G 6.3 at 0.1 m of lever",
+        source: "rigid unbalance, order 1, grade G 6.3 at 0.1 m of lever; the motor does not pay for its \
+            work on the housing, which loss_terms lacks",
         amplitude: "unbalance",
         parameters: &[
             TermParameter::new("unbalance", "kg m^2", "unbalance times lever")

@@ -26,6 +26,11 @@ impl Term for TeBeat {
     };
 
     #[inline(always)]
+    fn highest_order<R: Real>(_p: &[R]) -> R {
+        R::splat(2.0)
+    }
+
+    #[inline(always)]
     fn mesh<R: Real>(p: &[R], motion: &Motion<R>, mesh: &mut Mesh<R>, _hidden: Hidden<R>) {
         let two = R::splat(2.0);
         add_line(mesh, motion, (-two).mul_add(motion.inverse_ratio, two), p[0], p[1]);

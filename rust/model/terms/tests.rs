@@ -26,7 +26,15 @@ impl<R: Real> Answer<R> {
         numbers.extend([mesh.error_curvature, mesh.slope_by_speed]);
         numbers.extend([mesh.added_windup, mesh.added_windup_rate, gear.spring_windup, gear.stiffness_factor]);
         numbers.extend([gear.added_torque, gear.motor_reaction, gear.load_reaction, load.torque, load.inertia]);
-        numbers.extend([motor.level, motor.breakaway, motor.bias, motor.resisting, output.level, output.breakaway]);
+        numbers.extend([
+            motor.level,
+            motor.breakaway,
+            motor.bias,
+            motor.resisting,
+            motor.drag,
+            output.level,
+            output.breakaway,
+        ]);
         numbers.extend([output.bias, output.resisting, reaction.gear_torque]);
         numbers
     }
@@ -65,15 +73,7 @@ fn answer_on<R: Real>(terms: &Terms<R>, moment: &Moment, pieces: Option<&Pieces<
     let states = [s(moment.hidden); HIDDEN];
     let mut inner = Internals::new(&states, Corners::noting(pieces, &mut found));
     let direction = if moment.omega_m == 0.0 { 0.0 } else { moment.omega_m.signum() };
-    let dry = Dry {
-        level: s(0.0),
-        breakaway: s(0.0),
-        direction: s(direction),
-        bias: s(0.0),
-        resisting: s(0.0),
-        viscous: s(1.2e-3),
-        gear_torque: s(moment.gear_torque),
-    };
+    let dry = Dry::new(s(direction), s(1.2e-3 * moment.omega_m), s(moment.gear_torque));
     let mut actuator = Actuator { torque: s(0.4), inertia: s(3e-4) };
     let mut mesh = Mesh {
         error: s(1e-5),
@@ -238,9 +238,8 @@ fn exact_friction_never_drives() {
             let terms = terms_with(choice, &values);
             for moment in grid() {
                 let Answer { motor, output, .. } = answer(&terms, &moment);
-                let viscous = motor.viscous * moment.omega_m;
                 let torque = motor.torque();
-                let bath = if choice.iter().any(|id| WITH_VISCOUS.contains(id)) { viscous } else { 0.0 };
+                let bath = if choice.iter().any(|id| WITH_VISCOUS.contains(id)) { motor.viscous } else { 0.0 };
                 assert!((torque + bath) * moment.omega_m >= 0.0, "{choice:?}");
                 assert!(output.direction * output.level * moment.omega_m >= 0.0, "{choice:?}");
                 assert!(motor.level >= 0.0 && motor.breakaway >= 0.0);
@@ -257,7 +256,7 @@ fn exact_no_term_creates_energy() {
             let terms = terms_with(&[term.id], &values);
             for moment in grid() {
                 let found = answer(&terms, &moment);
-                let bath = if WITH_VISCOUS.contains(&term.id) { found.motor.viscous * moment.omega_m } else { 0.0 };
+                let bath = if WITH_VISCOUS.contains(&term.id) { found.motor.viscous } else { 0.0 };
                 let taken = [
                     (found.motor.torque() + bath) * moment.omega_m,
                     found.output.torque() * moment.omega_m / 121.0,
@@ -367,10 +366,41 @@ fn exact_reactions_of_a_varying_stiffness() {
     }
 }
 
+/// Slip and tooth jump let go their shares of the windup that both have left.
+#[test]
+fn exact_slip_and_jump_of_teeth_share_the_windup() {
+    let terms = terms_with(&["coupling_slip", "ratcheting"], &[9.0, 0.6, 9.0, 9000.0]);
+    let pitch = std::f64::consts::TAU / 9000.0;
+    let gear = |states: &[f64; HIDDEN], windup: f64| {
+        let mut gear = Gear::new(windup, 0.0);
+        terms.gear(
+            &Motion::of_motor(0.0, 0.0, 1.0 / 121.0),
+            &mut gear,
+            &mut Internals::new(states, Corners::new(None)),
+        );
+        gear
+    };
+    let [slipped, jumped, windup] = [1e-4, -2e-4, 5e-4];
+    let mut engaged = [0.0; HIDDEN];
+    engaged[..2].copy_from_slice(&[slipped, jumped]);
+    let found = gear(&engaged, windup);
+    assert_eq!(found.spring_windup, windup - slipped - jumped);
+    terms.jump(&found, 10.0, &mut engaged);
+    assert!((engaged[0] - slipped - 0.6 * (windup - slipped - jumped)).abs() < 1e-18);
+    let riding = |windup: f64| {
+        let mut states = [0.0; HIDDEN];
+        states[..3].copy_from_slice(&[slipped, jumped, 1.0]);
+        let found = gear(&states, windup);
+        terms.reserve(&found, 0.0, &states)
+    };
+    let fallen = slipped + jumped + pitch;
+    assert!(riding(fallen - 1e-6) > 0.0 && riding(fallen + 1e-6) < 0.0);
+}
+
 #[test]
 fn exact_start_in_motion() {
     let terms = terms_with(&["input_compliance", "load_compliance"], &[200.0, 5e-3, 0.63, 5e4, 10.0, 0.8]);
-    let motion = Motion { t: 0.0, theta_m: 0.0, omega_m: 7.0, theta_l: 0.0, omega_l: 0.06, inverse_ratio: 1.0 / 121.0 };
+    let motion = Motion { omega_l: 0.06, ..Motion::of_motor(0.0, 7.0, 1.0 / 121.0) };
     let mut states = [0.0; HIDDEN];
     terms.begin(&motion, &mut states);
     assert_eq!(states[..4], [0.0, 7.0, 0.0, 0.06]);

@@ -36,15 +36,14 @@ impl Term for ThermalViscous {
         ],
         states: &[TermState { name: "warming", unit: "K", scale: 1e-2 }],
     };
+    const SUSTAINED: bool = true;
 
     #[inline(always)]
     fn motor_friction<R: Real>(p: &[R], motion: &Motion<R>, dry: &mut Dry<R>, hidden: Hidden<R>) {
         let [fall, capacity, time, ambient] = [p[0], p[1], p[2], p[3]];
         let warming = hidden.states[0];
-        let factor = (-(fall * (ambient + warming - R::splat(20.0)))).exp();
-        let torque = dry.viscous * motion.omega_m;
-        let loss = dry.direction.mul_add(dry.level, torque.mul_add(factor, dry.either_way())) * motion.omega_m;
-        dry.resisting = torque.mul_add(factor - R::splat(1.0), dry.resisting);
+        dry.drag = dry.drag * (-(fall * (ambient + warming - R::splat(20.0)))).exp();
+        let loss = (dry.torque() + dry.viscous) * motion.omega_m;
         hidden.rates[0] = loss / capacity - warming / time;
     }
 }

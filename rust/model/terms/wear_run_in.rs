@@ -44,6 +44,7 @@ impl Term for WearRunIn {
         ],
         states: &[],
     };
+    const SUSTAINED: bool = true;
 
     #[inline(always)]
     fn mesh<R: Real>(p: &[R], _motion: &Motion<R>, mesh: &mut Mesh<R>, _hidden: Hidden<R>) {
@@ -55,12 +56,12 @@ impl Term for WearRunIn {
     }
 
     #[inline(always)]
-    fn motor_friction<R: Real>(p: &[R], motion: &Motion<R>, dry: &mut Dry<R>, _hidden: Hidden<R>) {
-        let change = -(p[0] * done(p));
-        let factor = change + R::splat(1.0);
+    fn motor_friction<R: Real>(p: &[R], _motion: &Motion<R>, dry: &mut Dry<R>, _hidden: Hidden<R>) {
+        let factor = R::splat(1.0) - p[0] * done(p);
         dry.level = dry.level * factor;
         dry.breakaway = dry.breakaway * factor;
         dry.bias = dry.bias * factor;
-        dry.resisting = dry.resisting.mul_add(factor, change * dry.viscous * motion.omega_m);
+        dry.resisting = dry.resisting * factor;
+        dry.drag = dry.drag * factor;
     }
 }

@@ -204,19 +204,19 @@ class LeftOut:
         if "asymmetric_friction" in on:
             dry *= 1 + p["eps_c"] * direction
         total = factor * (total + direction * dry)
+        damped = viscous * speed
         if "asymmetric_friction" in on:
-            total += p["eps_B"] * viscous * abs(speed)
+            damped *= 1 + p["eps_B"] * np.sign(speed)
         if "thermal_viscous" in on:
             warming = self.hidden("thermal_viscous", x)[0]
-            thinned = viscous * np.exp(-p["thermal_viscous_beta"] * (p["ambient_temperature"] - 20 + warming))
-            loss = (total + thinned * speed) * speed
+            damped *= np.exp(-p["thermal_viscous_beta"] * (p["ambient_temperature"] - 20 + warming))
+            loss = (total + damped) * speed
             cooling = warming * p["heat_capacity"] / p["cooling_time"]
             rates[self.places["thermal_viscous"]] = (loss - cooling) / p["heat_capacity"]
-            total += (thinned - viscous) * speed
+        total += damped
         if "wear_run_in" in on:
-            left = 1 - p["friction_wear"] * self.worn()
-            total = left * (total + viscous * speed) - viscous * speed
-        return total
+            total *= 1 - p["friction_wear"] * self.worn()
+        return total - viscous * speed
 
     def output(self, t, x, rates):
         """Torque on the output and the inertia that moves with it."""

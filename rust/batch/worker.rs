@@ -40,7 +40,7 @@ impl<'a> Shared<'a> {
             writer,
             cancelled: AtomicBool::new(false),
             method: job.method,
-            queue: None,
+            queue: longest_first(job),
             next: AtomicUsize::new(0),
             done: AtomicUsize::new(0),
             stiff: Mutex::new(Vec::new()),
@@ -107,6 +107,18 @@ impl<'a> Shared<'a> {
             _ => Some(Status::Cancelled),
         }
     }
+}
+
+/// All runs, those of the longest inputs first, so that none of them is begun when the others end; absent where all
+/// have the same inputs.
+fn longest_first(job: &Job) -> Option<Vec<usize>> {
+    if job.programs.len() < 2 {
+        return None;
+    }
+    let runs = job.runs_per_row();
+    let mut rows: Vec<usize> = (0..job.rows).collect();
+    rows.sort_by_key(|&row| std::cmp::Reverse(job.programs[(job.program_of)(row)].segments.len()));
+    Some(rows.into_iter().flat_map(|row| row * runs..(row + 1) * runs).collect())
 }
 
 /// Runs of this thread, one per row and direction: those it has taken and not finished are named, in case of a panic.

@@ -36,8 +36,8 @@ pub(super) struct Turns<R: Real> {
 }
 
 impl<P: Path, M: Model<N>, T: Method, const N: usize> Advance<'_, P, M, T, N> {
-    /// How far a piece may be left, in natural sizes, before the step is cut short.
-    fn leeway(&self) -> f64 {
+    /// How far a piece may be left or a reserve overdrawn, in natural sizes, before the step is cut short.
+    pub(super) fn leeway(&self) -> f64 {
         self.demand.rtol * self.demand.floor
     }
 

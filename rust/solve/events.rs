@@ -147,11 +147,12 @@ impl<P: Path, M: Model<N>, T: Method, const N: usize> Advance<'_, P, M, T, N> {
             let Stepper { slack, directions, .. } = &self.stepper;
             let end = slack::left::<P::Lanes, M, N>(directions, &trial.state, &trial.rates);
             for reserve in 0..RESERVES {
+                let size = M::STICKING.get(reserve).map_or(1.0, |&speed| self.stepper.scales[speed]);
                 let reversed = M::STICKING
                     .get(reserve)
                     .map_or(none, |&speed| (directions[reserve] * trial.state[speed]).lt(P::Lanes::zero()));
                 crossed.used_up[reserve] = (accepted & slack.used_up(reserve, end[reserve], reversed)).to_bits();
-                crossed.dips[reserve] = (accepted & slack.dips(reserve, end[reserve])).to_bits();
+                crossed.dips[reserve] = (accepted & slack.dips(reserve, end[reserve], self.leeway() * size)).to_bits();
             }
         }
         let free = self.occupied & !self.events.lanes;

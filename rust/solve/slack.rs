@@ -75,10 +75,11 @@ impl<V: Real<Plain = V>> Slack<V> {
         end.lt(V::zero()) | (reversed & self.start[reserve].lt(V::splat(f64::INFINITY)))
     }
 
-    /// Lanes that may have used up a reserve and regained it within the step.
+    /// Lanes that may have used up a reserve and regained it within the step; changes within the `leeway` are none.
     #[inline(always)]
-    pub(super) fn dips(&self, reserve: usize, end: V) -> V::Mask {
+    pub(super) fn dips(&self, reserve: usize, end: V, leeway: f64) -> V::Mask {
         let [least, most] = self.found[reserve];
-        least.lt(self.start[reserve].min(end)) & least.lt((most - least) * V::splat(CLOSE))
+        let range = most - least;
+        V::splat(leeway).lt(range) & least.lt(self.start[reserve].min(end)) & least.lt(range * V::splat(CLOSE))
     }
 }

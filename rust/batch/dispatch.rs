@@ -13,7 +13,7 @@ use std::marker::PhantomData;
 /// A CPU path by name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SimdPath {
-    /// x86-64 with AVX-512: two vectors of eight.
+    /// x86-64 with AVX-512: two vectors of eight, of models with terms one.
     Avx512,
     /// x86-64 with AVX2 and FMA: two vectors of four.
     Avx2,
@@ -60,7 +60,7 @@ path!(
 );
 #[cfg(all(target_arch = "x86_64", not(test)))]
 path!(
-    /// AVX-512 for numbers that are large themselves.
+    /// AVX-512 for models and numbers that are large themselves.
     Avx512Narrow, avx512_narrow, F64x8, "avx512", ["avx512f", "avx512dq", "avx512vl", "avx2", "fma"]
 );
 #[cfg(all(target_arch = "x86_64", not(test)))]
@@ -190,15 +190,16 @@ macro_rules! without_terms {
     };
 }
 
-/// Terms come with two of the explicit methods: every further one is one more large kernel to build.
+/// Terms come with two of the explicit methods: every further one is one more large kernel to build. Where registers are
+/// too few for two vectors of them, two are no faster with many rows, and with few half of the lanes stay empty.
 macro_rules! by_model {
-    ($job:ident, $method:ident, $path:ty, $scalar:ty) => {
+    ($job:ident, $method:ident, $path:ty, $narrow:ty, $scalar:ty) => {
         match ($job.layout.base, $job.layout.terms.on.is_empty(), $method) {
             (_, true, _) => without_terms!($job, $method, $path, $scalar),
-            (Base::TwoInertia, false, MethodName::Tsit5) => work::<$path, $scalar, Extended, Tsit5, 13>,
-            (Base::TwoInertia, false, _) => work::<$path, $scalar, Extended, Dop853, 13>,
-            (Base::OneInertia, false, MethodName::Tsit5) => work::<$path, $scalar, ExtendedRigid, Tsit5, 12>,
-            (Base::OneInertia, false, _) => work::<$path, $scalar, ExtendedRigid, Dop853, 12>,
+            (Base::TwoInertia, false, MethodName::Tsit5) => work::<$narrow, $scalar, Extended, Tsit5, 13>,
+            (Base::TwoInertia, false, _) => work::<$narrow, $scalar, Extended, Dop853, 13>,
+            (Base::OneInertia, false, MethodName::Tsit5) => work::<$narrow, $scalar, ExtendedRigid, Tsit5, 12>,
+            (Base::OneInertia, false, _) => work::<$narrow, $scalar, ExtendedRigid, Dop853, 12>,
         }
     };
 }
@@ -229,14 +230,14 @@ fn values(job: &Job, method: MethodName) -> fn(&Shared) {
     match job.path {
         // The crate's unit tests never sweep: without the lanes they build in a fraction of the time.
         #[cfg(all(target_arch = "x86_64", not(test)))]
-        SimdPath::Avx512 => by_model!(job, method, Avx512, ScalarFma),
+        SimdPath::Avx512 => by_model!(job, method, Avx512, Avx512Narrow, ScalarFma),
         #[cfg(all(target_arch = "x86_64", not(test)))]
-        SimdPath::Avx2 => by_model!(job, method, Avx2, ScalarFma),
+        SimdPath::Avx2 => by_model!(job, method, Avx2, Avx2, ScalarFma),
         #[cfg(all(target_arch = "x86_64", not(test)))]
-        SimdPath::Scalar if ScalarFma::available() => by_model!(job, method, ScalarFma, ScalarFma),
+        SimdPath::Scalar if ScalarFma::available() => by_model!(job, method, ScalarFma, ScalarFma, ScalarFma),
         #[cfg(not(test))]
         SimdPath::Portable if job.layout.terms.on.is_empty() => without_terms!(job, method, Portable, PortableScalar),
-        _ => by_model!(job, method, PortableScalar, PortableScalar),
+        _ => by_model!(job, method, PortableScalar, PortableScalar, PortableScalar),
     }
 }
 

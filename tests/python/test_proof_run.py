@@ -88,6 +88,18 @@ def test_exact_outcomes_of_a_whole_run(finished):
     assert "no such luck" in next(f["detail"] for f in proof["failures"] if f["case"] == "d4")
 
 
+def test_exact_late_beside_others_is_tried_again_alone(folders):
+    """A case that is late only the first time: the limit is for the whole machine, and the page says how often."""
+    (folders.root.parent / "tool.py").write_text(
+        TOOL.replace('if name == "sleep":', 'first = pathlib.Path(__file__).with_name("first")\n'
+                     'if name == "sleep" and not first.exists():\n    first.touch()')
+    )  # fmt: skip
+    proof = judge(folders)
+    outcome = json.loads((folders.answers("diagnose") / "c3" / tool.OUTCOME).read_text())
+    assert (outcome["fault"], outcome["again"]) == ("crashed", True)
+    assert "1 of the 4 answers were late beside other cases" in " ".join(proof["limitations"])
+
+
 def test_exact_the_tool_sees_nothing_but_its_case(finished):
     folders, _ = finished
     assert json.loads((folders.answers("diagnose") / "b2" / "seen.json").read_text()) == ["case/campaign.toml"]

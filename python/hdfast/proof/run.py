@@ -16,7 +16,7 @@ from hdfast.proof.folders import Folders
 from hdfast.proof.making import MOST_CASES
 from hdfast.proof.rivals.table import Contender
 from hdfast.proof.score import ScoreCard, comparison, score
-from hdfast.proof.tool import DIAGNOSE, LIMIT, answer_all, read_answers, same_tool, unanswered
+from hdfast.proof.tool import DIAGNOSE, LIMIT, answer_all, given_again, read_answers, same_tool, unanswered
 
 PROOF, TABLE, PAGE, ANSWERS, TOOL = "proof.json", "RESULTS.md", "index.html", "answers.json", "tool.json"
 OWN = "diagnose"
@@ -102,7 +102,7 @@ def judge(
         answers = folders.answers(each)
         files.write_json(answers.parent / f"{each}-{ANSWERS}", seal.checksums(answers))
     cards = {each: _opened(folders, each, names[each]) for each in tools}
-    proof = {"tool": name, "machine": machine(), **_set_facts(folders, limitations), **cards[name].to_dict()}
+    proof = {"tool": name, "machine": machine(), **_set_facts(folders, name, limitations), **cards[name].to_dict()}
     proof |= {"compared": [], "shared": 0}
     if others:
         beside = _opened(folders, name, folders.names[:shared])
@@ -139,13 +139,17 @@ def machine() -> dict[str, Any]:
     }
 
 
-def _set_facts(folders: Folders, limitations: Sequence[str]) -> dict[str, Any]:
+def _set_facts(folders: Folders, name: str, limitations: Sequence[str]) -> dict[str, Any]:
     labels = seal.verify_labels(folders.sealed, folders.seal)
     replaced = sum(making.INSTEAD_OF in label for label in labels.values())
-    sentence = (
-        f"No draw met the recipe of {replaced} of the {len(labels)} cases: their effects are on an ordinary bench."
-    )
-    return {"seal": files.sha256(folders.seal), "limitations": [*limitations, *([sentence] if replaced else [])]}
+    again = given_again(folders.answers(name))
+    of = f"of the {len(labels)}"
+    more = {
+        f"No draw met the recipe of {replaced} {of} cases: their effects are on an ordinary bench.": replaced,
+        f"{again} {of} answers were late beside other cases and were given again, alone on the machine.": again,
+    }
+    told = [sentence for sentence, many in more.items() if many]
+    return {"seal": files.sha256(folders.seal), "limitations": [*limitations, *told]}
 
 
 def publish(root: Path, proof: dict[str, Any]) -> None:

@@ -25,6 +25,7 @@ from hdfast.proof.seal import SealError
 LIMIT = 120.0
 POLL = 0.2
 OUTCOME = "outcome.json"
+LATE = "late"
 CODE = (".py", ".so", ".pyd")
 COMMAND = "import sys; from hdfast.cli import main; sys.exit(main())"
 DIAGNOSE = (sys.executable, "-c", COMMAND, "diagnose", "{campaign}", "--out", "{out}", "--quiet")
@@ -37,6 +38,8 @@ def answer_all(
 ) -> None:  # fmt: skip
     """Answer every case that has no outcome yet; when interrupted, tools under way are ended without one.
 
+    The limit is that of a case with the machine to itself: one that is late beside others is answered once more, alone.
+
     Args:
         cases: folder of cases.
         names: the cases to answer.
@@ -47,19 +50,21 @@ def answer_all(
         step: told after every case how many of how many are done.
     """
     left = unanswered(names, answers)
-    done = len(names) - len(left)
-    step(done, len(names))
+    step(len(names) - len(left), len(names))
     stop = threading.Event()
-    with ThreadPoolExecutor(workers) as pool:
-        try:
-            for future in as_completed([pool.submit(answer, cases / n, answers / n, tool, limit, stop) for n in left]):
-                future.result()
-                done += 1
-                step(done, len(names))
-        except BaseException:
-            stop.set()
-            pool.shutdown(cancel_futures=True)
-            raise
+    for again, side_by_side in enumerate(sorted({workers, 1}, reverse=True)):
+        how = {"again": bool(again), "alone": side_by_side == 1}
+        with ThreadPoolExecutor(side_by_side) as pool:
+            try:
+                told = [pool.submit(answer, cases / n, answers / n, tool, limit, stop, **how) for n in left]
+                for future in as_completed(told):
+                    future.result()
+                    step(len(names) - len(unanswered(names, answers)), len(names))
+            except BaseException:
+                stop.set()
+                pool.shutdown(cancel_futures=True)
+                raise
+        left = unanswered(names, answers)
 
 
 def unanswered(names: Sequence[str], answers: Path) -> list[str]:
@@ -95,8 +100,13 @@ def fingerprint() -> str:
     return found.hexdigest()
 
 
-def answer(case: Path, out: Path, tool: Sequence[str], limit: float, stop: threading.Event) -> None:
+def answer(
+    case: Path, out: Path, tool: Sequence[str], limit: float, stop: threading.Event,
+    *, again: bool = False, alone: bool = True,
+) -> None:  # fmt: skip
     """Answer one case: copy it away, run the tool there, bring its folder back, and say how it ended.
+
+    Nothing is left of an answer that is late without having been `alone`; `again` says that there was one.
 
     Raises:
         CancelledError: `stop` was set before the tool ended; nothing is left of the answer.
@@ -109,9 +119,12 @@ def answer(case: Path, out: Path, tool: Sequence[str], limit: float, stop: threa
         begin = time.monotonic()
         fault, detail = _run([part.format(**places) for part in tool], here, limit, stop)
         seconds = time.monotonic() - begin
+        if fault == LATE and not alone:
+            return
         (here / "out").mkdir(exist_ok=True)
         shutil.copytree(here / "out", out)
-    files.write_json(out / OUTCOME, {"fault": fault, "detail": detail, "seconds": round(seconds, 3)})
+    ended = {"fault": fault, "detail": detail, "seconds": round(seconds, 3), "again": again}
+    files.write_json(out / OUTCOME, ended)
 
 
 def _run(command: Sequence[str], cwd: Path, limit: float, stop: threading.Event) -> tuple[str, str]:
@@ -124,7 +137,7 @@ def _run(command: Sequence[str], cwd: Path, limit: float, stop: threading.Event)
     if complaint is None:
         if stop.is_set():
             raise CancelledError
-        return "late", f"stopped after {limit:g} s"
+        return LATE, f"stopped after {limit:g} s"
     last = " ".join(complaint.decode(errors="replace").strip().splitlines()[-1:])[:200]
     ended = f"exit code {process.returncode}{': ' if last else ''}{last}"
     if process.returncode in ACCEPTED_CODES and (cwd / "out" / "verdict.json").exists():
@@ -141,6 +154,11 @@ def _complaint(process: subprocess.Popen[bytes], limit: float, stop: threading.E
     os.killpg(process.pid, signal.SIGKILL)
     process.communicate()
     return None
+
+
+def given_again(answers: Path) -> int:
+    """How many answers were late beside others and were given again alone."""
+    return sum(json.loads(one.read_text(encoding="utf-8")).get("again", False) for one in answers.glob(f"*/{OUTCOME}"))
 
 
 def read_answers(cases: Path, answers: Path) -> dict[str, Answer]:

@@ -192,27 +192,30 @@ def test_exact_a_search_is_taken_back_to_what_holds(monkeypatch, holds, refutes,
 
 
 @pytest.mark.parametrize(
-    ("effect", "failed", "gained", "confirms", "named"),
+    ("effect", "failed", "gained", "confirms", "error", "named"),
     [
-        ("coulomb_friction", ("A1 gain", "A2 error"), 9.0, True, True),
-        ("coulomb_friction", ("A2 error",), 9.0, True, True),
-        ("coulomb_friction", ("A1 gain",), 9.0, False, False),
-        ("coulomb_friction", ("A1 gain", "A9 noise"), 9.0, True, False),
-        ("coulomb_friction", ("A1 gain",), -9.0, True, False),
-        ("sensor_delay", ("A1 gain",), 9.0, True, False),
-        ("clock_skew", ("A1 gain",), 9.0, True, False),
+        ("coulomb_friction", ("A1 gain", "A2 error"), 9.0, True, 0.9, True),
+        ("coulomb_friction", ("A2 error",), 9.0, True, 0.9, True),
+        ("coulomb_friction", ("A2 error",), 9.0, True, 1.0, False),
+        ("coulomb_friction", ("A1 gain",), 9.0, False, 0.9, False),
+        ("coulomb_friction", ("A1 gain", "A9 noise"), 9.0, True, 0.9, False),
+        ("coulomb_friction", ("A1 gain",), -9.0, True, 0.9, False),
+        ("sensor_delay", ("A1 gain",), 9.0, True, 0.9, False),
+        ("clock_skew", ("A1 gain",), 9.0, True, 0.9, False),
     ],
 )
 def test_exact_a_faint_effect_stands_where_what_is_held_out_confirms_it(
-    monkeypatch, effect, failed, gained, confirms, named
+    monkeypatch, effect, failed, gained, confirms, error, named
 ):
-    """Its chance in the screen goes into that; what failed otherwise, or is alike in all recordings, is not asked."""
+    """Its chance in the screen goes into that, and the error falls with it; what failed otherwise, or is alike in all
+    recordings, is not asked."""
     errors = (1.0, 1.0)
     weighed = []
 
     def weigh_up(layout, white, before, after, floor, margin=0.0, p=1.0):
         weighed.append(p)
-        return Proof(1.0, 1.0, 0.1, Gain(np.full(9, 1.0), errors), Gain(np.full(9, 0.5 * confirms), errors), 0.0, (), p)
+        expected = Gain(np.full(9, 0.5 * confirms), errors)
+        return Proof(1.0, error, 0.1, Gain(np.full(9, 1.0), errors), expected, 0.0, (), p)
 
     model = SimpleNamespace(white=None, structure=None, coordinates=None)
     trial = Trial(SimpleNamespace(effect=effect, label=effect), model, Gain(np.full(9, gained / 9.0), errors), failed)
@@ -225,7 +228,7 @@ def test_exact_a_faint_effect_stands_where_what_is_held_out_confirms_it(
     found = prove.proven(replay, replay, Search([first], model, []))[0]
     assert [one.candidate.effect for one in found.accepted] == [effect] * named
     assert all(one.confirmed and not one.failed for one in found.accepted)
-    asked = named or not confirms
+    asked = named or not confirms or error == 1.0
     assert weighed[0] == (2e-3 if asked else 1.0)
 
 
@@ -414,7 +417,7 @@ def test_exact_a_parameter_that_is_a_multiple_of_another_has_the_errors_of_both(
     assert sigma["c_back"] / sigma["c_drive"] == pytest.approx(0.3 * np.sqrt(0.04 + 0.09 - 0.06) / (0.2 * 0.2))
 
 
-@pytest.mark.parametrize(("shared", "enough"), [(0.0, False), (0.99, True)])
+@pytest.mark.parametrize(("shared", "enough"), [(0.0, False), (0.99, True), (1.01, False)])
 def test_exact_an_amplitude_is_as_sure_as_it_is_at_the_effects_own_shape(monkeypatch, shared, enough):
     """Recordings at few speeds hardly tell how fast friction falls, and its height with that, but whether it falls."""
     scale = Free("torque_scale", 1.0, 0.01, True, "1")

@@ -155,7 +155,10 @@ def of_its_own(replay: Replay, joint: Fit, current: Fit, folds: Index) -> bool:
 
 
 def sizeable(replay: Replay, joint: Fit, candidate: Candidate) -> bool:
-    """Whether its amplitude is more than its error, in the recorded torque and at its shape: neither may be known."""
+    """Whether its amplitude is more than its error, in the recorded torque and at its shape: neither may be known.
+
+    An amplitude whose variance rounding takes to zero or below is not known at all.
+    """
     names = joint.structure.names
     where = [names.index(name) for name in candidate.sizes]
     given = [names.index(name) for name in (TORQUE_SCALE, *candidate.names) if name not in candidate.sizes]
@@ -163,9 +166,11 @@ def sizeable(replay: Replay, joint: Fit, candidate: Candidate) -> bool:
     shared = covariance[np.ix_(where, given)]
     own = covariance[np.ix_(where, where)] - shared @ np.linalg.solve(covariance[np.ix_(given, given)], shared.T)
     positive = [joint.structure.free[j].positive for j in where]
-    together = len(where) / np.sqrt(own.sum()) if all(positive) else 0.0
-    each = np.where(positive, 1.0, np.abs(joint.coordinates[where])) / np.sqrt(np.diag(own))
-    return bool(max(together, *each) > AMPLITUDE_SIGMAS)
+    sizes = np.where(positive, 1.0, np.abs(joint.coordinates[where]))
+    apart = sizes**2 > AMPLITUDE_SIGMAS**2 * np.diag(own)
+    together = all(positive) and len(where) ** 2 > AMPLITUDE_SIGMAS**2 * own.sum()
+    known = np.diag(own) > 0.0
+    return bool(np.any(apart & known) or (together and known.all() and own.sum() > 0.0))
 
 
 def certain(candidate: Candidate, gained: Gain, seen: Screen) -> bool:

@@ -112,8 +112,8 @@ class Scenario:
             K_p: proportional gain [N m s/rad].
             K_i: integral gain [N m/rad].
             tau_max: torque limit of the controller [N m]; may be infinite.
-            initial: "relaxed" (the spring in equilibrium with the load torque; torques of terms, gravity say, then set
-                the load swinging) or "zero_angle" (both angles zero).
+            initial: "relaxed" (the spring in equilibrium with the load torque; torques of terms, gravity say, and gaps
+                or soft ends of the spring then set the load swinging) or "zero_angle" (both angles zero).
             theta_m0: motor angle at t = 0 [rad].
             run_window: (begin, end) of the run phase [s]; the end is t_off. By default it holds the last whole
                 revolutions of the set speed that last half a second, also where the drive misses that speed;

@@ -24,8 +24,12 @@ def arguments(command: argparse.ArgumentParser, whole: Callable[[str, int, int],
     """Declare the arguments; `whole` makes a reader of whole numbers."""
     command.add_argument("campaign", metavar="CAMPAIGN.toml", help="nominal drive, sensors and recordings")
     command.add_argument("--out", metavar="DIR", help="folder for verdict.json, report.html and extended_model.toml")
-    command.add_argument("--seed", type=whole("--seed", 0, MAX_SEED), default=0, help="seed of the random draws")
-    command.add_argument("--threads", type=whole("--threads", 1, MAX_THREADS), help="number of threads")
+    command.add_argument(
+        "--seed", type=whole("--seed", 0, MAX_SEED), default=0, help="seed of the random draws (default: 0)"
+    )
+    command.add_argument(
+        "--threads", type=whole("--threads", 1, MAX_THREADS), help="number of threads (default: all cores)"
+    )
 
 
 def run(options: argparse.Namespace) -> int:

@@ -117,7 +117,7 @@ fn longest_first(job: &Job) -> Option<Vec<usize>> {
     }
     let runs = job.runs_per_row();
     let mut rows: Vec<usize> = (0..job.rows).collect();
-    rows.sort_by_key(|&row| std::cmp::Reverse(job.programs[(job.program_of)(row)].segments.len()));
+    rows.sort_by_cached_key(|&row| std::cmp::Reverse(job.programs[(job.program_of)(row)].segments.len()));
     Some(rows.into_iter().flat_map(|row| row * runs..(row + 1) * runs).collect())
 }
 

@@ -1,7 +1,7 @@
 //! What a step begins with: its first slopes, and the pieces of the laws on which the lanes lie.
 
 use super::integrals::INTEGRALS;
-use super::slack;
+use super::slack::left;
 use super::stepper::Stepper;
 use crate::model::{Model, Rates};
 use crate::real::{Real, Task};
@@ -51,10 +51,11 @@ impl<R: Real, const N: usize> Stepper<R, N> {
         }
         self.windup = R::select(lanes, rates.windup, self.windup);
         if HELD && self.held.is_some() {
-            self.margin = R::Plain::select(lanes, rates.margin, self.margin);
+            self.margin.begin(lanes, rates.margin);
         }
         if M::STICKS {
-            self.slack.begin(lanes, &slack::left::<R, M, N>(&self.directions, &self.state, rates));
+            let left = left::<R, M, N>(&self.directions, &self.state, rates);
+            self.slack.iter_mut().zip(left).for_each(|(course, left)| course.begin(lanes, left));
         }
         self.watch.begin(lanes, rates, &self.constants);
         if self.integrands.count() > 0 {

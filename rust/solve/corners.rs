@@ -18,8 +18,6 @@ use crate::model::{CORNERS, Drivetrain, Model, Pieces};
 use crate::real::{Mask, Path, Real, Task};
 use std::marker::PhantomData;
 
-/// Stages may straddle a bend that just leaves a piece: a margin that dips to this share of its range is looked at.
-const CLOSE: f64 = 0.25;
 /// How far behind a corner the next piece is asked for, as a share of the step.
 const BEHIND: f64 = 1e-6;
 /// Where corners are first looked for in a step that begins on one.
@@ -47,12 +45,9 @@ impl<P: Path, M: Model<N>, T: Method, const N: usize> Advance<'_, P, M, T, N> {
         if self.stepper.held.is_none() {
             return 0;
         }
-        let number = <P::Lanes as Real>::Plain::splat;
-        let [least, most] = self.stepper.margins;
-        let range = most - least;
-        let dips = least.lt(self.stepper.margin.min(trial.rates.margin)) & number(self.leeway()).lt(range);
-        let left = least.lt(number(-self.leeway()));
-        (accepted & (left | (dips & least.lt(range * number(CLOSE))))).to_bits()
+        let (margin, leeway) = (&self.stepper.margin, self.leeway());
+        let left = margin.least().lt(Plain::<P>::splat(-leeway));
+        (accepted & (left | margin.dips(trial.rates.margin, leeway))).to_bits()
     }
 
     /// The corners over which the step last interpolated runs in these lanes.
@@ -160,8 +155,8 @@ impl<R: Real, M: Model<N>, const N: usize> Task for FindTurns<'_, R, M, N> {
         let Self { stepper, lanes, leeway, .. } = self;
         // Steps end behind the corner, by no more than the leeway.
         let aim = number(0.5 * leeway);
-        let on_corner = lanes & stepper.margin.le(number(leeway));
-        let (mut place, mut before) = (R::Plain::zero(), stepper.margin);
+        let on_corner = lanes & stepper.margin.start.le(number(leeway));
+        let (mut place, mut before) = (R::Plain::zero(), stepper.margin.start);
         if on_corner.any() {
             place = R::Plain::select(on_corner, number(AWAY), place);
             before = R::Plain::select(on_corner, self.margin(place), before);

@@ -1,9 +1,9 @@
 //! Dry friction that really sticks, and states that jump: both are located inside the step and landed on.
 //!
 //! A shaft slides in a direction or is held. The step in which a sliding shaft reverses, or in which a held shaft
-//! is pulled harder than its friction can hold, be it for a moment, is repeated so that it ends exactly there; then the shaft's
-//! direction changes and the next step begins with fresh slopes. Steps are repeated in the same way to end at the
-//! corners of laws.
+//! is pulled harder than its friction can hold, be it for a moment, is repeated so that it ends exactly there; then the
+//! shaft's direction changes and the next step begins with fresh slopes. Steps are repeated in the same way to end at
+//! the corners of laws.
 
 use super::Method;
 use super::advance::{Advance, Plain};
@@ -14,7 +14,7 @@ use super::interpolant::ALL_STATES;
 use super::record::{Branch, Dense, lane_coefficients};
 use super::replay::Lane;
 use super::root::{dip, next_root, root};
-use super::slack::{self, JUMPS, RESERVES};
+use super::slack::{JUMPS, RESERVES, left};
 use super::stepper::{Stepper, Trial};
 use crate::model::{Model, Rates};
 use crate::real::{Mask, Path, Real, lanes_of};
@@ -145,14 +145,17 @@ impl<P: Path, M: Model<N>, T: Method, const N: usize> Advance<'_, P, M, T, N> {
         let mut crossed = Crossed { bent: self.off_piece(accepted, trial), ..Crossed::default() };
         if M::STICKS {
             let Stepper { slack, directions, .. } = &self.stepper;
-            let end = slack::left::<P::Lanes, M, N>(directions, &trial.state, &trial.rates);
-            for reserve in 0..RESERVES {
-                let size = M::STICKING.get(reserve).map_or(1.0, |&speed| self.stepper.scales[speed]);
-                let reversed = M::STICKING
-                    .get(reserve)
-                    .map_or(none, |&speed| (directions[reserve] * trial.state[speed]).lt(P::Lanes::zero()));
-                crossed.used_up[reserve] = (accepted & slack.used_up(reserve, end[reserve], reversed)).to_bits();
-                crossed.dips[reserve] = (accepted & slack.dips(reserve, end[reserve], self.leeway() * size)).to_bits();
+            let end = left::<P::Lanes, M, N>(directions, &trial.state, &trial.rates);
+            for (reserve, course) in slack.iter().enumerate() {
+                let (mut gone, mut size) = (end[reserve].lt(Plain::<P>::zero()), 1.0);
+                if let Some(&speed) = M::STICKING.get(reserve) {
+                    // A shaft whose friction is gone by the end has come to rest on the way all the same.
+                    let reversed = (directions[reserve] * trial.state[speed]).lt(P::Lanes::zero());
+                    gone = gone | (reversed & course.start.lt(Plain::<P>::splat(f64::INFINITY)));
+                    size = self.stepper.scales[speed];
+                }
+                crossed.used_up[reserve] = (accepted & gone).to_bits();
+                crossed.dips[reserve] = (accepted & course.dips(end[reserve], self.leeway() * size)).to_bits();
             }
         }
         let free = self.occupied & !self.events.lanes;
@@ -330,7 +333,7 @@ impl<P: Path, M: Model<N>, T: Method, const N: usize> Advance<'_, P, M, T, N> {
                 lanes.set(lane, f64::from(piece));
             }
         }
-        self.stepper.margin.set(lane, 0.0);
+        self.stepper.margin.start.set(lane, 0.0);
         self.step.set(lane, self.events.resumed.get(lane));
         self.bent |= 1 << lane;
     }

@@ -10,7 +10,8 @@ use crate::real::Real;
 pub(super) const RESERVES: usize = 3;
 /// Place of the hidden states among them; shafts come first.
 pub(super) const JUMPS: usize = 2;
-/// A stage that comes as close to the end of a reserve as this share of the reserve's range is looked at.
+/// Stages may straddle the moment at which nothing is left: one that comes as close to it as this share of the range is
+/// looked at.
 const CLOSE: f64 = 0.25;
 
 /// What is left at one instant: of a shaft that slides its speed, of one that is held the torque that friction could
@@ -33,53 +34,50 @@ pub(super) fn left<R: Real, M: Model<N>, const N: usize>(
     left
 }
 
-/// What is left in the course of a step.
-pub(super) struct Slack<V> {
+/// What is left of one thing in the course of a step.
+pub(super) struct Course<V> {
     /// At its start.
-    start: [V; RESERVES],
+    pub(super) start: V,
     /// The least and the most that any stage found.
-    found: [[V; 2]; RESERVES],
+    found: [V; 2],
 }
 
-impl<V: Real<Plain = V>> Slack<V> {
+impl<V: Real<Plain = V>> Course<V> {
     pub(super) fn new() -> Self {
-        Self { start: [V::zero(); RESERVES], found: [[V::zero(); 2]; RESERVES] }
+        Self { start: V::zero(), found: [V::zero(); 2] }
     }
 
     /// Takes what is left at the start of the next step in the given lanes.
     #[inline(always)]
-    pub(super) fn begin(&mut self, lanes: V::Mask, left: &[V; RESERVES]) {
-        for (start, &left) in self.start.iter_mut().zip(left) {
-            *start = V::select(lanes, left, *start);
-        }
+    pub(super) fn begin(&mut self, lanes: V::Mask, left: V) {
+        self.start = V::select(lanes, left, self.start);
     }
 
     /// Begins another attempt.
     #[inline(always)]
     pub(super) fn forget(&mut self) {
-        self.found = [[V::splat(f64::INFINITY), V::splat(f64::NEG_INFINITY)]; RESERVES];
+        self.found = [f64::INFINITY, f64::NEG_INFINITY].map(V::splat);
     }
 
     /// Takes what is left at a stage.
     #[inline(always)]
-    pub(super) fn note(&mut self, left: &[V; RESERVES]) {
-        for ([least, most], &left) in self.found.iter_mut().zip(left) {
-            (*least, *most) = (least.min(left), most.max(left));
-        }
+    pub(super) fn note(&mut self, left: V) {
+        let [least, most] = self.found;
+        self.found = [least.min(left), most.max(left)];
     }
 
-    /// Lanes in which a reserve is used up at the end of the step; a shaft that reverses has used it up also where its
-    /// friction is gone by then.
+    /// The least that any stage found.
     #[inline(always)]
-    pub(super) fn used_up(&self, reserve: usize, end: V, reversed: V::Mask) -> V::Mask {
-        end.lt(V::zero()) | (reversed & self.start[reserve].lt(V::splat(f64::INFINITY)))
+    pub(super) fn least(&self) -> V {
+        self.found[0]
     }
 
-    /// Lanes that may have used up a reserve and regained it within the step; changes within the `leeway` are none.
+    /// Lanes that may have used it up and regained it within the step, at whose `end` so much is left; changes within
+    /// the `leeway` are none.
     #[inline(always)]
-    pub(super) fn dips(&self, reserve: usize, end: V, leeway: f64) -> V::Mask {
-        let [least, most] = self.found[reserve];
+    pub(super) fn dips(&self, end: V, leeway: f64) -> V::Mask {
+        let [least, most] = self.found;
         let range = most - least;
-        V::splat(leeway).lt(range) & least.lt(self.start[reserve].min(end)) & least.lt(range * V::splat(CLOSE))
+        V::splat(leeway).lt(range) & least.lt(self.start.min(end)) & least.lt(range * V::splat(CLOSE))
     }
 }

@@ -6,7 +6,7 @@ use super::Method;
 use super::integrals::{INTEGRALS, Integrands};
 use super::linear::Linear;
 use super::record::DENSE_TERMS;
-use super::slack::{self, Slack};
+use super::slack::{Course, RESERVES, left};
 use super::watch::{Watch, WatchList};
 use crate::model::terms::Terms;
 use crate::model::{
@@ -34,12 +34,10 @@ pub struct Stepper<R: Real, const N: usize> {
     pub directions: [R; 2],
     /// Pieces of the laws with corners on which the lanes are, where any law has corners on which steps land.
     pub held: Option<Box<Pieces<R::Plain>>>,
-    /// How much was left of the pieces at the start of the step.
-    pub(super) margin: R::Plain,
-    /// The least and the most that any stage of the step last attempted found left of them.
-    pub(super) margins: [R::Plain; 2],
-    /// What is left in the step last attempted before a shaft or a hidden state has its event.
-    pub(super) slack: Slack<R::Plain>,
+    /// How much is left of the pieces.
+    pub(super) margin: Course<R::Plain>,
+    /// What is left before a shaft or a hidden state has its event.
+    pub(super) slack: [Course<R::Plain>; RESERVES],
     /// Sizes below which relative accuracy is not asked for.
     pub(super) scales: [f64; N],
     active: usize,
@@ -92,9 +90,8 @@ impl<R: Real, const N: usize> Stepper<R, N> {
             terms,
             directions: [R::zero(); 2],
             held: cornered.then(|| Box::new([R::Plain::zero(); CORNERS])),
-            margin: R::Plain::zero(),
-            margins: [R::Plain::zero(); 2],
-            slack: Slack::new(),
+            margin: Course::new(),
+            slack: std::array::from_fn(|_| Course::new()),
             scales,
             active: N - unused,
             integrands,
@@ -156,10 +153,10 @@ impl<R: Real, const N: usize> Stepper<R, N> {
             self.step_integrals[index] = self.starting[index] * R::splat(weights[0]);
         }
         if HELD {
-            self.margins = [f64::INFINITY, f64::NEG_INFINITY].map(R::Plain::splat);
+            self.margin.forget();
         }
         if M::STICKS {
-            self.slack.forget();
+            self.slack.iter_mut().for_each(Course::forget);
         }
         let mut stage = 1;
         loop {
@@ -168,11 +165,11 @@ impl<R: Real, const N: usize> Stepper<R, N> {
             let rates = M::rates(&self.drive_on::<HELD>(), R::constant(t), &state);
             self.slopes[stage] = rates.slope;
             if HELD && self.held.is_some() {
-                let [least, most] = self.margins;
-                self.margins = [least.min(rates.margin), most.max(rates.margin)];
+                self.margin.note(rates.margin);
             }
             if M::STICKS {
-                self.slack.note(&slack::left::<R, M, N>(&self.directions, &state, &rates));
+                let left = left::<R, M, N>(&self.directions, &state, &rates);
+                self.slack.iter_mut().zip(left).for_each(|(course, left)| course.note(left));
             }
             if stage == T::STAGES - 1 {
                 if T::IS_IMPLICIT && self.integrands.count() > 0 {
@@ -213,14 +210,11 @@ impl<R: Real, const N: usize> Stepper<R, N> {
     /// keeps steps from running over it.
     #[inline(always)]
     pub(super) fn follow_periods<M: Model<N>>(&self, step: R::Plain) -> R::Plain {
-        if !self.terms.act_by_time() {
-            return step;
-        }
-        let (zero, frequency) = (R::Plain::zero(), self.terms.frequency().plain());
+        let longest = R::Plain::splat(PERIOD_SHARE) / self.terms.frequency().plain();
         let shafts = self.directions[..M::STICKING.len()].iter();
-        let held = shafts.fold(R::Mask::from_bits(0), |held, direction| held | direction.plain().abs().le(zero));
-        let longest = R::Plain::splat(PERIOD_SHARE) / frequency;
-        R::Plain::select(held & zero.lt(frequency), step.min(longest), step)
+        let held =
+            shafts.fold(R::Mask::from_bits(0), |held, direction| held | direction.plain().abs().le(R::Plain::zero()));
+        R::Plain::select(held, step.min(longest), step)
     }
 
     /// Shafts that nothing dry resists turn round without an event.

@@ -16,7 +16,7 @@ from hdfast.diagnosis.extended import extended_model
 from hdfast.diagnosis.session import run, usable
 from hdfast.diagnosis.stages import stages
 from hdfast.diagnosis.verdict import Verdict, conclude
-from hdfast.health import check
+from hdfast.health import Health, check
 from hdfast.recordings import Campaign, load_campaign
 
 
@@ -26,11 +26,13 @@ class Diagnosis:
 
     Attributes:
         campaign: the campaign it was made from.
+        health: what was found when its recordings were examined.
         content: what verdict.json holds.
         evidence: the stages behind it; None when the recordings were rejected.
     """
 
     campaign: Campaign = field(repr=False)
+    health: Health = field(repr=False)
     content: Mapping[str, Any] = field(repr=False)
     evidence: Verdict | None = field(repr=False)
 
@@ -112,11 +114,11 @@ def diagnose(
     with threadpool_limits(1):
         health = check(loaded)
         if not health.usable:
-            return Diagnosis(loaded, rejected(health, seed, number), None)
+            return Diagnosis(loaded, health, rejected(health, seed, number), None)
         with stages(progress) as told:
             session = run(loaded, usable(health), seed, threads, told)
             told.expect(1)
             verdict = conclude(session, seed)
             content = as_dict(verdict, health, seed, number)
             told.done("weighed the verdict")
-    return Diagnosis(loaded, content, verdict)
+    return Diagnosis(loaded, health, content, verdict)

@@ -15,11 +15,10 @@ from hdfast.report.diagnosis_views import telling, traces_of
 from hdfast.report.html import Section, picture, render
 from hdfast.report.mismatch_sections import (
     ROLES,
-    noted_section,
     recordings_section,
     spectra_section,
     state_section,
-    warned_section,
+    told_section,
 )
 
 if TYPE_CHECKING:
@@ -47,7 +46,7 @@ def page(found: Calibration) -> str:
         [f"Beyond {FAR:g} σ of their priors, which physics the model lacks may do: {', '.join(far)}."] if far else []
     )
     sections = [
-        *warned_section(found.warnings),
+        *told_section("Warnings", found.warnings),
         Section(
             "What calibration changes most",
             figures=[picture(plots.overlay(trace, window, WIDE), "Grey band: ±2 σ of the sensor noise.")],
@@ -56,7 +55,7 @@ def page(found: Calibration) -> str:
         recordings_section(shown),
         state_section(shown, fitted.value("ratio"), fitted.value("J_l")),
         spectra_section(shown, (), (), setup.replay.plant.band),
-        *noted_section(setup.notes),
+        *told_section("Notes", setup.notes),
     ]
     facts = [
         (f"error, {ROLES[role]} recordings", f"{percent(error['given'])} → {percent(error['calibrated'])}")

@@ -13,11 +13,10 @@ from hdfast.report.html import Section, picture, render
 from hdfast.report.mismatch_sections import (
     ROLES,
     channels_of,
-    noted_section,
     recordings_section,
     spectra_section,
     state_section,
-    warned_section,
+    told_section,
 )
 
 if TYPE_CHECKING:
@@ -36,7 +35,7 @@ def page(found: Comparison) -> str:
     trace, window = telling(shown)
     values = setup.campaign.priors
     sections = [
-        *warned_section(found.warnings),
+        *told_section("Warnings", found.warnings),
         Section(
             "Where it is furthest off",
             figures=[picture(plots.overlay(trace, window, WIDE), "Grey band: ±2 σ of the sensor noise.")],
@@ -57,7 +56,7 @@ def page(found: Comparison) -> str:
         ),
         state_section(shown, values["ratio"].value, values["J_l"].value),
         spectra_section(shown, (), (), setup.replay.plant.band),
-        *noted_section(setup.notes),
+        *told_section("Notes", setup.notes),
     ]
     facts = [(f"error, {ROLES[role]} recordings", percent(share)) for role, share in found.nrmse.items()]
     lead = "The drive as the campaign states it, nothing fitted, on the recorded motion of its motor."

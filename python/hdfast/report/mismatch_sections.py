@@ -47,14 +47,9 @@ def spectra_section(found: Sequence[Trace], orders: Sequence[float], tones: Sequ
     return Section("At which orders and frequencies", figures=figures)
 
 
-def warned_section(warnings: Sequence[str]) -> list[Section]:
-    """What to mend before the page is believed; nothing where there is nothing."""
-    return [Section("Warnings", texts=list(warnings))] if warnings else []
-
-
-def noted_section(notes: Sequence[str]) -> list[Section]:
-    """What else is known of the recordings; nothing where there is nothing."""
-    return [Section("Notes", texts=list(notes))] if notes else []
+def told_section(title: str, sentences: Sequence[str]) -> list[Section]:
+    """What is told of the recordings; nothing where there is nothing."""
+    return [Section(title, texts=list(sentences))] if sentences else []
 
 
 def recordings_section(found: Sequence[Trace]) -> Section:

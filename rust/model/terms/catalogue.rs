@@ -110,13 +110,6 @@ macro_rules! catalog {
                 least
             }
 
-            /// Whether any of them acts by time alone.
-            #[inline(always)]
-            pub fn act_by_time(&self) -> bool {
-                const BY_TIME: [bool; COUNT] = [$(<super::$module::$term as Term>::BY_TIME),*];
-                (0..COUNT).any(|index| BY_TIME[index] && self.is_on(index))
-            }
-
             /// The highest frequency [Hz] at which any of them acts by time alone.
             #[inline(always)]
             pub fn frequency(&self) -> R {

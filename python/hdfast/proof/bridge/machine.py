@@ -10,17 +10,14 @@ from typing import Any
 
 import numpy as np
 from scipy.interpolate import CubicSpline
-from threadpoolctl import threadpool_limits
 
 from hdfast.checks import Floats
-from hdfast.diagnosis.diagnose import Diagnosis
+from hdfast.diagnosis import diagnose
 from hdfast.diagnosis.plant import TORQUE_SCALE
 from hdfast.diagnosis.prepare import Unit
-from hdfast.diagnosis.session import Session, run, usable
-from hdfast.diagnosis.stages import Stages
-from hdfast.diagnosis.verdict import conclude
+from hdfast.diagnosis.session import Session
 from hdfast.errors import InputError
-from hdfast.health import Health, check
+from hdfast.health import Health
 from hdfast.recordings import Recording, load_campaign
 
 KEPT = ("title", "drive", "kinematic_error", "terms", "controller", "sensors")
@@ -90,12 +87,10 @@ def calibrated(path: Path) -> Machine:
     campaign = load_campaign(path)
     if not any(one.role == "heldout" for one in campaign.recordings):
         raise InputError(f"{path}: no recording has the role heldout")
-    health = check(campaign)
-    if not health.usable:
-        raise InputError(f"{path}: {health.complaint}")
-    with threadpool_limits(1):
-        session = run(campaign, usable(health), 0, None, Stages())
-        found = Diagnosis(campaign, {}, conclude(session, 0))
+    found = diagnose(campaign)
+    if found.evidence is None:
+        raise InputError(f"{path}: {found.health.complaint}")
+    session = found.evidence.session
     final = session.search.final
     scale = final.value(TORQUE_SCALE)
     sections = {key: value for key, value in tomllib.loads(found.model).items() if key in KEPT}
@@ -103,7 +98,7 @@ def calibrated(path: Path) -> Machine:
     sections["columns"] = {"motor_torque": {"name": "motor_torque", "scale": 1.0, "sigma": float(sigma)}}
     return Machine(
         sections | {"title": "recorded drive"},
-        _recordings(health, session, scale),
+        _recordings(found.health, session, scale),
         tuple(final.structure.model.terms),
         final.structure.sensors,
         final.value("ratio"),

@@ -192,20 +192,21 @@ def test_exact_a_search_is_taken_back_to_what_holds(monkeypatch, holds, refutes,
 
 
 @pytest.mark.parametrize(
-    ("effect", "failed", "gained", "confirms", "error", "named"),
+    ("effect", "failed", "gained", "confirms", "holds", "error", "named"),
     [
-        ("coulomb_friction", ("A1 gain", "A2 error"), 9.0, True, 0.9, True),
-        ("coulomb_friction", ("A2 error",), 9.0, True, 0.9, True),
-        ("coulomb_friction", ("A2 error",), 9.0, True, 1.0, False),
-        ("coulomb_friction", ("A1 gain",), 9.0, False, 0.9, False),
-        ("coulomb_friction", ("A1 gain", "A9 noise"), 9.0, True, 0.9, False),
-        ("coulomb_friction", ("A1 gain",), -9.0, True, 0.9, False),
-        ("sensor_delay", ("A1 gain",), 9.0, True, 0.9, False),
-        ("clock_skew", ("A1 gain",), 9.0, True, 0.9, False),
+        ("coulomb_friction", ("A1 gain", "A2 error"), 9.0, True, True, 0.9, True),
+        ("coulomb_friction", ("A2 error",), 9.0, True, True, 0.9, True),
+        ("coulomb_friction", ("A2 error",), 9.0, True, True, 1.0, False),
+        ("coulomb_friction", ("A2 error",), 9.0, True, False, 0.9, False),
+        ("coulomb_friction", ("A1 gain",), 9.0, False, True, 0.9, False),
+        ("coulomb_friction", ("A1 gain", "A9 noise"), 9.0, True, True, 0.9, False),
+        ("coulomb_friction", ("A1 gain",), -9.0, True, True, 0.9, False),
+        ("sensor_delay", ("A1 gain",), 9.0, True, True, 0.9, False),
+        ("clock_skew", ("A1 gain",), 9.0, True, True, 0.9, False),
     ],
 )
 def test_exact_a_faint_effect_stands_where_what_is_held_out_confirms_it(
-    monkeypatch, effect, failed, gained, confirms, error, named
+    monkeypatch, effect, failed, gained, confirms, holds, error, named
 ):
     """Its chance in the screen goes into that, and the error falls with it; what failed otherwise, or is alike in all
     recordings, is not asked."""
@@ -224,11 +225,12 @@ def test_exact_a_faint_effect_stands_where_what_is_held_out_confirms_it(
         monkeypatch.setattr(prove, name, lambda *given: model)
     monkeypatch.setattr(prove, "weigh_up", weigh_up)
     monkeypatch.setattr(Proof, "confirms", property(lambda proof: confirms))
+    monkeypatch.setattr(Proof, "holds", property(lambda proof: holds))
     replay = SimpleNamespace(commanded=lambda fitted: None, layout=None)
     found = prove.proven(replay, replay, Search([first], model, []))[0]
     assert [one.candidate.effect for one in found.accepted] == [effect] * named
     assert all(one.confirmed and not one.failed for one in found.accepted)
-    asked = named or not confirms or error == 1.0
+    asked = named or not confirms or not holds or error == 1.0
     assert weighed[0] == (2e-3 if asked else 1.0)
 
 
@@ -245,6 +247,22 @@ def test_exact_a_drive_that_cannot_be_is_told(tmp_path, stated, complaint):
 def test_exact_a_seed_that_cannot_be_is_refused_before_the_run(tmp_path, seed):
     with pytest.raises(InputError, match="seed = "):
         diagnose(tmp_path / "there_is_none.toml", seed=seed)
+
+
+def test_exact_a_detent_is_told_in_newton_metres_whatever_scale_the_torque_is_recorded_in(tmp_path):
+    path = small_campaign.write(tmp_path, ["cogging"], {"T_cog": 0.03})
+    for number in range(4):
+        columns = dict(np.load(tmp_path / f"r{number}.npz"))
+        asked = columns["motor_torque"] - 0.03 * np.sin(24.0 * columns["motor_angle"])
+        np.savez(tmp_path / f"r{number}.npz", **columns | {"motor_torque": asked / 1.5})
+    setup = set_up_usable(load_campaign(path), None)
+    detent = Free("cogging_T_cog", 0.03, 1.0, True, "N m")
+    structure = session.nominal(setup).with_terms(["cogging"], (), (), {}, [detent])
+    at = structure.start
+    at[structure.names.index("torque_scale")] = 1.5
+    slow = setup.replay.plant.units[2]
+    left = setup.replay.plant.mismatch(structure, at[None])[2]["motor_torque"][0]
+    assert np.std(left[slow.judged["motor_torque"]]) < 0.1 * 0.03 / 1.5
 
 
 def test_exact_effects_of_the_windup_are_those_a_rigid_drive_has_none_of():

@@ -10,7 +10,7 @@ from hdfast.diagnosis.band import Band, choose_band, low_pass
 from hdfast.diagnosis.evidence import lay_out
 from hdfast.diagnosis.plant import Plant
 from hdfast.diagnosis.prepare import prepare
-from hdfast.diagnosis.session import with_heldout
+from hdfast.diagnosis.session import warmed, with_heldout
 from hdfast.diagnosis.source import Source
 from hdfast.errors import InputError
 from hdfast.recordings.clock import period
@@ -47,6 +47,15 @@ def test_exact_the_slowest_clock_sets_the_rate_of_all():
 def test_exact_held_values_set_the_rate():
     held = replace(source(1000.0), news=66.7)
     assert choose_band([held], 1e-4).rate == pytest.approx(66.7)
+
+
+def test_exact_what_is_held_out_without_a_temperature_has_that_of_what_was_fitted():
+    warm, cold = (source(1000.0, temperature=np.full(4000, degrees)) for degrees in (34.0, 36.0))
+    own, without = (source(1000.0, role="heldout", **given) for given in ({"temperature": np.full(4000, 20.0)}, {}))
+    band = choose_band([warm, cold], 1e-4)
+    units = warmed([prepare(one, band, RATIO) for one in (warm, cold, own, without)])
+    assert [np.mean(unit.temperature) for unit in units] == pytest.approx([34.0, 36.0, 20.0, 35.0])
+    assert warmed([prepare(one, band, RATIO) for one in (source(1000.0), without)])[1].temperature is None
 
 
 def test_exact_clocks_of_no_common_multiple_share_the_working_rate():

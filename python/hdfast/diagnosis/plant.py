@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Container, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -18,6 +18,7 @@ from hdfast.request import Progress
 from hdfast.result import SweepResult
 from hdfast.sensors import SensorStage
 from hdfast.sweep import sweep
+from hdfast.terms import terms
 
 SIGNALS = {"te": "te", "output_torque": "gear_torque"}
 TORQUE = "motor_torque"
@@ -196,9 +197,9 @@ class Plant:
     def mismatch(self, structure: Structure, coordinates: Floats) -> list[dict[str, Floats]]:
         """Measured minus simulated, per unit and channel (M, n); NaN where a row could not be simulated.
 
-        What an actuator changes is computed on the units' command, which carries none of the recording's noise, and
-        added to the recorded torque; what a torque sensor changes, on the quiet part of the torque. A filter must not
-        win by quieting noise.
+        What an actuator changes is computed on the units' command, which carries none of the recording's noise, in the
+        unit of the recorded torque, and added to it; what a torque sensor changes, on the quiet part of the torque. A
+        filter must not win by quieting noise.
 
         Args:
             structure: the equations.
@@ -215,10 +216,12 @@ class Plant:
         lag = _lag(every) * ones
         left = {*NUISANCE, *sensed}
         driving = bool(DRIVING & set(structure.model.terms))
+        if TORQUE_SCALE in values:
+            values |= {name: every[name] / scale[:, 0] for name in _actuator_torques(structure.model, every)}
         signals = ["tau_m", *(SIGNALS[one] for one in self.channels if one != TORQUE)]
         result = self._simulate(
             structure.model,
-            {name: value for name, value in structure.fixed.items() if name not in left},
+            {name: value for name, value in structure.fixed.items() if name not in (*left, *values)},
             {name: column for name, column in values.items() if name not in left},
             lag,
             [*signals, "tau_drive"] if driving else signals,
@@ -323,6 +326,18 @@ class Plant:
             )
         except Interrupted:
             raise KeyboardInterrupt from None  # whoever asked for a diagnosis knows of no rows
+
+
+def _actuator_torques(model: Model, names: Container[str]) -> list[str]:
+    """Those of the names that are torques [N m] of an actuator."""
+    found = [
+        (parameter.name, f"{term}_{parameter.name}")
+        for term in model.terms
+        if term in DRIVING
+        for parameter in terms()[term].parameters
+        if parameter.unit == "N m"
+    ]
+    return [name for both in found for name in both if name in names]
 
 
 def _lag(values: Mapping[str, Floats | float]) -> Floats | float:

@@ -112,8 +112,9 @@ def _faintest(first: Round) -> Trial | None:
 def _confirmed(replay: Replay, held: Replay, first: Round, trial: Trial) -> Proven | None:
     """The search with one faint effect, where the held-out recordings confirm it and are predicted better with it."""
     before, after = (replayed(held, model, first.before) for model in (first.before, trial.fit))
-    proof = weigh_up(held.layout, trial.fit.white, before, after, noise_floor(held), p=chance(trial, first))
-    if not proof.confirms or proof.extended >= proof.baseline:
+    floor, margin = noise_floor(held), margin_of([trial.gain])
+    proof = weigh_up(held.layout, trial.fit.white, before, after, floor, margin, chance(trial, first))
+    if not (proof.confirms and proof.holds) or proof.extended >= proof.baseline:
         return None
     accepted = replace(trial, failed=(), confirmed=True)
     final = fit(replay.commanded(first.before), trial.fit.structure, trial.fit.coordinates)

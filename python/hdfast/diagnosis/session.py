@@ -21,7 +21,7 @@ from hdfast.diagnosis.lines import order_lines, several, snapped, tone_lines
 from hdfast.diagnosis.multistart import multistart
 from hdfast.diagnosis.noise import COLUMNS, floors, stated
 from hdfast.diagnosis.plant import Plant, Structure
-from hdfast.diagnosis.prepare import prepare
+from hdfast.diagnosis.prepare import Unit, prepare
 from hdfast.diagnosis.prove import proven
 from hdfast.diagnosis.replay import Replay
 from hdfast.diagnosis.score import groups, noise_floor
@@ -135,7 +135,7 @@ def set_up(campaign: Campaign, sources: Sequence[Source], threads: int | None) -
     sources, weaker = with_heldout(sources, NOTHING_LEFT if named else NOTHING_HELD)
     band = choose_band(sources, inertia)
     campaign = with_resonance(campaign, band.motion)
-    units = [prepare(source, band, ratio) for source in sources]
+    units = warmed([prepare(source, band, ratio) for source in sources])
     channels = list(dict.fromkeys(channel for unit in units if unit.role == "fit" for channel in unit.measured))
     floor = floors(fitted(sources), channels, band, campaign.sensors, ratio, inertia)
     noise = stated(channels, campaign.sensors, ratio, floor)
@@ -161,6 +161,20 @@ def set_up(campaign: Campaign, sources: Sequence[Source], threads: int | None) -
         held, weaker = None, UNPROVEN
     slowest = max(period(source.recording["t"]) for source in sources)
     return Setup(campaign, judged, held, weaker, slowest)
+
+
+def warmed(units: Sequence[Unit]) -> list[Unit]:
+    """The recordings, of those held out also the ones without a temperature at the mean of those fitted."""
+    known = [float(np.mean(unit.temperature)) for unit in units if unit.role == "fit" and unit.temperature is not None]
+    if not known:
+        return list(units)
+    usual = float(np.mean(known))
+    return [
+        replace(unit, temperature=np.full_like(unit.t, usual))
+        if unit.role == "heldout" and unit.temperature is None
+        else unit
+        for unit in units
+    ]
 
 
 def turned(campaign: Campaign, longest: float) -> float:

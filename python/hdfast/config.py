@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from hdfast import catalogue, checks
-from hdfast.drive_file import Effect, read_drive
+from hdfast.drive_file import DriveFile, Effect, read_drive
 from hdfast.errors import InputError, choose, shorten
 from hdfast.model import Model
 from hdfast.params import ParameterTable, layout
@@ -136,6 +136,7 @@ class _Reader:
 
     def config(self) -> Config:
         drive = read_drive(self.file)
+        self.teeth(drive)
         model = self.file.guard(("drive",), drive.model)
         table = layout(model)
         scenario = self.scenario()
@@ -157,6 +158,15 @@ class _Reader:
             drive.effects,
             self.file.text,
         )
+
+    def teeth(self, drive: DriveFile) -> None:
+        expected, stated = drive.ratio_by_teeth, drive.values.get("ratio")
+        if drive.teeth_disagree or (expected is not None and stated is None):
+            raise self.file.error(
+                ("drive", "teeth_flexspline"),
+                f"the teeth give ratio = {expected:.12g}, [drive] states {'none' if stated is None else stated} "
+                "(allowed: that ratio, or no teeth)",
+            )
 
     def scenario(self) -> Scenario:
         section = dict(self.file.section("scenario"))

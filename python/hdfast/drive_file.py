@@ -21,6 +21,7 @@ FIXED = ("flexspline", "circular")
 ERROR_KEYS = ("orders", "cos", "sin", "amplitude", "phase", "scale", "sigma")
 TERM_KEYS = ("effect", "channel", "parameters")
 UNKNOWN = "unknown"
+SAME_RATIO = 1e-6
 
 
 @dataclass(frozen=True)
@@ -63,6 +64,21 @@ class DriveFile:
     sigma: dict[str, float]
     teeth: dict[str, int | str]
     effects: tuple[Effect, ...]
+
+    @property
+    def ratio_by_teeth(self) -> float | None:
+        """Gear ratio from the numbers of teeth, None where they are not stated."""
+        flexspline, circular = self.teeth.get("teeth_flexspline"), self.teeth.get("teeth_circular")
+        if not isinstance(flexspline, int) or not isinstance(circular, int) or circular <= flexspline:
+            return None
+        turning = circular if self.teeth.get("fixed", "flexspline") == "flexspline" else flexspline
+        return turning / (circular - flexspline)
+
+    @property
+    def teeth_disagree(self) -> bool:
+        """Whether the teeth give another ratio than the one stated."""
+        by_teeth, stated = self.ratio_by_teeth, self.values.get("ratio")
+        return by_teeth is not None and stated is not None and abs(abs(stated) / by_teeth - 1.0) > SAME_RATIO
 
     def model(self, base: str = BASES[0], orders: Sequence[Order] | None = None) -> Model:
         """The equations; `base` and `orders` stand in for what the file does not state.

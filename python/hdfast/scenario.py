@@ -18,6 +18,8 @@ from hdfast.scenario_parts import (
     MAX_TIME,
     MAX_TORQUE,
     RPM,
+    T_BRAKE,
+    T_RAMP,
     TAU_MAX,
     load_tracks,
     motion_spline,
@@ -28,6 +30,7 @@ from hdfast.scenario_parts import (
     scenario_values,
     torque_track,
     typical_speed,
+    without_meaning,
 )
 from hdfast.segments import MOTION, SPEED, TORQUE, assemble, held, linear
 
@@ -78,10 +81,10 @@ class Scenario:
         t_on: float = 0.0,
         t_off: float | None = None,
         t_end: float = 6.0,
-        t_ramp: float = 0.2,
-        t_brake: float = 0.02,
+        t_ramp: float | None = None,
+        t_brake: float | None = None,
         torque: float | None = None,
-        torque_ramp: float = 0.0,
+        torque_ramp: float | None = None,
         load: Load = 0.0,
         K_p: float = K_P,
         K_i: float = K_I,
@@ -103,10 +106,10 @@ class Scenario:
             t_on: start of the motion [s].
             t_off: begin of the stop [s]; default half of t_end, or t_end without a stop.
             t_end: end of the run [s].
-            t_ramp: duration of the reference ramp of "speed_ramp" [s].
-            t_brake: duration of the reference ramp of "brake" [s].
+            t_ramp: duration of the reference ramp of "speed_ramp" [s]; default 0.2.
+            t_brake: duration of the reference ramp of "brake" [s]; default 0.02.
             torque: motor torque of "torque_step" [N m] in place of the sustaining torque.
-            torque_ramp: duration over which that torque is applied [s]; 0 is a step.
+            torque_ramp: duration over which the torque of "torque_step" is applied [s]; default 0, a step.
             load: constant load torque [N m], positive resists, the default of the column `tau_load`; or a table
                 (t [s], torque [N m]) added to that column and not covered by the sustaining torque.
             K_p: proportional gain [N m s/rad].
@@ -114,7 +117,7 @@ class Scenario:
             tau_max: torque limit of the controller [N m]; may be infinite.
             initial: "relaxed" (the spring in equilibrium with the load torque; torques of terms, gravity say, and gaps
                 or soft ends of the spring then set the load swinging) or "zero_angle" (both angles zero).
-            theta_m0: motor angle at t = 0 [rad].
+            theta_m0: motor angle at t = 0 [rad] of a relaxed start.
             run_window: (begin, end) of the run phase [s]; the end is t_off. By default it holds the last whole
                 revolutions of the set speed that last half a second, also where the drive misses that speed;
                 `steady_speed` and the orders look for the revolutions it turned, the orders no further back than four
@@ -123,11 +126,18 @@ class Scenario:
             ring_width: its width [s]; default 1.4 (coast) or 0.5 (brake).
 
         Raises:
-            InputError: naming the argument, its value and the allowed range.
+            InputError: naming the argument, its value and the allowed range, also of one that start and stop leave
+                without a meaning.
         """
         choose("start", start, STARTS)
         if stop is not None:
             choose("stop", stop, STOPS)
+        if start == "torque_step":
+            without_meaning(f"start={start!r}", t_ramp=t_ramp)
+        else:
+            without_meaning(f"start={start!r}", torque=torque, torque_ramp=torque_ramp)
+        if stop != "brake":
+            without_meaning(f"stop={stop!r}", t_brake=t_brake)
         t_end = checks.positive("t_end", t_end, MAX_TIME, "s")
         t_on = checks.number("t_on", t_on, 0.0, t_end, "s")
         marks = run_phase(run_window, t_on, t_off, t_end, t_end / 2.0 if stop else t_end)
@@ -135,20 +145,18 @@ class Scenario:
         tracks = dict(load_tracks(load, held_between=False))
         opening = TORQUE
         if start == "torque_step":
-            ramp = checks.number("torque_ramp", torque_ramp, 0.0, off - t_on, "s")
+            ramp = 0.0 if torque_ramp is None else checks.number("torque_ramp", torque_ramp, 0.0, off - t_on, "s")
             level = 1.0 if torque is None else checks.finite("torque", torque, -MAX_TORQUE, MAX_TORQUE, "N m")
             tracks["sustain" if torque is None else "torque"] = ramp_up_then_zero(t_on, ramp, level, off)
         else:
-            if torque is not None:
-                raise InputError(f"torque = {shorten(torque)} has no meaning with start='speed_ramp' (allowed: None)")
             opening = SPEED
         phases = [(0.0, opening, False)]
         reference: list[tuple[float, float]] = []
         if start == "speed_ramp":
-            ramp = checks.number("t_ramp", t_ramp, 0.0, off - t_on, "s")
+            ramp = checks.number("t_ramp", T_RAMP if t_ramp is None else t_ramp, 0.0, off - t_on, "s")
             reference = [(t_on, 0.0), (t_on + ramp, 1.0)]
         if stop == "brake":
-            brake = checks.number("t_brake", t_brake, 0.0, t_end - off, "s")
+            brake = checks.number("t_brake", T_BRAKE if t_brake is None else t_brake, 0.0, t_end - off, "s")
             reference = [*(reference or [(0.0, 1.0)]), (off, 1.0), (off + brake, 0.0)]
             phases.append((off, SPEED, start == "torque_step"))
         elif stop == "coast":

@@ -15,6 +15,7 @@ from hdfast.segments import Track, constant, held, linear
 RPM = 2.0 * math.pi / 60.0
 PER_RPM = 1.0 / RPM
 K_P, K_I, TAU_MAX = 0.05, 0.8, 2.0
+T_RAMP, T_BRAKE = 0.2, 0.02
 MAX_TIME = 1e6
 MAX_SPEED_RPM = 1e5
 MAX_TORQUE = 1e6
@@ -30,6 +31,13 @@ def pair(t_name: str, t: Any, name: str, values: Any, limit: float) -> tuple[Flo
     if abs(values[worst]) > limit:
         raise InputError(f"{name}[{worst}] = {values[worst]:g} is out of range (allowed: up to {limit:g} in size)")
     return t, values
+
+
+def without_meaning(beside: str, **given: Any) -> None:
+    """Refuse arguments that mean nothing beside another one, named as in `start='speed_ramp'`."""
+    for name, value in given.items():
+        if value is not None:
+            raise InputError(f"{name} = {shorten(value)} has no meaning with {beside} (allowed: None)")
 
 
 def run_phase(window: Any, t_on: float, t_off: float | None, t_end: float, default: float) -> tuple[float, float]:

@@ -71,6 +71,8 @@ WRONG = [
     ("\n[drive]\nJ_m = 1e-4\nJ_L = 0.5\n", 4, r"\[drive\] unknown key 'J_L'; did you mean 'J_l'"),
     ("[drive]\nJ_l = 'heavy'\n", 2, "J_l = 'heavy' is not a number"),
     ("[drive]\nJ_l = nan\n", 2, "J_l = nan is out of range"),
+    ("[drive]\nteeth_flexspline = 100\nteeth_circular = 102\n", 2, "the teeth give ratio = 51, .* states none"),
+    ("[drive]\nratio = 121\nteeth_flexspline = 100\nteeth_circular = 102\n", 3, "give ratio = 51, .* states 121"),
     ("[drive]\nspring = 'steel'\n", 2, "spring = 'steel'"),
     ("[drive]\nJ_l = 1\nJ_l = 2\n", None, "line 3"),
     ("drive = 3\n", 1, "not a section"),
@@ -133,6 +135,12 @@ def test_exact_wrong_files_name_the_line(text, line, message):
         config.parse(text, "drive.toml")
     assert caught.value.line == line
     assert str(caught.value).startswith(f"drive.toml, line {line}: " if line else "drive.toml: ")
+
+
+def test_exact_teeth_that_give_the_ratio_are_welcome():
+    text = "[drive]\nratio = {}\nteeth_flexspline = 240\nteeth_circular = 242\nfixed = '{}'\n"
+    for ratio, fixed in ((121, "flexspline"), (-120, "circular")):
+        assert config.parse(text.format(ratio, fixed)).nominal()["ratio"] == ratio
 
 
 def test_exact_unreadable_files(tmp_path):

@@ -12,6 +12,7 @@ from hdfast.errors import InputError, choose
 from hdfast.model import parse_order
 
 FINISHED = "finished"
+CANCELLED = "cancelled"
 ON_DEMAND = {"order_": "rad", "speed_order_": "rad/s"}
 AUTO_METHOD = "dop853"
 
@@ -87,17 +88,29 @@ def choose_method(method: object, *, terms: bool = False) -> str:
     return AUTO_METHOD if name == "auto" else name
 
 
-def metric(name: object) -> Quantity:
-    """Look up a metric, including the order amplitudes.
+def order_amplitude(name: object) -> Quantity | None:
+    """The metric behind `order_0.5` or `speed_order_2`, None for another name.
 
     Raises:
-        InputError: naming the nearest known metric.
+        InputError: an order that cannot be.
     """
     for prefix, unit in ON_DEMAND.items():
         if isinstance(name, str) and re.match(re.escape(prefix) + r"\d", name):
             label = str(parse_order(name.removeprefix(prefix)))
             what = "transmission error" if prefix == "order_" else "load speed"
             return Quantity(prefix + label, unit, f"amplitude of order {label} of the {what}")
+    return None
+
+
+def metric(name: object) -> Quantity:
+    """Look up a metric, including the order amplitudes.
+
+    Raises:
+        InputError: naming the nearest known metric.
+    """
+    order = order_amplitude(name)
+    if order is not None:
+        return order
     return metrics()[choose("metrics", name, [*metrics(), *(f"{prefix}2" for prefix in ON_DEMAND)])]
 
 

@@ -26,6 +26,9 @@ def _parameter_columns(result: SweepResult, parameters: str) -> Iterator[tuple[s
         if column is None:
             column = np.full(len(result), request.defaults[position])
         yield parameter.name, column, parameter.unit, parameter.meaning
+    for parameter, given in request.sensor_values:
+        if parameters == "all" or (parameters == "given" and np.ndim(given) == 1):
+            yield parameter.name, np.broadcast_to(given, len(result)), parameter.unit, parameter.meaning
 
 
 def columns(result: SweepResult, parameters: str = "all") -> Iterator[tuple[str, Any, str, str]]:

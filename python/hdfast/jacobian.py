@@ -9,12 +9,14 @@ import numpy as np
 
 from hdfast import catalogue
 from hdfast.checks import Floats
-from hdfast.errors import InputError
+from hdfast.errors import InputError, choose
 from hdfast.model import Model
-from hdfast.request import DEFAULT_SIGNALS
+from hdfast.request import DEFAULT_SIGNALS, prepare_row
 from hdfast.sensors.observation import SOURCES
 from hdfast.sensors.stage import SensorStage
-from hdfast.sweep import sweep
+from hdfast.sweep import run
+
+OPTIONS = ("initial_state", "method", "rtol", "atol", "max_steps", "max_step")
 
 
 def jacobian(
@@ -55,18 +57,21 @@ def jacobian(
     """
     channels = [] if sensors is None else list(SOURCES)
     asked = catalogue.listed("signals", signals if signals is not None else channels or DEFAULT_SIGNALS)
-    options = {"metrics": [], "threads": 1, "strict": True, **options}
-    result = sweep(
-        {} if row is None else row,
+    if not asked:
+        raise InputError("signals = [] (allowed: at least one name)")
+    for name in options:
+        choose("option", name, OPTIONS)
+    request = prepare_row(
+        row,
         model=model,
         scenario=scenario,
         t_eval=t_eval,
         signals=[name for name in asked if name not in channels],
+        metrics=[],
         sensitivities=wrt,
         sensors=sensors,
         **options,
     )
-    if len(result) != 1:
-        raise InputError(f"row holds {len(result)} rows (allowed: 1; use hdfast.sweep for many)")
+    result = run(request, threads=1, strict=True)
     found = {**result.sample_sensitivities, **result.recorded_sensitivities}
     return np.stack([found[name][0] for name in asked], axis=1)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -15,7 +15,7 @@ from hdfast.catalogue import Quantity
 from hdfast.checks import Floats
 from hdfast.errors import InputError, shorten
 from hdfast.model import Model
-from hdfast.params import ParameterTable, chosen_model, layout
+from hdfast.params import Parameter, ParameterTable, chosen_model, layout
 from hdfast.rows import Rows, read_rows
 from hdfast.scenario import Scenario
 from hdfast.sensitivities import Directions, choose_directions
@@ -64,6 +64,24 @@ class Request:
     max_steps: int
     max_step: float
     observation: Observation | None
+
+    def kept(self) -> Request:
+        """The same call with rows and times of its own, whatever becomes of the caller's arrays."""
+        columns = {name: column.copy() for name, column in self.rows.columns.items()}
+        seen = self.observation
+        if seen is not None:
+            seen = replace(seen, values={name: np.copy(value) for name, value in seen.values.items()})
+        grids = [grid.copy() for grid in self.grids]
+        return replace(self, rows=replace(self.rows, columns=columns), grids=grids, observation=seen)
+
+    @property
+    def sensor_values(self) -> list[tuple[Parameter, Any]]:
+        """Parameters of the sensors, none without, each with its number or its (M,) values."""
+        if self.observation is None:
+            return []
+        stage, given = self.observation.stage, self.observation.values
+        named = zip(stage.parameters, stage.named(self.table), strict=True)
+        return [(row, given.get(own.name, stage.value(own.name))) for own, row in named]
 
 
 def prepare(
@@ -135,6 +153,18 @@ def prepare(
         max_step=checks.positive("max_step", max_step, math.inf, "s"),
         observation=observation,
     )
+
+
+def prepare_row(row: Any, **asked: Any) -> Request:
+    """As `prepare`, for a call that takes one row; None stands for the default drive.
+
+    Raises:
+        InputError: as there, or more than one row was given.
+    """
+    request = prepare({} if row is None else row, **asked)
+    if request.rows.count != 1:
+        raise InputError(f"row holds {request.rows.count} rows (allowed: 1; use hdfast.sweep for many)")
+    return request
 
 
 def _split(rows: Any, drive: ParameterTable, table: ParameterTable, sensors: Any) -> tuple[Rows, dict[str, Any]]:
@@ -246,7 +276,9 @@ def scenario_at(request: Request, row: int) -> Scenario:
 
 
 def parameters_of(request: Request, row: int) -> dict[str, float]:
-    """All parameter values of a row by name."""
+    """All parameter values of a row by name, those of the sensors last."""
     values = dict(zip(request.table.names, request.defaults.tolist(), strict=True))
     values.update({name: float(column[row]) for name, column in request.rows.columns.items()})
+    for parameter, given in request.sensor_values:
+        values[parameter.name] = float(given if np.ndim(given) == 0 else given[row])
     return values

@@ -64,6 +64,7 @@ class SweepResult:
     """
 
     def __init__(self, request: Request, raw: Mapping[str, Any]) -> None:
+        request = request.kept()
         self.request = request
         self.model = request.model
         self.metrics: dict[str, Floats] = dict(zip((m.name for m in request.metrics), raw["metrics"], strict=True))
@@ -114,9 +115,11 @@ class SweepResult:
         return len(self.status)
 
     def __getitem__(self, name: str) -> Floats:
+        order = catalogue.order_amplitude(name)
+        held = name if order is None else order.name
         for group in (self.metrics, self.samples, self.recorded):
-            if name in group:
-                return group[name]
+            if isinstance(held, str) and held in group:
+                return group[held]
         known = [*self.metrics, *self.samples, *self.recorded]
         raise InputError(
             f"the result holds no {shorten(name)}{nearest(str(name), known)} (it holds: {', '.join(known)})"
@@ -128,6 +131,11 @@ class SweepResult:
         finished: NDArray[np.bool_] = self.status == 0
         return finished
 
+    @property
+    def rows_per_second(self) -> float:
+        """Rows that ended, over the time of the sweep; what Ctrl-C left undone does not count."""
+        return (len(self) - self.status_counts().get(catalogue.CANCELLED, 0)) / max(self.seconds, 1e-9)
+
     def status_counts(self) -> dict[str, int]:
         """Number of rows per status name, only those that occur."""
         codes, counts = np.unique(self.status, return_counts=True)
@@ -135,7 +143,7 @@ class SweepResult:
         return {names[int(code)].name: int(count) for code, count in zip(codes, counts, strict=True)}
 
     def parameters(self, row: int) -> dict[str, float]:
-        """All parameter values of a row by name, scenario columns included."""
+        """All parameter values of a row by name, scenario columns and parameters of sensors included."""
         return parameters_of(self.request, self._row(row))
 
     def message(self, row: int) -> str:
@@ -156,23 +164,22 @@ class SweepResult:
         values = self.metrics[choose("metric", metric, self.metrics)][self.finished]
         return values[np.isfinite(values)]
 
-    def percentiles(self, metric: str, q: Sequence[float] = PERCENTILES) -> Floats:
-        """Percentiles of a metric over its usable values; NaN when there are none."""
-        for percentage in q:
+    def percentiles(self, metric: str, q: float | Sequence[float] = PERCENTILES) -> Any:
+        """Percentiles of a metric over its usable values, shape of q; NaN when there are none."""
+        for percentage in np.ravel(q):
             checks.number("q", percentage, 0.0, 100.0)
         values = self.usable(metric)
-        return np.percentile(values, q) if values.size else np.full(len(q), np.nan)
+        return np.percentile(values, q) if values.size else np.full(np.shape(q), np.nan)
 
     def _row(self, row: int) -> int:
         return checks.whole("row", row, -len(self), len(self) - 1) % len(self)
 
     def __repr__(self) -> str:
         failed = len(self) - int(np.count_nonzero(self.finished))
-        rate = len(self) / self.seconds if self.seconds > 0.0 else float("nan")
         lines = [
             f"SweepResult: {len(self)} rows, {len(self) - failed} finished, {failed} failed",
             f"{self.seconds:.3g} s on {self.threads} thread{'s' if self.threads > 1 else ''} "
-            f"({self.simd}), {rate:.3g} rows/s",
+            f"({self.simd}), {self.rows_per_second:.3g} rows/s",
         ]
         if failed:
             lines.append(", ".join(f"{name} {count}" for name, count in self.status_counts().items()))

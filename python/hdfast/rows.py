@@ -6,7 +6,7 @@ Nothing here copies an (M, P) array: columns stay strided views of what was give
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -40,12 +40,9 @@ def table_columns(argument: str, value: Any) -> dict[str, Any]:
     if isinstance(value, np.ndarray) and value.dtype.names:
         return {name: value[name] for name in value.dtype.names}
     if hasattr(value, "column_names") and hasattr(value, "column"):
-        return {name: _arrow_column(value.column(name)) for name in value.column_names}
-    if hasattr(value, "columns") and hasattr(value, "__getitem__"):
-        names = list(value.columns)
-        if len(set(map(str, names))) != len(names):
-            raise ParameterError(f"{argument} has two columns of one name")
-        return {name: value[name] for name in names}
+        return {name: _arrow_column(value.column(name)) for name in _different(argument, value.column_names)}
+    if all(hasattr(value, name) for name in ("__len__", "__getitem__", "columns")):
+        return {name: value[name] for name in _different(argument, value.columns)}
     if hasattr(value, "__arrow_c_stream__"):
         import pyarrow as pa
 
@@ -54,12 +51,19 @@ def table_columns(argument: str, value: Any) -> dict[str, Any]:
     raise InputError(f"{argument} = {shorten(value)} has no named columns (allowed: a dict of arrays or a table)")
 
 
+def _different(argument: str, names: Iterable[Any]) -> list[Any]:
+    listed = list(names)
+    if len(set(map(str, listed))) != len(listed):
+        raise ParameterError(f"{argument} has two columns of one name")
+    return listed
+
+
 def _arrow_column(column: Any) -> Any:
     import pyarrow as pa
 
     if not (pa.types.is_integer(column.type) or pa.types.is_floating(column.type)):
         return np.asarray(column.to_pylist(), dtype=object)
-    return column.cast(pa.float64()).to_numpy()
+    return np.asarray(column.cast(pa.float64()))
 
 
 def read_rows(value: Any, drive: ParameterTable, every: ParameterTable) -> Rows:
@@ -94,11 +98,8 @@ def _from_array(value: np.ndarray[Any, Any], drive: ParameterTable) -> Rows:
         raise InputError(
             f"rows has shape {value.shape}, allowed: (M, {width}) with the columns of hdfast.params(model){hint}"
         )
-    array: Any = value
-    if isinstance(value, np.ma.MaskedArray):
-        array = checks.as_floats("rows", value)
-    elif value.dtype.kind not in "iuf":
-        checks.as_floats("rows", value[:0])
+    array = checks.as_floats("rows", value) if isinstance(value, np.ma.MaskedArray) else np.asarray(value)
+    checks.as_floats("rows", array[:0])
     return Rows(len(array), {name: checks.as_floats(name, array[:, j]) for j, name in enumerate(drive.names)}, {})
 
 

@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
-from hdfast import catalogue
+from hdfast import catalogue, checks
 from hdfast.checks import Floats
 from hdfast.errors import InputError, choose, nearest, shorten
 from hdfast.model import Model
 from hdfast.recordings import Recording
-from hdfast.request import prepare
+from hdfast.request import prepare_row
 from hdfast.result import SweepResult
 from hdfast.scenario import Scenario, chosen_scenario
+from hdfast.sensitivities import Directions
 from hdfast.sweep import run
 
 GRID_STEP = 1e-3
@@ -52,7 +55,7 @@ class Trajectory:
         self.parameters = result.parameters(0)
 
     def __getitem__(self, name: str) -> Floats:
-        if name not in self.signals:
+        if not isinstance(name, str) or name not in self.signals:
             raise InputError(f"the trajectory holds no {shorten(name)}{nearest(str(name), self.signals)}")
         return self.signals[name]
 
@@ -65,6 +68,18 @@ class Trajectory:
             return None
         columns = {"t": self.t, **{name: values[0] for name, values in result.recorded.items()}}
         return Recording("simulated", columns, observation.stage.resolution)
+
+    def sampled(self, t: Any, signals: Sequence[str]) -> dict[str, Floats]:
+        """Signals of the same run at other times [s], shape (T,) each; no metrics, no sensors."""
+        request = replace(
+            self.result.request,
+            grids=[np.ascontiguousarray(checks.times("t", t, self.scenario.t_end))],
+            signals=catalogue.choose_signals(signals, ()),
+            metrics=[],
+            observation=None,
+            sensitivities=Directions((), {}, {}),
+        )
+        return {name: values[0] for name, values in run(request, threads=1).samples.items()}
 
     def plot(self) -> Any:
         """Speeds, windup and transmission error over time as a `matplotlib.figure.Figure`."""
@@ -88,7 +103,8 @@ def simulate(
         row: parameters that differ from the defaults, as a dict; or anything `sweep` takes with one row.
         model: the equations; default `Model()`.
         scenario: the inputs over time; default `Scenario.start_stop()`.
-        t_eval: sample times [s], shape (T,); default about 1 kHz over the whole run.
+        t_eval: sample times [s], shape (T,); default 1 kHz over the whole run, but 1,001 to
+            100,001 times.
         signals: names of the sampled signals; default all.
         options: metrics, initial_state, sensitivities, method, rtol, atol, max_steps, max_step, sensors and strict as
             in `sweep`.
@@ -105,9 +121,5 @@ def simulate(
         size = int(np.clip(round(scenario.t_end / GRID_STEP) + 1, *GRID_SIZE))
         t_eval = np.linspace(0.0, scenario.t_end, size)
     chosen = list(catalogue.signals()) if signals is None else signals
-    request = prepare(
-        {} if row is None else row, model=model, scenario=scenario, t_eval=t_eval, signals=chosen, **options
-    )
-    if request.rows.count != 1:
-        raise InputError(f"row holds {request.rows.count} rows (allowed: 1; use hdfast.sweep for many)")
+    request = prepare_row(row, model=model, scenario=scenario, t_eval=t_eval, signals=chosen, **options)
     return Trajectory(run(request, threads=1, strict=strict))

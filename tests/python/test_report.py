@@ -143,6 +143,11 @@ def test_exact_order_spectrum_of_a_known_signal():
                 name
             ]
 
+        def sampled(self, t, signals):
+            finer = Run()
+            finer.t = t
+            return {name: finer[name] for name in signals}
+
     revolutions, te, _ = plots.whole_revolutions(Run())
     turns = round(revolutions[-1] - revolutions[0])
     lines = 2 / (len(te) - 1) * np.abs(np.fft.rfft(te[:-1]))
@@ -150,6 +155,17 @@ def test_exact_order_spectrum_of_a_known_signal():
     assert lines[2 * turns] == pytest.approx(3e-5, rel=1e-4)
     assert lines[5 * turns] == pytest.approx(1e-6, rel=1e-3)
     assert lines[3 * turns] < 1e-9
+
+
+def test_exact_order_spectrum_of_a_fast_drive_has_no_order_of_the_sampling():
+    """At 3000 r/min 1 kHz gives 20 samples a turn; the kinematic error has orders 2, 4, 6, ... of known amplitude."""
+    run = hdfast.simulate(scenario=hdfast.Scenario.start_stop(speed_rpm=3000, t_end=2.0))
+    revolutions, _, kinematic = plots.whole_revolutions(run)
+    turns = round(revolutions[-1] - revolutions[0])
+    lines = 2 / (len(kinematic) - 1) * np.abs(np.fft.rfft(kinematic[:-1]))
+    for order in range(1, 21):
+        value = sum(run.parameters.get(f"te_{part}_{order}", 0.0) ** 2 for part in ("cos", "sin")) ** 0.5
+        assert lines[order * turns] == pytest.approx(value, rel=2e-3, abs=1e-9), order
 
 
 def test_exact_short_run_has_no_revolution():

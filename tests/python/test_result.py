@@ -41,6 +41,25 @@ def test_exact_percentiles_are_those_of_a_metric(result):
     with pytest.raises(hdfast.InputError, match="q = 101 is out of range"):
         result.percentiles("te_pp", (101,))
     assert result.usable("te_pp").tolist() == result["te_pp"][:2].tolist()
+    assert result.percentiles("te_pp", 50.0) == result.percentiles("te_pp", (50.0,))[0]
+
+
+def test_exact_orders_are_found_as_they_were_asked_for():
+    found = hdfast.sweep({}, scenario=SHORT, metrics=["order_0.5"])
+    assert found["order_0.5"] is found["order_1/2"]
+    with pytest.raises(hdfast.InputError, match=r"the result holds no \['order_1/2'\]"):
+        found[["order_1/2"]]
+
+
+def test_exact_rows_that_differ_in_a_sensor_can_be_told_apart():
+    stage = hdfast.sensors.SensorStage([("encoder_eccentricity", "load_angle")], {"psi": 0.3})
+    rows = {"eccentricity": np.array([0.0, 1e-5]), "J_l": 0.4}
+    read = hdfast.sweep(rows, scenario=SHORT, t_eval=[0.0, 0.1], metrics=[], sensors=stage)
+    assert read.parameters(1)["eccentricity"] == 1e-5
+    assert read.parameters(1)["psi"] == 0.3
+    assert read.to_arrow()["eccentricity"].to_pylist() == [0.0, 1e-5]
+    assert "eccentricity" in read.to_arrow(parameters="given").column_names
+    assert "psi" not in read.to_arrow(parameters="given").column_names
 
 
 def test_exact_readings_are_found_by_name():

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import math
 import time
 
@@ -19,6 +20,17 @@ UNDIFFERENTIATED = {"time_outside_range", "energy_residual"}
 
 
 @pytest.mark.parametrize("seed", range(3))
+def test_exact_a_jacobian_of_many_rows_or_of_nothing_is_refused_before_it_runs(monkeypatch):
+    monkeypatch.setattr(importlib.import_module("hdfast.jacobian"), "run", None)
+    for options, text in (
+        ({"row": hdfast.defaults(2)}, "row holds 2 rows"),
+        ({"signals": []}, r"signals = \[\]"),
+        ({"threads": 2}, "option = 'threads'"),
+    ):
+        with pytest.raises(hdfast.InputError, match=text):
+            hdfast.jacobian(wrt=["J_l"], t_eval=[0.0, 0.1], **options)
+
+
 def test_against_differences_of_the_nominal_drive(seed):
     signals = ["theta_m", "te", "omega_l", "windup", "tau_m", "gear_torque"]
     assert_close(random_row(seed), [*DRIVE, *SCENARIO], 1e-6, signals=signals, **AT_SPEED)

@@ -65,11 +65,20 @@ def test_exact_named_columns_give_the_same_bits(rows, expected):
         assert bits(run(table)) == expected
 
 
-def test_exact_a_series_is_no_table():
+def test_exact_what_is_no_table_is_refused():
     import pandas as pd
+    import polars as pl
 
-    with pytest.raises(hdfast.InputError, match=r"(?s)rows = .* cannot be read \(allowed: a float64 array"):
-        run(pd.Series({"J_l": 0.5}))
+    for value in (pd.Series({"J_l": 0.5}), pl.LazyFrame({"J_l": [0.5]})):
+        with pytest.raises(hdfast.InputError, match=r"(?s)rows = .* cannot be read \(allowed: a float64 array"):
+            run(value)
+    with pytest.raises(hdfast.ParameterError, match="rows has two columns of one name"):
+        run(pa.table([[0.5], [0.6]], names=["J_l", "J_l"]))
+
+
+@pytest.mark.filterwarnings("ignore::PendingDeprecationWarning")
+def test_exact_a_matrix_is_an_array(rows, expected):
+    assert bits(run(np.matrix(rows))) == expected
 
 
 def test_exact_float32_is_converted():
@@ -93,8 +102,8 @@ def test_exact_empty_batches():
 
 def test_exact_masked_and_null_entries_are_bad_rows():
     values = np.ma.masked_array([0.5, 0.6, 0.7], [False, True, False])
-    for column in (values, pa.array([0.5, None, 0.7])):
-        table = pa.table({"J_l": column}) if isinstance(column, pa.Array) else {"J_l": column}
+    nulls = {"J_l": pa.array([0.5, None, 0.7])}
+    for table in ({"J_l": values}, pa.table(nulls), pa.RecordBatch.from_pydict(nulls)):
         result = run(table)
         assert result.status_counts() == {"finished": 2, "bad_parameters": 1}
         assert "J_l = nan" in result.message(1)
@@ -135,6 +144,17 @@ def test_exact_bad_rows_are_data_and_strict_raises(rows):
     with pytest.raises(hdfast.RowError, match=r"row 2: J_m = -1 kg m\^2") as caught:
         run(bad, strict=True)
     assert (caught.value.row, caught.value.parameter) == (2, "J_m")
+
+
+def test_exact_a_result_keeps_what_it_was_made_for():
+    X, t = hdfast.defaults(2), np.array([0.0, 0.1])
+    named = {"J_l": np.array([0.5, 0.6])}
+    found = [run(X, t_eval=t), run(named, t_eval=t)]
+    X[:, hdfast.column("J_l")] = named["J_l"][:] = 9.0
+    t[:] = 7.0
+    assert [result.parameters(0)["J_l"] for result in found] == [0.5, 0.5]
+    assert found[1].to_arrow()["J_l"].to_pylist() == [0.5, 0.6]
+    assert [result.t_eval[0].tolist() for result in found] == [[0.0, 0.1]] * 2
 
 
 def test_exact_nothing_is_copied_that_need_not_be():

@@ -62,6 +62,7 @@ TITLES = {
 }
 PREFIXES = ((1e-9, "n"), (1e-6, "µ"), (1e-3, "m"), (1.0, ""), (1e3, "k"))
 HARMONICS = 20
+POINTS_PER_TURN = 720
 
 Arguments = ParamSpec("Arguments")
 
@@ -284,6 +285,11 @@ def whole_revolutions(run: Trajectory, longest: int = 3) -> tuple[Floats, Floats
     turns = min(longest, int(angle[-1] - angle[first]))
     if turns < 1:
         return (np.empty(0),) * 3
-    grid = np.linspace(angle[-1] - turns, angle[-1], turns * 720 + 1)
-    te, kinematic = (np.interp(grid, angle[first:], run[name][inside][first:]) for name in ("te", "theta_e"))
-    return grid - angle[-1], te, kinematic
+    t = run.t[inside]
+    begin = t[max(int(np.searchsorted(angle, angle[-1] - turns)) - 1, first)]
+    points = turns * POINTS_PER_TURN + 1
+    fine = run.sampled(np.linspace(begin, t[-1], points), ("theta_m", "te", "theta_e"))
+    angle = np.abs(fine["theta_m"] - fine["theta_m"][-1]) / (2.0 * math.pi)
+    grid = np.linspace(-turns, 0.0, points)
+    te, kinematic = (np.interp(grid, -angle, fine[name]) for name in ("te", "theta_e"))
+    return grid, te, kinematic

@@ -115,9 +115,8 @@ def _parser() -> argparse.ArgumentParser:
     command.add_argument("--out", metavar="DIR", help="folder for the page, the table, the JSON and the input")
     command.add_argument("--rows", type=_whole("--rows", 1, MAX_ROWS), help="number of drives instead of the file's")
     command.add_argument("--seed", type=_whole("--seed", 0, checks.MAX_SEED), help="seed instead of the file's")
-    command.add_argument(
-        "--threads", type=_whole("--threads", 1, MAX_THREADS), help="number of threads (default: all cores)"
-    )
+    threads = "number of threads instead of the file's (default: all cores)"
+    command.add_argument("--threads", type=_whole("--threads", 1, MAX_THREADS), help=threads)
     command.add_argument("--progress", action="store_true", help="show progress even when stderr is not a terminal")
 
     example = "hdfast simulate examples/shf-25-120.toml --out out/one"
@@ -174,8 +173,7 @@ def _sweep(options: argparse.Namespace) -> int:
         )
     except Interrupted as stop:
         if out is not None:
-            verdicts = judge(settings.specs, stop.result, settings.plan())
-            folder.write_sweep(out, settings, stop.result, verdicts, seed, None)
+            folder.write_sweep(out, settings, stop.result, [], seed, None)
             print(f"hdfast: finished rows are in {out / folder.ROWS}", file=sys.stderr)
         raise
     verdicts = judge(settings.specs, result, settings.plan())
@@ -202,7 +200,7 @@ def _headline(settings: Config, result: Any, seed: int) -> str:
         f"{settings.title}",
         f"{len(result):,} rows ({counts}), seed {seed}, {result.seconds:.2f} s on {result.threads} "
         f"thread{'s' if result.threads > 1 else ''} ({result.simd}), "
-        f"{len(result) / max(result.seconds, 1e-9):,.0f} rows/s",
+        f"{result.rows_per_second:,.0f} rows/s",
     ]
     lines.extend(result.message(row) for row in (~result.finished).nonzero()[0][:3].tolist())
     return "\n".join(lines) + "\n"

@@ -64,7 +64,11 @@ def _reads(path: Path, text: str) -> bool:
 
 
 def write_atomically(path: Path, write: Callable[[BinaryIO], Any]) -> None:
-    """Write through a temporary file of the same folder."""
+    """Write through a temporary file of the same folder.
+
+    Raises:
+        InputError: the file cannot be written: the disk is full, or a folder has its name.
+    """
     temporary = path.parent / f".{path.name}-{secrets.token_hex(4)}"
     try:
         with temporary.open("xb") as stream:
@@ -72,9 +76,10 @@ def write_atomically(path: Path, write: Callable[[BinaryIO], Any]) -> None:
             stream.flush()
             os.fsync(stream.fileno())
         temporary.replace(path)
-    except BaseException:
+    except OSError as error:
+        raise InputError(f"{str(path)!r} cannot be written: {error.strerror or error}") from error
+    finally:
         temporary.unlink(missing_ok=True)
-        raise
 
 
 def write_text(path: Path, text: str) -> None:

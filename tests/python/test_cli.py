@@ -304,7 +304,26 @@ def test_exact_interrupt_keeps_finished_rows(small, tmp_path):
     assert summary["interrupted"]
     assert summary["status"]["finished"] > 0
     assert summary["status"]["cancelled"] > 0
+    assert summary["specifications"] == {}
+    assert summary["rows_per_second"] < 1_000_000 / summary["seconds"]
     assert not (out / "index.html").exists()
+
+
+def test_exact_what_cannot_be_written_is_named(small, tmp_path, capsys):
+    (tmp_path / "out" / "rows.parquet").mkdir(parents=True)
+    assert main(["sweep", str(small), "--out", str(tmp_path / "out"), "--quiet"]) == 2
+    assert re.search(r"rows\.parquet' cannot be written: Is a directory", capsys.readouterr().err)
+    assert list((tmp_path / "out").glob(".*")) == []
+
+
+def test_exact_a_folder_keeps_no_recording_of_an_earlier_drive(small, tmp_path):
+    small.write_text(SMALL + "[sensors]\nload_angle = { resolution = 6e-6 }\n")
+    assert main(["simulate", str(small), "--out", str(tmp_path / "out"), "--quiet"]) == 0
+    assert (tmp_path / "out" / "recording.parquet").exists()
+    small.write_text(SMALL + '[[terms]]\neffect = "coulomb_friction"\n')
+    assert main(["simulate", str(small), "--out", str(tmp_path / "out"), "--quiet"]) == 0
+    assert not (tmp_path / "out" / "recording.parquet").exists()
+    assert json.loads((tmp_path / "out" / "summary.json").read_text())["model"]["terms"] == ["coulomb_friction"]
 
 
 def test_exact_unknown_vector_code_is_one_line_and_exit_code_2(small, monkeypatch, capsys):

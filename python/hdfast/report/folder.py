@@ -36,7 +36,7 @@ def summary(config: Config, result: SweepResult, verdicts: list[Verdict], seed: 
         "status": result.status_counts(),
         "interrupted": result.interrupted,
         "seconds": result.seconds,
-        "rows_per_second": len(result) / max(result.seconds, 1e-9),
+        "rows_per_second": result.rows_per_second,
         "threads": result.threads,
         "simd": result.simd,
         "specifications": {verdict.spec.metric: tables.verdict_entry(verdict) for verdict in verdicts},
@@ -65,7 +65,12 @@ def _origin(config: Config) -> dict[str, Any]:
         "build": {key: value for key, value in info.items() if isinstance(value, (str, int, bool, list))},
         "finished_at": datetime.now(UTC).isoformat(timespec="seconds"),
         "input_sha256": hashlib.sha256(config.text.encode()).hexdigest(),
-        "model": {"base": config.model.base, "spring": config.model.spring, "orders": list(config.model.orders)},
+        "model": {
+            "base": config.model.base,
+            "spring": config.model.spring,
+            "orders": list(config.model.orders),
+            "terms": list(config.model.terms),
+        },
     }
 
 
@@ -88,7 +93,8 @@ def write_sweep(
 ) -> dict[str, Any]:
     """Write everything of a Monte Carlo run, the summary last, and return the summary.
 
-    Without `nominal`, as after an interruption, there is no page, not even that of an earlier run.
+    Without `nominal`, as after an interruption, there is no page, not even that of an earlier run. An interrupted sweep
+    has no verdicts: the rows that ended first are no random sample.
     """
     numbers = summary(config, result, verdicts, seed)
     write_atomically(folder / INPUT, lambda stream: stream.write(config.text.encode()))
@@ -112,7 +118,9 @@ def write_simulate(folder: Path, config: Config, run: Trajectory) -> dict[str, A
     table = pa.Table.from_arrays([pa.array(values) for values, _ in columns.values()], schema=schema)
     write_atomically(folder / INPUT, lambda stream: stream.write(config.text.encode()))
     write_table(folder / TRAJECTORY, table, None, numbers["version"])
-    if run.recorded is not None:
+    if run.recorded is None:
+        (folder / RECORDING).unlink(missing_ok=True)
+    else:
         save(run.recorded, folder / RECORDING)
     page = html.simulate_page(config, run)
     write_atomically(folder / PAGE, lambda stream: stream.write(page.encode()))

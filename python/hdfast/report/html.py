@@ -106,7 +106,7 @@ def sweep_page(config: Config, result: SweepResult, verdicts: list[Verdict], nom
         ("rows", f"{len(result):,}"),
         ("finished", f"{finished:,}"),
         ("seed", str(seed)),
-        ("rows per second", f"{len(result) / max(result.seconds, 1e-9):,.0f}"),
+        ("rows per second", f"{result.rows_per_second:,.0f}"),
         ("threads", str(result.threads)),
         ("vector code", result.simd),
     ]

@@ -40,7 +40,7 @@ def axis(grid: Grid) -> str:
     """Label of the parameter's axis."""
     if grid.parameter == "speed_rpm":
         return "set speed [r/min]"
-    return f"{grid.parameter} / default"
+    return f"{grid.parameter} / nominal"
 
 
 @styled

@@ -20,7 +20,6 @@ from hdfast.tolerance.study import Study
 
 PAGE, SUMMARY, INPUT = "index.html", "summary.json", "input.toml"
 STATISTICS, WORST = "statistics", "worst"
-ROWS = "rows.parquet"
 
 
 def write_study(study: Study, out: Path) -> Path:
@@ -38,7 +37,7 @@ def write_study(study: Study, out: Path) -> Path:
     _write_table(folder, WORST, study.worst())
     if isinstance(study.store, MemoryStore):
         rows = study.store.table()
-        write_atomically(folder / ROWS, lambda stream: pq.write_table(rows, stream, compression="zstd"))
+        write_atomically(folder / study.store.files, lambda stream: pq.write_table(rows, stream, compression="zstd"))
     write_text(folder / PAGE, text)
     write_json(folder / SUMMARY, numbers)
     return folder / PAGE

@@ -266,7 +266,7 @@ def statistics(study: Study) -> Section:
     texts = [
         "In brackets the 95 % limits of each percentile; 95 % / 95 %: between these values lie, with 95 % confidence, "
         "at least 95 % of all drives, whatever the distribution. statistics.parquet and statistics.csv hold all "
-        "percentiles, moments and extremes; rows/ holds every row."
+        f"percentiles, moments and extremes; {study.store.files} holds every row."
     ]
     return Section("Statistics of every metric", texts, tables=[html_table(header, rows, right=range(2, 9))])
 

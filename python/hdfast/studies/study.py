@@ -100,7 +100,7 @@ def parameter_study(
 
 def marked_table(grid: Grid, shown: Sequence[tuple[str, str]] = SHOWN) -> tuple[list[str], list[list[str]]]:
     """The article's points: one line for each case, metric and load inertia."""
-    header = ["case", "metric", "unit", "J_l", *(f"{value:g}" for value in grid.values[grid.marked])]
+    header = ["case", "metric", "unit", "J_l [kg m^2]", *(f"{value:g}" for value in grid.values[grid.marked])]
     rows = []
     for load in grid.loads:
         for case, metric in shown:

@@ -27,9 +27,15 @@ class Work(Protocol):
 
 
 class Store(Protocol):
-    """Where chunks go: `MemoryStore` or `FolderStore`."""
+    """Where chunks go: `MemoryStore` or `FolderStore`.
+
+    Attributes:
+        chunk: rows per chunk.
+        files: where a result folder has the rows.
+    """
 
     chunk: int
+    files: str
 
     def done(self, start: int, stop: int) -> bool:
         """True when these rows are there."""

@@ -67,6 +67,8 @@ def tolerance(
         FailedRowsError: from the statistics, when rows failed under "refuse". The rows are kept.
     """
     settings = file if isinstance(file, Config) else config.load(file)
+    if out is None:
+        settings = replace(settings, trajectories=None)
     plan = settings.plan(
         None if seed is None else checks.whole("seed", seed, 0, checks.MAX_SEED),
         None if sampling is None else choose("sampling", sampling, DESIGNS),

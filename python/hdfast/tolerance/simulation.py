@@ -74,4 +74,5 @@ def simulate_rows(
 
 def study_metrics(config: Config) -> list[str]:
     """Metrics a study keeps: those with limits, then those the file asks for, or else the main ones."""
-    return list(dict.fromkeys([*config.specs, *(config.run.metrics or MAIN_METRICS)]))
+    asked = MAIN_METRICS if config.run.metrics is None else config.run.metrics
+    return list(dict.fromkeys([*config.specs, *asked]))

@@ -38,6 +38,8 @@ CHUNK = 16_384
 class MemoryStore:
     """Rows of a study without a folder."""
 
+    files = "rows.parquet"
+
     def __init__(self) -> None:
         self.pieces: dict[int, Piece] = {}
         self.chunk = CHUNK
@@ -95,6 +97,8 @@ class FolderStore:
     Raises:
         InputError: the folder holds another study, or one and `resume` was not asked for.
     """
+
+    files = f"{ROWS}/"
 
     def __init__(
         self,

@@ -20,17 +20,6 @@ UNDIFFERENTIATED = {"time_outside_range", "energy_residual"}
 
 
 @pytest.mark.parametrize("seed", range(3))
-def test_exact_a_jacobian_of_many_rows_or_of_nothing_is_refused_before_it_runs(monkeypatch):
-    monkeypatch.setattr(importlib.import_module("hdfast.jacobian"), "run", None)
-    for options, text in (
-        ({"row": hdfast.defaults(2)}, "row holds 2 rows"),
-        ({"signals": []}, r"signals = \[\]"),
-        ({"threads": 2}, "option = 'threads'"),
-    ):
-        with pytest.raises(hdfast.InputError, match=text):
-            hdfast.jacobian(wrt=["J_l"], t_eval=[0.0, 0.1], **options)
-
-
 def test_against_differences_of_the_nominal_drive(seed):
     signals = ["theta_m", "te", "omega_l", "windup", "tau_m", "gear_torque"]
     assert_close(random_row(seed), [*DRIVE, *SCENARIO], 1e-6, signals=signals, **AT_SPEED)
@@ -168,6 +157,17 @@ def test_exact_linear_drive():
             change[3] = -A[3] / p["J_l"]
         expected = expm_frechet(A * t, change * t, compute_expm=False)[[1, 2, 3], 4]
         np.testing.assert_allclose(found[0, :, column], expected, rtol=1e-9)
+
+
+def test_exact_a_jacobian_of_many_rows_or_of_nothing_is_refused_before_it_runs(monkeypatch):
+    monkeypatch.setattr(importlib.import_module("hdfast.jacobian"), "run", None)
+    for options, text in (
+        ({"row": hdfast.defaults(2)}, "row holds 2 rows"),
+        ({"signals": []}, r"signals = \[\]"),
+        ({"threads": 2}, "option = 'threads'"),
+    ):
+        with pytest.raises(hdfast.InputError, match=text):
+            hdfast.jacobian(wrt=["J_l"], t_eval=[0.0, 0.1], **options)
 
 
 def test_exact_coast_down_to_a_stop():

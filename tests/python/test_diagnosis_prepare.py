@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from hdfast.diagnosis.band import Band, choose_band, low_pass
 from hdfast.diagnosis.evidence import lay_out
+from hdfast.diagnosis.noise import floors
 from hdfast.diagnosis.plant import Plant
 from hdfast.diagnosis.prepare import prepare
 from hdfast.diagnosis.session import warmed, with_heldout
@@ -140,6 +141,16 @@ def test_exact_noise_of_the_torque_widens_the_band_and_that_of_the_angle_narrows
     assert corners == sorted(corners)
     assert corners[0] < 0.7 * corners[-1]
     assert corner(2e-4, 2e-4) == pytest.approx(corner(1e-4, 2e-4) / np.sqrt(2.0), rel=0.05)
+
+
+def test_exact_a_sparse_columns_noise_is_that_of_its_own_rate():
+    """Of white noise at 100 readings a second a low-pass of 20 Hz leaves sqrt(2 20 / 100), whatever the clock."""
+    noise = np.random.default_rng(3).normal(0.0, 0.1, 4000)
+    sparse = np.where(np.arange(4000) % 10 == 0, noise, np.nan)
+    for torque, rate in ((noise, 1000.0), (sparse, 100.0)):
+        band = Band(500.0, 20.0, 200.0)
+        found = floors([source(1000.0, motor_torque=torque)], ["motor_torque"], band, {}, RATIO, 0.0)
+        assert found[0] == pytest.approx(0.1 * np.sqrt(2.0 * band.motion / rate), rel=0.1)
 
 
 def test_exact_a_dead_channel_is_not_judged():

@@ -30,9 +30,10 @@ def floors(
     that is known too large all of it would be noise.
     """
     seen = {column: _of(column, sources, sensors) for column in COLUMNS}
-    rate = float(np.median([1.0 / period(source.recording["t"]) for source in sources]))
-    share = {channel: math.sqrt(min(1.0, 2.0 * band.of(channel) / rate)) for channel in channels}
-    moved = math.sqrt(min(1.0, 2.0 * band.motion / rate) / 5.0)
+    rates = {column: _rate(column, sources) for column in COLUMNS}
+    rates["te"] = min(rates["motor_angle"], rates["load_angle"])
+    share = {channel: math.sqrt(min(1.0, 2.0 * band.of(channel) / rates[channel])) for channel in channels}
+    moved = math.sqrt(min(1.0, 2.0 * band.motion / rates["motor_angle"]) / 5.0)
     inertial = inertia * seen["motor_angle"] * (2.0 * math.pi * band.motion) ** 2 * moved
     of_a_sample = _by_channel(seen, ratio)
     found = {channel: share[channel] * of_a_sample[channel] for channel in channels}
@@ -70,6 +71,15 @@ def _of(column: str, sources: Sequence[Source], sensors: Mapping[str, SensorFact
     said = _stated(sensors.get(column))
     shown = float(np.median(seen))
     return min(said, shown) if said > 0.0 and shown > 0.0 else max(said, shown)
+
+
+def _rate(column: str, sources: Sequence[Source]) -> float:
+    """Numbers per second of a column, median over the recordings that have it; infinite where none has."""
+    clocks = [
+        source.recording["t"][np.isfinite(source.recording[column])] for source in sources if column in source.recording
+    ]
+    rates = [1.0 / period(t) for t in clocks if len(t) > 1]
+    return float(np.median(rates)) if rates else math.inf
 
 
 def _stated(facts: SensorFacts | None) -> float:

@@ -213,6 +213,7 @@ def test_exact_spectrum_of_two_known_lines_at_a_speed_that_changes():
         (0.0374, 0.00069, "N m", "37.40 ± 0.69 mN m"),
         (121.0, None, "1", "121"),
         (-3.1e15, 3e14, "kg m^2", "-3.1e+15 ± 3e+14 kg m^2"),
+        (-0.0003, 0.05, "1", "0.000 ± 0.050"),
         (None, None, "rad", "-"),
     ],
 )

@@ -77,7 +77,7 @@ def plus_minus(value: float | None, sigma: float | None, unit: str) -> str:
     digits = max(0, 1 - math.floor(math.log10(sigma)))
     if digits > 7 or abs(value) >= 1e5:
         return f"{value:.4g} ± {sigma:.2g}{tail}"
-    return f"{value:.{digits}f} ± {sigma:.{digits}f}{tail}"
+    return f"{value:z.{digits}f} ± {sigma:.{digits}f}{tail}"
 
 
 def amplitude(effect: Mapping[str, Any]) -> tuple[str, dict[str, Any]] | None:
@@ -101,7 +101,7 @@ def parameter_table(layout: Layout, before: Fit, after: Fit | None, masked: Sequ
         def stated(fit: Fit, sigma: Mapping[str, float], name: str = name, factor: float = factor) -> list[str]:
             if name not in sigma:
                 return ["", ""]
-            return [plus_minus(fit.value(name) * factor, sigma[name] * factor, ""), f"{pull(fit, name):+.1f}"]
+            return [plus_minus(fit.value(name) * factor, sigma[name] * factor, ""), f"{pull(fit, name):+z.1f}"]
 
         prior = plus_minus(free.value * factor, prior_sigma(free) * factor, "")
         row = [name, unit, prior if free.times is None else f"{prior} of {free.times}", *stated(before, sigmas[0])]

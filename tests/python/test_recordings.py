@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 import re
+import struct
+import zlib
 from pathlib import Path
 
 import numpy as np
@@ -209,6 +211,33 @@ def test_against_scipy_mat_files(compressed, tmp_path):
     for wrong in ("log.text", "picture", "cells"):
         with pytest.raises(InputError, match=f"column '{wrong}'"):
             load_table(tmp_path / "run.mat", {"temperature": wrong})
+
+
+def opaque(name, kind):
+    """A variable of class 17 as MATLAB writes a string or a date: flags, name, "MCOS", its class, no shape."""
+
+    def element(form, data):
+        return struct.pack("<II", form, len(data)) + data + b"\0" * (-len(data) % 8)
+
+    parts = (6, struct.pack("<II", 17, 0)), (1, name), (1, b"MCOS"), (1, kind), (14, b"")
+    return element(14, b"".join(element(*part) for part in parts))
+
+
+@pytest.mark.parametrize("packed", [False, True])
+def test_exact_strings_and_dates_beside_the_numbers_of_a_mat_file_are_left_out(packed, tmp_path):
+    from scipy.io import savemat
+
+    savemat(tmp_path / "run.mat", {"t": T, "motor_angle": 2.0 * T})
+    with (tmp_path / "run.mat").open("ab") as stream:
+        for name, kind in ((b"title", b"string"), (b"begun", b"datetime"), (b"day1", b"table")):
+            data = opaque(name, kind)
+            shut = zlib.compress(data)
+            stream.write(struct.pack("<II", 15, len(shut)) + shut if packed else data)
+    found = load(tmp_path / "run.mat")
+    np.testing.assert_array_equal(found["motor_angle"], 2.0 * T)
+    assert found.notes == ("columns left out: title, begun, day1",)
+    with pytest.raises(InputError, match="column 'title' holds no real numbers"):
+        load(tmp_path / "run.mat", {"motor_angle": "title"})
 
 
 def test_exact_rasters_of_an_mdf_are_joined_on_the_motor_angle(tmp_path):

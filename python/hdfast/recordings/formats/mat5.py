@@ -20,7 +20,7 @@ from hdfast.recordings.formats.source import Source, Wanted, check_size, one_dim
 
 HEADER = 128
 MATRIX, COMPRESSED = 14, 15
-STRUCT = 2
+STRUCT, OPAQUE = 2, 17  # opaque: strings, dates and tables, whose head has a name and no shape
 NUMERIC = range(6, 16)
 COMPLEX = 0x800
 DTYPES = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 9: "f8", 12: "i8", 13: "u8"}
@@ -117,8 +117,10 @@ class _Reader:
             parts.append(self.cut(data, place + 4, small) if small else self.cut(data, place + 8, size))
             place += 8 if small else 8 + size + -size % 8
         flags = struct.unpack(self.order + "I", self.cut(parts[0], 0, 4))[0]
-        shape = tuple(int(size) for size in np.frombuffer(parts[1], self.order + "i4"))
-        return Matrix(flags & 0xFF, flags, shape, bytes(parts[2]).decode("latin-1"), data[place:])
+        kind = flags & 0xFF
+        sizes, name = (parts[0][:0], parts[1]) if kind == OPAQUE else (parts[1], parts[2])
+        shape = tuple(int(size) for size in np.frombuffer(sizes, self.order + "i4"))
+        return Matrix(kind, flags, shape, bytes(name).decode("latin-1"), data[place:])
 
     def matrix(self, element: Element, prefix: str, depth: int) -> None:
         if element.kind != MATRIX or not len(element.data):

@@ -303,6 +303,18 @@ def test_exact_a_tdms_waveform_has_the_time_of_its_increment(tmp_path):
     np.testing.assert_array_equal(found["motor_angle"], 3.0 * T)
 
 
+def test_exact_a_channel_of_a_tdms_is_listed_once(tmp_path):
+    from nptdms import ChannelObject, TdmsWriter
+
+    channels = [("rig", "t", T), ("rig", "motor_angle", 3.0 * T), ("day", "note", T), ("rig", "note", T)]
+    with TdmsWriter(tmp_path / "run.tdms") as writer:
+        writer.write_segment([ChannelObject(*channel) for channel in channels])
+    for mapped in (None, {"motor_angle": "rig/motor_angle"}):
+        found = load(tmp_path / "run.tdms", mapped)
+        np.testing.assert_array_equal(found["motor_angle"], 3.0 * T)
+        assert found.notes == ("columns left out: day/note, rig/note",)
+
+
 CONVERSIONS = [
     (math.pi / 180.0, np.degrees),
     (2.0 * math.pi / 2**17, lambda rad: rad / (2.0 * math.pi) * 2**17),

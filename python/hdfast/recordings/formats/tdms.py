@@ -32,8 +32,8 @@ def _channels(path: Path, wanted: Wanted, opened: Any) -> Source:
     units: dict[str, str] = {}
     with opened as file:
         channels = {f"{group.name}/{channel.name}": channel for group in file.groups() for channel in group.channels()}
-        own = [full.split("/", maxsplit=1)[1] for full in channels]
-        named = {name: channel for name, channel in zip(own, channels.values(), strict=True) if own.count(name) == 1}
+        own = [channel.name for channel in channels.values()]
+        named = {channel.name: channel for channel in channels.values() if own.count(channel.name) == 1}
         for name, channel in {**channels, **named}.items():
             if name not in wanted:
                 continue
@@ -44,4 +44,5 @@ def _channels(path: Path, wanted: Wanted, opened: Any) -> Source:
                 units[name] = unit
             if "t" not in {**channels, **named} and "t" not in columns and channel.properties.get("wf_increment"):
                 columns["t"] = channel.time_track()
-    return Source(["t", *channels, *named] if "t" in columns else [*channels, *named], columns, units)
+    names = [full if full in wanted or name not in named else name for full, name in zip(channels, own, strict=True)]
+    return Source(["t", *names] if "t" in columns and "t" not in named else names, columns, units)

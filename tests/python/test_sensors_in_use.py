@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import json
 
 import hdfast
 import numpy as np
@@ -135,3 +136,9 @@ def test_exact_steps_of_a_bench_fall_at_random_and_its_zero_is_exact():
         assert np.array_equal(recording["temperature"], 0.0 * t + 20.0)
     zero = bench.record(sensors, "x", t, {"load_angle": 0.0 * t}, 7)["load_angle"]
     assert np.max(np.abs(zero)) < 0.5e-2
+
+
+def test_exact_a_bench_writes_an_unbounded_torque_as_null(tmp_path):
+    (tmp_path / "drive.toml").write_text("[scenario]\ntau_max = inf\n")
+    assert main(["bench", "startstop", str(tmp_path / "drive.toml"), "--out", str(tmp_path / "out"), "--quiet"]) == 0
+    assert json.loads((tmp_path / "out" / "truth.json").read_text())["truth"]["tau_max"] is None

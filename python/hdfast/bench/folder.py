@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from hdfast import catalogue
-from hdfast.files import prepare, write_json, write_text
+from hdfast.files import json_ready, prepare, write_json, write_text
 from hdfast.recordings import Recording, save
 from hdfast.sensors import SensorStage
 from hdfast.sensors.facts import facts_of
@@ -46,5 +46,5 @@ def write(
     }
     write_text(target / CAMPAIGN, dump(sections))
     numbers = {"kind": kind, "seed": seed, "version": catalogue.build_info()["version"], "truth": dict(truth)}
-    write_json(target / TRUTH, numbers)
+    write_json(target / TRUTH, json_ready(numbers))
     return target / CAMPAIGN

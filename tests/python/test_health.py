@@ -374,6 +374,16 @@ def test_exact_leakage_rejects_the_heldout_recording(run, clean):
     assert "counts twice" in sentences(result.recordings[1], "leakage", "warning")[0]
 
 
+def test_exact_missing_numbers_are_no_leak(clean):
+    """Both loggers miss as many samples, of the angle and the torque."""
+    fitted, held = ({name: values.copy() for name, values in clean[kind].items()} for kind in ("profile", "sine"))
+    for found in (fitted, held):
+        for name in ("motor_angle", "motor_torque"):
+            found[name][1000:1500] = np.nan
+    result = health.check(campaign([fitted, (held, {"role": "heldout"})]))
+    assert not any(sentences(item, "leakage") for item in result.recordings)
+
+
 def test_exact_no_motion_rejects(run):
     run["motor_angle"][:] = 1.0
     assert "the motor does not move" in examine(run).reason

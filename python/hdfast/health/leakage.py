@@ -60,10 +60,15 @@ def _pairs(subject: Subject) -> np.ndarray:
 
 
 def _blocks(subject: Subject, stride: int) -> list[bytes]:
+    """Blocks in which something moves and no number is missing: what is missing in both is not the same evidence."""
     pairs = _pairs(subject)
     moves = np.concatenate([[0], np.cumsum(np.any(np.diff(pairs, axis=0) != 0.0, axis=1))])
-    starts = range(0, len(pairs) - BLOCK + 1, stride)
-    return [pairs[k : k + BLOCK].tobytes() for k in starts if moves[k + BLOCK - 1] - moves[k] >= FEWEST_MOVES]
+    holes = np.concatenate([[0], np.cumsum(np.any(np.isnan(pairs), axis=1))])
+    return [
+        pairs[k : k + BLOCK].tobytes()
+        for k in range(0, len(pairs) - BLOCK + 1, stride)
+        if moves[k + BLOCK - 1] - moves[k] >= FEWEST_MOVES and holes[k + BLOCK] == holes[k]
+    ]
 
 
 def _samples(subject: Subject) -> list[bytes]:

@@ -110,6 +110,12 @@ def test_exact_backward_time_is_left_out_or_rejects(run):
     assert "split the file" in examine(run).reason
 
 
+@pytest.mark.parametrize(("scale", "reach"), [(1e3, "1.7e+12"), (1e9, "1.7e+18")])
+def test_exact_a_time_stamp_in_parts_of_a_second_is_named(run, scale, reach):
+    run["t"] = scale * (1.7e9 + run["t"])
+    assert f"t reaches {reach} s: a time stamp in ms, us or ns? scale it in [columns] t" in examine(run).reason
+
+
 def test_exact_repeated_and_constant_times(run):
     run["t"][700] = run["t"][699]
     assert "1 samples repeat the time" in sentences(examine(run), "time", "warning")[0]

@@ -6,8 +6,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from hdfast.checks import Floats
 from hdfast.health.finding import NOTE, REJECT, WARNING
-from hdfast.health.subject import REQUIRED, Subject
+from hdfast.health.subject import LARGEST, REQUIRED, Subject
 from hdfast.recordings.columns import CHANNELS, ColumnMap
 
 NAME = "columns"
@@ -27,19 +28,24 @@ def check(subject: Subject) -> None:
         share = float(np.mean(np.isfinite(subject.clean(name)))) if recording.samples else 0.0
         if share < FEWEST_FINITE:
             severity, what = (REJECT, "the recording") if name in REQUIRED else (WARNING, "the column")
+            sentence = f"{100.0 * share:.3g} % of {name} are numbers; {what} is not used"
+            if name == "t":
+                sentence = _stamp(recording[name]) or sentence
             subject.unused.add(name)
-            subject.find(
-                NAME,
-                severity,
-                f"{100.0 * share:.3g} % of {name} are numbers; {what} is not used",
-                value=share,
-                limit=FEWEST_FINITE,
-            )
+            subject.find(NAME, severity, sentence, value=share, limit=FEWEST_FINITE)
         elif share < 1.0:
             missing = recording.samples - round(share * recording.samples)
             subject.find(
                 NAME, NOTE, f"{missing} samples of {name} are missing and masked", value=share, limit=FEWEST_FINITE
             )
+
+
+def _stamp(t: Floats) -> str:
+    """What is said of times too large for seconds; nothing of others."""
+    reach = float(np.max(np.abs(t[np.isfinite(t)]), initial=0.0))
+    if reach < LARGEST:
+        return ""
+    return f"t reaches {reach:.3g} s: a time stamp in ms, us or ns? scale it in [columns] t"
 
 
 def loaded(subjects: Sequence[Subject]) -> None:

@@ -114,6 +114,21 @@ def test_exact_wrong_recordings_are_named():
         identify.kinematic_error(turning, ratio=121.0)
 
 
+def test_exact_an_angle_that_its_file_gives_in_degrees_is_not_taken_for_radians(tmp_path):
+    """A motor torque in ampere, which the test does not read, is nobody's concern."""
+    paths = []
+    for number, found in enumerate(smooth([2], [90e-6], [0.4], 0.0)):
+        table = np.column_stack([found["t"], found["motor_angle"], np.degrees(found["load_angle"]), 0.0 * found["t"]])
+        paths.append(tmp_path / f"run{number}.csv")
+        header = "t,motor_angle,load_angle,motor_torque\ns,rad,deg,A"
+        np.savetxt(paths[-1], table, delimiter=",", header=header, comments="", fmt="%.17g")
+    with pytest.raises(InputError, match=r"the file gives load_angle in deg, not in rad: state scale = 0\.0174"):
+        identify.kinematic_error(paths, ratio=121.0, orders=[2])
+    scaled = {"load_angle": {"scale": np.pi / 180.0}}
+    fit = identify.kinematic_error(paths, ratio=121.0, orders=[2], columns=scaled)
+    assert fit.estimates.named("te_2").value == pytest.approx(90e-6, rel=1e-6)
+
+
 def test_exact_a_bench_that_ends_early_is_refused():
     with pytest.raises(InputError, match="cannot be simulated"):
         startstop({"J_m": 1e-30}, scenario=Scenario.start_stop(t_end=1.0))

@@ -9,7 +9,7 @@ import numpy as np
 from hdfast.health.finding import WARNING
 from hdfast.health.subject import Subject
 from hdfast.recordings import COLUMNS
-from hdfast.recordings.units import WITHOUT_FACTOR, factor, plain
+from hdfast.recordings.units import correction, factor
 
 NAME = "units"
 DEGREES, RPM = 180.0 / math.pi, 30.0 / math.pi
@@ -55,13 +55,9 @@ def check(subject: Subject) -> None:
 def _stated(subject: Subject) -> None:
     """Units that the file itself names, for columns without a scale."""
     for name, unit in subject.recording.units.items():
-        target = COLUMNS[name][0]
-        scale = factor(unit, target)
-        if scale == 1.0 or (scale is None and plain(unit) not in WITHOUT_FACTOR):
-            continue
-        hint = f"scale = {scale:.9g}" if scale is not None else f"a scale from {unit} to {target}"
-        sentence = f"the file gives {name} in {unit}, not in {target}: state {hint} in [columns] {name}"
-        subject.find(NAME, WARNING, sentence, value=scale)
+        sentence = correction(name, unit)
+        if sentence:
+            subject.find(NAME, WARNING, sentence, value=factor(unit, COLUMNS[name][0]))
 
 
 def _rate(subject: Subject) -> None:

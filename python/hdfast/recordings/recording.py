@@ -11,6 +11,7 @@ from hdfast.checks import Floats
 from hdfast.errors import InputError
 from hdfast.recordings.columns import COLUMNS
 from hdfast.recordings.table import Table
+from hdfast.recordings.units import correction
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,12 +37,16 @@ class Recording(Table):
         """The named columns, reduced to the samples where all of them are known.
 
         Raises:
-            InputError: naming every missing column and what it is needed for.
+            InputError: naming every missing column and its purpose, or one that the file gives in another unit.
         """
         missing = [name for name in names if name not in self.columns]
         if missing:
             listed = ", ".join(f"{name} [{COLUMNS[name][0]}]" for name in missing)
             raise InputError(f"{self.name}: {purpose} needs {listed} (the file has: {self.listing})")
+        for name in names:
+            said = correction(name, self.units.get(name, ""))
+            if said:
+                raise InputError(f"{self.name}: {said} (on the command line  --column {name}=NAME*SCALE)")
         known = np.logical_and.reduce([np.isfinite(self.columns[name]) for name in names])
         if known.sum() < 8:
             raise InputError(f"{self.name}: {purpose} finds {int(known.sum())} samples with {', '.join(names)}")

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 
+from hdfast.recordings.columns import COLUMNS
+
 DEGREE, RPM = math.pi / 180.0, math.pi / 30.0
 SI = ("s", "rad", "Nm", "rad/s", "degC", "°C", "Cel", "-")
 FACTORS = {
@@ -33,3 +35,16 @@ def factor(unit: str, target: str) -> float | None:
         return 1.0
     found = FACTORS.get(plain(unit))
     return found[1] if found is not None and found[0] == target else None
+
+
+def correction(name: str, unit: str) -> str:
+    """What has to be stated of a standard column that a file gives in a unit; nothing where none has to.
+
+    A unit of which nothing is known counts as the column's own.
+    """
+    target = COLUMNS[name][0]
+    scale = factor(unit, target)
+    if scale == 1.0 or (scale is None and plain(unit) not in WITHOUT_FACTOR):
+        return ""
+    hint = f"scale = {scale:.9g}" if scale is not None else f"a scale from {unit} to {target}"
+    return f"the file gives {name} in {unit}, not in {target}: state {hint} in [columns] {name}"

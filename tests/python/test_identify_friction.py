@@ -100,6 +100,15 @@ def at(speed, torque, load=0.0):
     return {"t": t, "motor_angle": speed * t, "motor_torque": torque + 0.0 * t, "load_torque": load + 0.0 * t}
 
 
+def test_exact_an_optional_column_without_numbers_is_as_good_as_absent():
+    recordings = friction(FrictionLaw(T_s=0.03), dwell_revolutions=2.0, seed=3)
+    whole = identify.friction(recordings, ratio=121.0)
+    blank = [dict(item.columns) | {"temperature": np.where(item["t"] < 5.0, 20.0, np.nan)} for item in recordings]
+    fit = identify.friction(blank, ratio=121.0)
+    assert fit.estimates.named("B").value == pytest.approx(whole.estimates.named("B").value, rel=1e-9)
+    assert "recording 0: less than 50 % of temperature are numbers; the column is not used" in fit.notes
+
+
 def test_exact_fewer_speeds_than_parameters_are_named():
     recordings = [at(5.0, 0.03), at(-5.0, -0.03), at(5.0, 0.2, load=20.0)]
     with pytest.raises(InputError, match="3 constant speeds do not give T_c_forward, T_c_backward, B, c_L"):

@@ -174,6 +174,16 @@ def test_exact_columns_and_ratios_that_cannot_be_are_named(change, options, text
         identify.stiffness(columns, **{"ratio": 121.0} | options)
 
 
+def test_exact_an_empty_torque_leaves_the_test_to_the_other_one():
+    made = stiffness(rate=20.0, sensors=rig(100.0)).recording
+    empty = np.full(made.samples, np.nan)
+    fit = identify.stiffness({**made, "output_torque": empty, "motor_angle": empty}, ratio=121.0)
+    assert fit.numbers["laws"]["odd"]["k1"] == pytest.approx(3.102e4, rel=0.02)
+    text = " ".join(fit.notes)
+    assert "torque is the column load_torque" in text
+    assert "less than 50 % of motor_angle are numbers" in text
+
+
 def test_exact_a_loop_without_noise_or_hysteresis():
     perfect = rig(100.0, motor_angle=SensorFacts(), load_angle=SensorFacts(), load_torque=SensorFacts())
     made = stiffness(rate=8.0, loop=SlipLoop(torque=0.0), sensors=perfect)

@@ -9,11 +9,10 @@ import numpy as np
 from hdfast.checks import Floats
 from hdfast.health.finding import NOTE, REJECT, WARNING
 from hdfast.health.subject import LARGEST, REQUIRED, Subject
-from hdfast.recordings.columns import CHANNELS, ColumnMap
+from hdfast.recordings.columns import CHANNELS, FEWEST_FINITE, ColumnMap
 
 NAME = "columns"
 EXAMPLE = 'motor_angle = { name = "angle_deg", scale = 0.0174533 }'
-FEWEST_FINITE = 0.5
 FEWEST = 8
 
 

@@ -17,6 +17,7 @@ from hdfast.checks import Floats
 from hdfast.errors import InputError
 from hdfast.recordings import Recording
 
+TORQUES = ("output_torque", "load_torque")
 MOST_LEVELS = 600
 TURN_SHARE = 0.005  # of the range of torque, on either side of a turning point
 
@@ -48,15 +49,19 @@ class Crossings:
     turns: tuple[tuple[float, float], tuple[float, float]]
 
 
-def windup_and_torque(recording: Recording, ratio: float | None) -> tuple[Floats, Floats, Floats, str]:
+def windup_and_torque(
+    recording: Recording, ratio: float | None, notes: list[str]
+) -> tuple[Floats, Floats, Floats, str]:
     """Time [s], windup from an arbitrary zero [rad], torque [N m], each (n,), and the name of the torque column.
+
+    Of two torques output_torque is read, unless it is empty and load_torque is not.
 
     Raises:
         InputError: a column is missing, or the motor turned and the ratio is not known.
     """
     purpose = "a stiffness test"
-    torque = "output_torque" if "output_torque" in recording else "load_torque"
-    names = ["t", "load_angle", torque] + (["motor_angle"] if "motor_angle" in recording else [])
+    torque = max((name for name in TORQUES if name in recording), key=recording.filled, default=TORQUES[-1])
+    names = ["t", "load_angle", torque, *recording.optional(notes, "motor_angle")]
     found = dict(zip(names, recording.need(purpose, *names), strict=True))
     windup = -(found["load_angle"] - found["load_angle"][0])
     if "motor_angle" in found:

@@ -54,10 +54,10 @@ def friction(
     """
     i = checks.positive("ratio", ratio, 1e4)
     listed = gather(recordings, columns)
-    means = plateaus(listed, i)
+    notes = [f"{item.name}: {note}" for item in listed for note in item.notes]
+    means = plateaus(listed, i, notes)
     if not means.torque.any():
         raise InputError("motor_torque less load_torque/ratio is 0 at every constant speed: is it the right column?")
-    notes = [f"{item.name}: {note}" for item in listed for note in item.notes]
     names = _names(means, listed, notes)
     if len(means.speed) < len(names):
         raise InputError(

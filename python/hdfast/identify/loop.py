@@ -54,7 +54,7 @@ def loops(recordings: Any, ratio: float | None, columns: Any, rated: float, note
     listed = []
     for recording in gather(recordings, columns):
         notes += [f"{recording.name}: {note}" for note in recording.notes]
-        t, windup, torque, column = windup_and_torque(recording, ratio)
+        t, windup, torque, column = windup_and_torque(recording, ratio, notes)
         if "load_angle" not in recording.resolution:
             notes.append(f"{recording.name}: resolution of load_angle is not stated: the smallest step found is taken")
         found = crossings(windup, torque, recording.resolution.get("load_angle"))

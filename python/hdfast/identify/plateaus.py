@@ -39,18 +39,19 @@ class Plateaus:
     turns: Floats
 
 
-def plateaus(recordings: list[Recording], ratio: float) -> Plateaus:
+def plateaus(recordings: list[Recording], ratio: float, notes: list[str]) -> Plateaus:
     """Collect the constant speeds of all recordings.
 
     A recording with speed_reference may hold many speeds, one without it must hold a single one. The first fifth of
-    each is left out, and so is rest; whole revolutions are averaged where there is one.
+    each is left out, and so is rest; whole revolutions are averaged where there is one. An optional column that is
+    hardly filled is noted.
 
     Raises:
         InputError: a column is missing, or no constant speed is found.
     """
     rows: list[tuple[float, ...]] = []
     for recording in recordings:
-        rows += _of(recording, ratio)
+        rows += _of(recording, ratio, notes)
     if len(rows) < 3:
         names = ", ".join(recording.name for recording in recordings)
         raise InputError(
@@ -60,9 +61,9 @@ def plateaus(recordings: list[Recording], ratio: float) -> Plateaus:
     return Plateaus(*np.array(rows).T)
 
 
-def _of(recording: Recording, ratio: float) -> list[tuple[float, ...]]:
+def _of(recording: Recording, ratio: float, notes: list[str]) -> list[tuple[float, ...]]:
     names = ["t", "motor_angle", "motor_torque"]
-    extra = [name for name in ("speed_reference", "load_torque", "temperature") if name in recording]
+    extra = recording.optional(notes, "speed_reference", "load_torque", "temperature")
     found = dict(zip([*names, *extra], recording.need("a friction ladder", *names, *extra), strict=True))
     size = len(found["t"])
     if "speed_reference" in found:

@@ -20,6 +20,7 @@ COLUMNS = {
     "temperature": ("degC", "temperature of the gear"),
 }
 CHANNELS = tuple(name for name in COLUMNS if name != "t")
+FEWEST_FINITE = 0.5  # share of the samples: a column with fewer numbers is not used
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ import numpy as np
 from hdfast import checks
 from hdfast.checks import Floats
 from hdfast.errors import InputError
-from hdfast.recordings.columns import COLUMNS
+from hdfast.recordings.columns import COLUMNS, FEWEST_FINITE
 from hdfast.recordings.table import Table
 from hdfast.recordings.units import correction
 
@@ -51,6 +51,19 @@ class Recording(Table):
         if known.sum() < 8:
             raise InputError(f"{self.name}: {purpose} finds {int(known.sum())} samples with {', '.join(names)}")
         return [self.columns[name][known] for name in names]
+
+    def filled(self, name: str) -> bool:
+        """True when half of the samples of a column or more are numbers, False without the column."""
+        return name in self.columns and bool(np.mean(np.isfinite(self.columns[name])) >= FEWEST_FINITE)
+
+    def optional(self, notes: list[str], *names: str) -> list[str]:
+        """Those of the named columns that are filled; one that is there and is not gets a note."""
+        notes += [
+            f"{self.name}: less than {100.0 * FEWEST_FINITE:g} % of {name} are numbers; the column is not used"
+            for name in names
+            if name in self.columns and not self.filled(name)
+        ]
+        return [name for name in names if self.filled(name)]
 
 
 def checked(table: Table) -> Recording:

@@ -97,6 +97,15 @@ def test_exact_friction_windup_is_the_mean_over_the_runs_of_each_direction():
         assert any(f"forward and backward: {half} µrad" in note for note in notes)
 
 
+def test_exact_a_wrong_ratio_is_no_friction_windup():
+    """5 µrad of windup against the motion beside 2e-6 rad per motor radian, which make 300 µrad over a run."""
+    runs = smooth([2], [90e-6], [0.4], 0.0)
+    for run, windup in zip(runs, (5e-6, -5e-6), strict=True):
+        run["load_angle"] = run["load_angle"] - windup - 2e-6 * run["motor_angle"]
+    notes = identify.kinematic_error(runs, ratio=121.0, orders=[2]).notes
+    assert any("forward and backward: 5 µrad" in note for note in notes)
+
+
 @pytest.mark.parametrize(
     ("orders", "text"), [([], "orders is empty"), ([2, "2"], "2 twice"), ("1,2", "not a list"), ([0], "order 0")]
 )

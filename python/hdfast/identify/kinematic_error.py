@@ -207,6 +207,7 @@ def _estimates(found: _Solution, orders: list[Fraction], gains: Complexes) -> li
 
 def _notes(runs: list[Run], found: _Solution, selection: Selection, gain: Mapping[str, float] | None) -> list[str]:
     both = len({run.direction for run in runs}) == 2
+    scale = found.nuisances["scale_error"] / max(float(np.max(np.abs(run.angle))) for run in runs)
     noise = found.rms * 1e6
     notes = [
         f"orders 1 ... {selection.suggested} suggested by cross-validation, knee of the error curve at "
@@ -214,7 +215,8 @@ def _notes(runs: list[Run], found: _Solution, selection: Selection, gain: Mappin
         f"in means of {runs[0].samples} samples"
     ]
     if both:
-        offsets = np.array([found.nuisances[f"offset_{i}"] for i in range(len(runs))])
+        centred = [found.nuisances[f"offset_{i}"] for i in range(len(runs))]
+        offsets = np.array([at - scale * np.mean(run.angle) for at, run in zip(centred, runs, strict=True)])
         forward = np.array([run.direction > 0.0 for run in runs])
         half = 0.5 * float(np.mean(offsets[forward]) - np.mean(offsets[~forward]))
         notes.append(
@@ -227,7 +229,6 @@ def _notes(runs: list[Run], found: _Solution, selection: Selection, gain: Mappin
         )
     else:
         notes.append("one direction only: friction windup cannot be told from the kinematic error, skew not from scale")
-    scale = found.nuisances["scale_error"] / max(float(np.max(np.abs(run.angle))) for run in runs)
     notes.append(f"scale or ratio error: {scale:.3g} rad per motor radian (ratio 120 for 121 would give 6.9e-5)")
     notes.append(
         "amplitudes are divided by the gain of the load on its spring"

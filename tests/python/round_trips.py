@@ -79,4 +79,5 @@ def orders(bits, rate, seeds, revolutions=None):
 @functools.lru_cache(maxsize=2)
 def _signals(rate, revolutions, speed):
     duration = 60.0 / speed * (revolutions + 0.02)
-    return [motion(None, Model(), sign * speed, duration, rate) for sign in (1.0, -1.0)]
+    t = rig(rate).times(duration)
+    return [{"t": t, **motion(None, Model(), sign * speed, duration, t)} for sign in (1.0, -1.0)]

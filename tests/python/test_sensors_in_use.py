@@ -142,3 +142,16 @@ def test_exact_a_bench_writes_an_unbounded_torque_as_null(tmp_path):
     (tmp_path / "drive.toml").write_text("[scenario]\ntau_max = inf\n")
     assert main(["bench", "startstop", str(tmp_path / "drive.toml"), "--out", str(tmp_path / "out"), "--quiet"]) == 0
     assert json.loads((tmp_path / "out" / "truth.json").read_text())["truth"]["tau_max"] is None
+
+
+def test_exact_a_bench_follows_its_drive_between_slow_readings():
+    """A load that swings at 40 Hz, read 13 ms late and 50 times per second."""
+    late, drive = 0.013, {"te_scale": 0.0}
+    clean = {name: SensorFacts() for name in ("motor_angle", "motor_torque", "output_torque")}
+    sensors = bench.rig(50.0, load_angle=SensorFacts(delay_s=late), **clean)
+    scenario = hdfast.Scenario.start_stop(t_end=2.0)
+    made = bench.startstop(drive, scenario=scenario, sensors=sensors)
+    t = made["t"][2:]
+    true = hdfast.simulate(drive, scenario=scenario, t_eval=t - late, signals=["theta_l"], metrics=[], rtol=1e-8)
+    np.testing.assert_allclose(made["load_angle"][2:], true["theta_l"], atol=1e-7)
+    np.testing.assert_array_equal(np.diff(made["t"]).round(9), 0.02)

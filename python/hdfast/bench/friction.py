@@ -97,7 +97,8 @@ def friction(
         rng.shuffle(steps)
         dwell = np.maximum(dwell_revolutions * 2.0 * math.pi / np.abs(steps), 1.0)
         corners = np.concatenate([[0.0], np.cumsum(dwell)])
-        t = stage.times(float(corners[-1]))
+        at = stage.times(float(corners[-1]))
+        t = stage.grid(at)
         speed = steps[np.minimum(np.searchsorted(corners[1:], t, side="right"), len(steps) - 1)]
         angle = np.concatenate([[0.0], np.cumsum(0.5 * (speed[1:] + speed[:-1]) * np.diff(t))])
         warm = 20.0 + 0.0 * t if temperature is None else temperature + 10.0 * t / t[-1]
@@ -106,7 +107,7 @@ def friction(
         signals = {"motor_angle": angle, "motor_torque": torque, "speed_reference": speed, "load_torque": held}
         if temperature is not None:
             signals["temperature"] = warm
-        found.append(record(stage, f"ladder at {load:g} N m", t, signals, [seed, index]))
+        found.append(record(stage, f"ladder at {load:g} N m", t, signals, [seed, index], at))
     return found
 
 
@@ -139,9 +140,10 @@ def coastdown(
     for index, speed in enumerate(speeds_rpm):
         omega = checks.positive("speeds_rpm", speed, MAX_SPEED_RPM, "r/min") * RPM
         rest = math.log(1.0 + b * omega / a) / b if a else 6.0 / b
-        t = stage.times(rest + 0.1)
+        at = stage.times(rest + 0.1)
+        t = stage.grid(at)
         moving = np.minimum(t, rest)
         angle = (omega + a / b) / b * -np.expm1(-b * moving) - a / b * moving
         signals = {"motor_angle": angle, "motor_torque": np.zeros_like(t)}
-        runs.append(record(stage, f"coast from {speed:g} r/min", t, signals, [seed, index]))
+        runs.append(record(stage, f"coast from {speed:g} r/min", t, signals, [seed, index], at))
     return runs

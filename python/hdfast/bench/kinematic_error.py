@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 
 import numpy as np
@@ -29,18 +28,17 @@ def motion(
     model: Model,
     speed_rpm: float,
     duration: float,
-    rate: float,
+    t: Floats,
     load: float = 0.0,
 ) -> dict[str, Floats]:
-    """Noise-free signals of a run held at constant speed, sampled after the run-in; t starts at 0."""
+    """Noise-free signals (n,) of a run held at constant speed, at the times t [s] (n,) after the run-in."""
     end = RUN_IN + duration
     scenario = Scenario.speed_profile([0.0, RAMP, end], speed_rpm=[0.0, speed_rpm, speed_rpm], t_end=end, load=load)
-    t = RUN_IN + np.arange(math.floor(duration * rate * (1.0 + 1e-12)) + 1) / rate
     run = simulate(
         dict(drive or {}),
         model=model,
         scenario=scenario,
-        t_eval=np.minimum(t, end),
+        t_eval=np.minimum(RUN_IN + t, end),
         signals=["theta_m", "theta_l", "tau_m", "gear_torque"],
         metrics=[],
         rtol=TOLERANCE,
@@ -49,7 +47,6 @@ def motion(
     )
     whole(run)
     return {
-        "t": t - RUN_IN,
         "motor_angle": run["theta_m"],
         "motor_torque": run["tau_m"],
         "load_angle": run["theta_l"],
@@ -93,9 +90,10 @@ def kinematic_error(
     stage = rig() if sensors is None else sensors
     speed = checks.positive("speed_rpm", speed_rpm, 1e4, "r/min")
     duration = 60.0 / speed * (checks.whole("revolutions", revolutions, 1, 10**6) + MARGIN)
+    at = stage.times(duration)
+    t = stage.grid(at)
     runs = []
     for index, (name, sign) in enumerate((("forward", 1.0), ("backward", -1.0))):
-        signals = motion(drive, model, sign * speed, duration, stage.rate)
-        t = signals.pop("t")
-        runs.append(record(stage, name, t, signals, [seed, index]))
+        signals = motion(drive, model, sign * speed, duration, t)
+        runs.append(record(stage, name, t, signals, [seed, index], at))
     return runs

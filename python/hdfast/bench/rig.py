@@ -31,8 +31,23 @@ def rig(rate: float = 1000.0, *, effects: Iterable[Effect] = (), **channels: Sen
 
 
 def record(
-    sensors: SensorStage, name: str, t: Floats, signals: Mapping[str, Floats], seed: int | Sequence[int]
+    sensors: SensorStage,
+    name: str,
+    t: Floats,
+    signals: Mapping[str, Floats],
+    seed: int | Sequence[int],
+    at: Floats | None = None,
 ) -> Recording:
-    """A recording of signals (n,) at the times t [s], drawn from a seed; the steps of a sensor fall at random."""
+    """A recording of signals, drawn from a seed; the steps of a sensor fall at random.
+
+    Args:
+        sensors: what the signals pass.
+        name: of the recording.
+        t: times of the signals [s], (n,); `SensorStage.grid` tells those that the sensors need.
+        signals: by channel, (n,).
+        seed: of noise and encoder positions.
+        at: times of the readings [s], (k,); default t.
+    """
+    at = t if at is None else at
     drawn = sensors.drawn(seed)
-    return Recording(name, {"t": t, **drawn.apply(t, signals)}, drawn.resolution)
+    return Recording(name, {"t": at, **drawn.apply(t, signals, at=at)}, drawn.resolution)

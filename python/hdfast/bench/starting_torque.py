@@ -93,9 +93,10 @@ def starting_torque(
             torques.append(held)
         angle, torque = np.concatenate(track.angle), np.concatenate(track.torque)
         fine = STEP * np.arange(len(angle))
-        t = stage.times(float(fine[-1]))
+        at = stage.times(float(fine[-1]))
+        t = stage.grid(at)
         signals = {"motor_angle": np.interp(t, fine, angle), "motor_torque": np.interp(t, fine, torque)}
-        recordings.append(record(stage, f"starts {name}", t, signals, [seed, index]))
+        recordings.append(record(stage, f"starts {name}", t, signals, [seed, index], at))
     truth = {f"T_s_{name}": law.T_s * (1.0 + law.asymmetry * s) for name, s in (("forward", 1.0), ("backward", -1.0))}
     return StartingBench(recordings, np.array(torques), truth | {"ripple": ripple, "spread": spread})
 

@@ -44,7 +44,8 @@ def startstop(
     """
     chosen = Scenario.start_stop() if scenario is None else scenario
     stage = rig() if sensors is None else sensors
-    t = stage.times(chosen.t_end)
+    at = stage.times(chosen.t_end)
+    t = stage.grid(at)
     run = simulate(
         dict(drive or {}),
         model=model,
@@ -57,4 +58,4 @@ def startstop(
         strict=True,
     )
     whole(run)
-    return record(stage, "startstop", t, {column: run[signal] for column, signal in SIGNALS.items()}, seed)
+    return record(stage, "startstop", t, {column: run[signal] for column, signal in SIGNALS.items()}, seed, at)

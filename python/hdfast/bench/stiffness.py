@@ -67,7 +67,8 @@ def stiffness(
     values = simulate(dict(drive or {}), model=model, scenario=Scenario.start_stop(t_end=1e-3), strict=True).parameters
     corners = np.array([0.0, top, *[-top, top] * checks.whole("loops", loops, 1, 100), 0.0])
     moments = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(corners)) / top * quarter)])
-    t = stage.times(float(moments[-1]))
+    at = stage.times(float(moments[-1]))
+    t = stage.grid(at)
     load = np.interp(t, moments, corners)
     windup, cycle = _windup(model.spring, values, slip, t, load, moments, corners)
     signals = {
@@ -78,7 +79,7 @@ def stiffness(
     }
     names = ["k1", "k3", "k5", "phi_max"] if model.spring == "polynomial" else ["K1", "K2", "K3", "T1", "T2"]
     truth = {name: values[name] for name in names} | {"hysteresis_torque": slip.torque, "loop_energy": cycle}
-    return StiffnessBench(record(stage, "stiffness", t, signals, seed), truth)
+    return StiffnessBench(record(stage, "stiffness", t, signals, seed, at), truth)
 
 
 def _windup(

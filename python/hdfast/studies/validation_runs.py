@@ -141,11 +141,12 @@ def _from_rest(drive: Mapping[str, float], speed: float, initial: str = "relaxed
 
 
 def _static_fit(drive: dict[str, float]) -> Fit:
-    sensors = rig(motor_angle=SensorFacts(), load_angle=SensorFacts(noise=NOISE))
+    sensors = rig(20.0, motor_angle=SensorFacts(), load_angle=SensorFacts(noise=NOISE))
+    duration = 121.1 * 4.0
+    t = sensors.times(duration)
     recorded = []
     for seed, speed in enumerate((15.0, -15.0)):
-        signals = motion(drive, Model(), speed, 121.1 * 4.0, 20.0)
-        t = signals.pop("t")
+        signals = motion(drive, Model(), speed, duration, t)
         angles = {name: signals[name] for name in ("motor_angle", "load_angle")}
         recorded.append(record(sensors, f"{speed:g} r/min", t, angles, seed))
     return kinematic_error(recorded, ratio=parameters(drive)["ratio"])

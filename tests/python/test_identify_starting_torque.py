@@ -21,10 +21,20 @@ def made():
 
 
 def test_exact_every_start_is_found_and_moves_between_are_not(made):
-    found = starts(made.recordings)
+    found = starts(made.recordings, [])
     assert found.direction.tolist() == [1.0] * 12 + [-1.0] * 12
     np.testing.assert_allclose(found.torque, made.torques, rtol=0.01)
     np.testing.assert_allclose(found.angle % (np.pi / 6) % (np.pi / 6 - 1e-3), 0.0, atol=1e-3)
+
+
+def test_exact_counts_of_an_encoder_that_is_not_described_are_no_starts(made):
+    """A slow creep steps through single counts before every start."""
+    fit = identify.starting_torque([dict(item.columns) for item in made.recordings])
+    assert fit.numbers["starts"] == 24
+    known = identify.starting_torque(made.recordings)
+    for name in ("T_s_forward", "T_s_backward"):
+        assert fit.estimates.named(name).value == pytest.approx(known.estimates.named(name).value, rel=1e-6)
+    assert "recording 0: resolution of motor_angle is not stated: the smallest step found is taken" in fit.notes
 
 
 def test_exact_mean_ripple_and_spread_and_their_coverage(long):

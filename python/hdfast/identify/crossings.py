@@ -76,13 +76,13 @@ def windup_and_torque(
     return found["t"], windup, found[torque], torque
 
 
-def crossings(windup: Floats, torque: Floats, resolution: float | None) -> Crossings:
+def crossings(windup: Floats, torque: Floats, step: float) -> Crossings:
     """Level crossings of the whole passes after the first quarter loop.
 
     Args:
         windup: (n,) [rad].
         torque: (n,) [N m], slowly up and down.
-        resolution: smallest step of the windup [rad]; None takes the smallest step found.
+        step: smallest step of the windup [rad]; 0 for a windup that is as good as continuous.
 
     Raises:
         InputError: fewer than two whole passes, or a windup that does not grow with the torque.
@@ -104,7 +104,6 @@ def crossings(windup: Floats, torque: Floats, resolution: float | None) -> Cross
             "(allowed: positive torque turns load_angle back; a negative scale turns a column round)"
         )
     noise = float(np.median(np.abs(np.diff(windup, 2)))) / 0.6745 / np.sqrt(6.0)
-    step = smallest_step(windup) if resolution is None else resolution
     factor = max(1.0, np.ceil(max(6.0 * noise, reach / MOST_LEVELS) / step)) if step else 1.0
     spacing = step * factor if step else max(6.0 * noise, reach / MOST_LEVELS)
     parts = [_pass(windup[a:b], torque[a:b], spacing, step, 4.0 * noise) for a, b in whole]
@@ -163,16 +162,6 @@ def _meeting(torque: Floats, mark: int, near: float, noise: float) -> tuple[floa
         lines.append(np.polyfit(part - mark, torque[part], 1))
     (a, b), (c, d) = lines
     return float(b + a * (d - b) / (a - c)), float(np.sqrt(2.0 / len(part))) * noise
-
-
-def smallest_step(values: Floats) -> float:
-    """Smallest step between recorded values; 0 when they are as good as continuous."""
-    distinct = np.unique(values)
-    if len(distinct) > len(values) / 4:
-        return 0.0
-    steps = np.diff(distinct)
-    real = steps[steps > 1e-6 * np.max(steps)]
-    return float(np.min(real)) if real.size else 0.0
 
 
 def _pass(

@@ -13,6 +13,7 @@ from hdfast.identify.branches import Branches
 from hdfast.identify.crossings import Crossings, crossings, windup_and_torque
 from hdfast.identify.estimate import Estimate, mean
 from hdfast.identify.loop_energy import energy
+from hdfast.identify.resolution import resolution
 from hdfast.identify.spring_fit import Points, SpringFit
 from hdfast.recordings import gather
 
@@ -55,9 +56,7 @@ def loops(recordings: Any, ratio: float | None, columns: Any, rated: float, note
     for recording in gather(recordings, columns):
         notes += [f"{recording.name}: {note}" for note in recording.notes]
         t, windup, torque, column = windup_and_torque(recording, ratio, notes)
-        if "load_angle" not in recording.resolution:
-            notes.append(f"{recording.name}: resolution of load_angle is not stated: the smallest step found is taken")
-        found = crossings(windup, torque, recording.resolution.get("load_angle"))
+        found = crossings(windup, torque, resolution(recording, "load_angle", windup, notes))
         pair = branches.branches(found)
         losses = (energy(pair, found), branches.hysteresis_loss(found), branches.lost_motion(found, rated))
         travelled = float(np.sum(np.abs(np.diff(torque[np.linspace(0, len(torque) - 1, 201).astype(int)]))))

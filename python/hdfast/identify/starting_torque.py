@@ -48,7 +48,7 @@ def starting_torque(
     """
     listed = gather(recordings, columns)
     notes = [f"{item.name}: {note}" for item in listed for note in item.notes]
-    found = starts(listed)
+    found = starts(listed, notes)
     sides = [(name, sign) for name, sign in DIRECTIONS if np.any(found.direction == sign)]
     design = np.stack([np.where(found.direction == sign, 1.0, 0.0) for _, sign in sides], axis=1)
     wave = _wave(found, len(sides), notes)

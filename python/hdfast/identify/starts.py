@@ -9,6 +9,7 @@ import numpy as np
 
 from hdfast.checks import Floats
 from hdfast.errors import InputError
+from hdfast.identify.resolution import resolution
 from hdfast.recordings import Recording
 
 WINDOW = 0.02  # s, over which speed is taken
@@ -38,15 +39,15 @@ class Starts:
     recording: Floats
 
 
-def starts(recordings: list[Recording]) -> Starts:
+def starts(recordings: list[Recording], notes: list[str]) -> Starts:
     """Collect the starts: speed leaves its noise after half a second of rest or more, the torque rising slowly.
 
-    Moves that begin with a fast torque are passed over.
+    Moves that begin with a fast torque are passed over. What is not stated of the encoder is noted.
 
     Raises:
         InputError: a column is missing, or no start is found.
     """
-    rows = [(*row, float(j)) for j, recording in enumerate(recordings) for row in _of(recording)]
+    rows = [(*row, float(j)) for j, recording in enumerate(recordings) for row in _of(recording, notes)]
     if not rows:
         raise InputError(
             "no start found (allowed: rest of at least 0.5 s, then a torque that rises slowly until the motor moves)"
@@ -54,12 +55,12 @@ def starts(recordings: list[Recording]) -> Starts:
     return Starts(*np.array(rows).T)
 
 
-def _of(recording: Recording) -> list[tuple[float, float, float, float]]:
+def _of(recording: Recording, notes: list[str]) -> list[tuple[float, float, float, float]]:
     t, angle, torque = recording.need("a starting-torque test", "t", "motor_angle", "motor_torque")
     span = max(1, round(WINDOW / float(np.median(np.diff(t)))))
     speed = (angle[span:] - angle[:-span]) / (t[span:] - t[:-span])
     jitter = float(np.median(np.abs(np.diff(angle, 2)))) / 0.6745 / math.sqrt(6.0)
-    step = recording.resolution.get("motor_angle", 0.0)
+    step = resolution(recording, "motor_angle", angle, notes)
     noise = math.sqrt(2.0) * max(jitter, 0.5 * step, 1e-12) / WINDOW
     found, rested = [], float(t[0])
     for first, surely, last in _moving(np.abs(speed), noise):

@@ -9,9 +9,10 @@ import hdfast
 import numpy as np
 import pytest
 from hdfast import config, identify
-from hdfast.bench import FrictionLaw, coastdown, friction, startstop
+from hdfast.bench import FrictionLaw, coastdown, friction, rig, startstop
 from hdfast.errors import InputError
 from hdfast.identify.friction import law_torque
+from hdfast.sensors import SensorFacts
 from scipy.integrate import solve_ivp
 
 LAW = FrictionLaw(asymmetry=0.1, load_share=0.12, beta=0.03)
@@ -39,6 +40,16 @@ def test_exact_what_was_not_varied_is_not_claimed():
     for missing in ("load dependence", "temperature dependence", "no Stribeck dip"):
         assert missing in text
     assert config.parse(fit.model_text()).drive["B_m"] == pytest.approx(1.2e-3 - 6e-4 - 0.5 / 121**2, rel=0.02)
+
+
+def test_exact_a_small_drive_shows_a_small_load():
+    """0.8 N m at the output are 8 mN m at the motor, eight times its Coulomb torque."""
+    law = FrictionLaw(T_c=1e-3, T_s=1e-3, B=2e-5, load_share=0.1)
+    sensors = rig(motor_torque=SensorFacts(noise=2e-5), load_torque=SensorFacts(noise=1e-3))
+    recordings = friction(law, ratio=100.0, loads=(0.0, 0.8), sensors=sensors)
+    assert identify.friction(recordings, ratio=100.0).estimates.named("c_L").value == pytest.approx(0.1, rel=0.05)
+    fit = identify.friction(recordings[:1], ratio=100.0)
+    assert any("load dependence is not known: the load varies by less than" in note for note in fit.notes)
 
 
 def test_exact_coast_to_rest(long):

@@ -16,7 +16,7 @@ from hdfast.identify.left_out import dry_friction
 from hdfast.identify.nonlinear import NonlinearFit, fit
 from hdfast.identify.plateaus import Plateaus, plateaus
 from hdfast.params import params
-from hdfast.recordings import gather
+from hdfast.recordings import Recording, gather
 
 UNITS = {
     "T_c_forward": ("N m", "Coulomb torque forward"),
@@ -28,6 +28,8 @@ UNITS = {
     "beta": ("1/K", "fall of the viscous damping with temperature"),
 }
 LEAST_WARMING = 3.0
+LEAST_LOAD = 10.0  # of |load| over ratio, in standard deviations of the torque of a plateau
+LOAD_SHARE = 0.01  # and of the largest torque
 
 
 def friction(
@@ -42,7 +44,7 @@ def friction(
 
     Fits motor_torque - load_torque/ratio = sgn(w) [T_c + T_s_excess exp(-(w/omega_s)^2) + c_L |load|/ratio]
     + B exp(-beta (temperature - 20)) w on the means over constant speeds. The dip is kept when it lowers BIC; load and
-    temperature enter when they were recorded and varied.
+    temperature enter when they were recorded and varied, the load by more than the torques of the plateaus scatter.
 
     Args:
         recordings: each needs t, motor_angle and motor_torque; speed_reference where it holds several speeds.
@@ -58,7 +60,7 @@ def friction(
     means = plateaus(listed, i, notes)
     if not means.torque.any():
         raise InputError("motor_torque less load_torque/ratio is 0 at every constant speed: is it the right column?")
-    names = _names(means, listed, notes)
+    names = _names(means, listed, i, notes)
     if len(means.speed) < len(names):
         raise InputError(
             f"{len(means.speed)} constant speeds do not give {', '.join(names)} (allowed: at least {len(names)} speeds)"
@@ -107,16 +109,18 @@ def law_torque(law: Mapping[str, float], speed: Floats, load: Floats, temperatur
     return np.asarray(sign * (dry + law.get("c_L", 0.0) * np.abs(load) / ratio) + viscous)
 
 
-def _names(means: Plateaus, listed: list[Any], notes: list[str]) -> list[str]:
+def _names(means: Plateaus, listed: list[Recording], ratio: float, notes: list[str]) -> list[str]:
     names = ["T_c_forward", "B"]
     if np.any(means.speed > 0) and np.any(means.speed < 0):
         names.insert(1, "T_c_backward")
     else:
         notes.append("one direction only: asymmetry is not known")
-    if np.ptp(np.abs(means.load)) > 1.0:
+    least = ratio * max(LEAST_LOAD * _noise(means), LOAD_SHARE * float(np.max(np.abs(means.torque))))
+    if np.ptp(np.abs(means.load)) > least:
         names.append("c_L")
     else:
-        missing = "load_torque is not recorded" if "load_torque" not in listed[0] else "the load does not vary"
+        recorded = any(item.filled("load_torque") for item in listed)
+        missing = f"the load varies by less than {least:.2g} N m" if recorded else "load_torque is not recorded"
         notes.append(f"load dependence is not known: {missing}")
     warm = means.temperature[np.isfinite(means.temperature)]
     if len(warm) == len(means.speed) and np.ptp(warm) > LEAST_WARMING:
@@ -126,15 +130,19 @@ def _names(means: Plateaus, listed: list[Any], notes: list[str]) -> list[str]:
     return names
 
 
+def _noise(means: Plateaus) -> float:
+    """Typical standard deviation of the torque of a plateau [N m]; 0 where rounding hides it at all of them."""
+    noisy = means.noise[means.noise > 0.0]
+    return float(np.median(noisy)) if noisy.size else 0.0
+
+
 def _fit(means: Plateaus, names: list[str], ratio: float) -> NonlinearFit:
     """The law on the means; where rounding hides the noise, that of the other plateaus stands in."""
     size = float(np.max(np.abs(means.torque)))
     fast = float(np.max(np.abs(means.speed)))
     starts = {"T_c_forward": 0.5 * size, "T_c_backward": 0.5 * size, "B": 0.5 * size / fast, "T_s_excess": 0.1 * size}
     starts |= {"omega_s": 0.05 * fast, "c_L": 0.05, "beta": 0.02}
-    noisy = means.noise[means.noise > 0.0]
-    floor = float(np.median(noisy)) if noisy.size else size
-    weight = 1.0 / np.hypot(means.noise, floor)
+    weight = 1.0 / np.hypot(means.noise, _noise(means) or size)
 
     def residual(values: Floats) -> Floats:
         law = dict(zip(names, values.tolist(), strict=True))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import tomllib
 from pathlib import Path
 
 import hdfast
@@ -12,6 +13,7 @@ from hdfast import config, identify
 from hdfast.bench import FrictionLaw, coastdown, friction, rig, startstop
 from hdfast.errors import InputError
 from hdfast.identify.friction import law_torque
+from hdfast.identify.left_out import DRY
 from hdfast.sensors import SensorFacts
 from scipy.integrate import solve_ivp
 
@@ -19,6 +21,7 @@ LAW = FrictionLaw(asymmetry=0.1, load_share=0.12, beta=0.03)
 TRUTH = {"T_c_forward": 0.033, "T_c_backward": 0.027, "B": 1.2e-3, "c_L": 0.12, "beta": 0.03, "T_s_excess": 0.01}
 J = 3e-4 + 0.5 / 121.0**2
 DATA = Path(os.environ.get("HDFAST_DATA", Path(__file__).parents[3] / "shared" / "data"))
+EXAMPLE = Path(__file__).parents[2] / "examples" / "shf-25-120.toml"
 
 
 def test_exact_ladder_with_load_and_temperature(long):
@@ -224,6 +227,58 @@ def test_exact_what_does_not_differ_from_zero_is_not_declared():
     fit = identify.coastdown(coastdown(FrictionLaw(), seed=1), inertia=J, ratio=121.0, base=declared)
     assert [item["effect"] for item in fit.model["terms"]] == ["cogging", "coulomb_friction"]
     assert config.parse(fit.model_text()).drive["T_c"] == pytest.approx(0.03, rel=1e-3)
+
+
+def declared(*effects):
+    return {"terms": [{"effect": effect} for effect in effects]}
+
+
+def effects(fit):
+    return [item["effect"] for item in fit.model.get("terms", [])]
+
+
+def test_exact_a_declared_effect_goes_where_the_ladder_decides_that_it_is_not_there():
+    base = declared(
+        "asymmetric_friction", "load_dependent_friction", "position_dependent_friction", "stribeck_friction"
+    )
+    recordings = friction(FrictionLaw(T_s=0.03), loads=(0.0, 40.0), dwell_revolutions=2.0, seed=4)
+    fit = identify.friction(recordings, ratio=121.0, base=base)
+    assert effects(fit) == ["position_dependent_friction", "coulomb_friction"]
+    assert "the model file no longer declares asymmetric_friction" in fit.notes
+    idle = identify.friction(recordings[:1], ratio=121.0, base=base)
+    assert effects(idle) == ["load_dependent_friction", "position_dependent_friction", "coulomb_friction"]
+    forward = [at(speed, 0.03 + 1e-3 * speed + 1e-5 * np.cos(np.arange(400))) for speed in (2.0, 4.0, 8.0, 16.0)]
+    one_way = identify.friction(forward, ratio=121.0, base=base)
+    assert "asymmetric_friction" in effects(one_way)
+
+
+def test_exact_friction_that_is_not_there_is_no_longer_declared():
+    fit = identify.friction(friction(FrictionLaw(T_c=0.0, T_s=0.0), seed=2), ratio=121.0, base=declared(*DRY))
+    assert "terms" not in fit.model
+    few = [at(5.0, 0.035), at(10.0, 0.04), at(-5.0, -0.035)]
+    undecided = identify.friction(few, ratio=121.0, base=declared("coulomb_friction"))
+    assert effects(undecided) == ["coulomb_friction"]
+    assert "dry friction is not known: its deviation is not" in undecided.notes
+    coast = identify.coastdown(coastdown(FrictionLaw(T_c=0.0), seed=1), inertia=J, base=declared("coulomb_friction"))
+    assert effects(coast) == []
+
+
+def test_exact_tolerances_that_the_identified_drive_cannot_have_are_left_out():
+    """B is less than B_ml alone: B_m is 0, of which no law can be lognormal."""
+    base = tomllib.loads(EXAMPLE.read_text())
+    base["tolerance"]["omega_s"] = {"distribution": "uniform", "lower": 1.0, "upper": 5.0}
+    base["correlation"] = {"pairs": [["B_m", "B_ml", 0.5], ["J_m", "J_l", 0.3]]}
+    base["terms"] = [{"effect": "stribeck_friction"}]
+    fit = identify.friction(friction(FrictionLaw(B=5e-4, T_s=0.03), dwell_revolutions=2.0), ratio=121.0, base=base)
+    settings = config.parse(fit.model_text())
+    assert settings.drive["B_m"] == 0.0
+    assert set(settings.tolerances) == set(base["tolerance"]) - {"B_m", "omega_s"}
+    assert settings.correlation.names == ("J_m", "J_l")
+    text = " ".join(fit.notes)
+    assert "B_m is 0, B_ml what B_l leaves" in text
+    assert "no tolerance of B_m: [tolerance.B_m] is lognormal" in text
+    assert "no tolerance of omega_s: the drive has no omega_s" in text
+    assert "no correlation of B_m and B_ml" in text
 
 
 @pytest.mark.parametrize(

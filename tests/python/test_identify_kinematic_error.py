@@ -126,7 +126,7 @@ def test_exact_wrong_recordings_are_named():
 def test_exact_an_angle_that_its_file_gives_in_degrees_is_not_taken_for_radians(tmp_path):
     """A motor torque in ampere, which the test does not read, is nobody's concern."""
     paths = []
-    for number, found in enumerate(smooth([2], [90e-6], [0.4], 0.0)):
+    for number, found in enumerate(smooth([2], [90e-6], [0.4], 1e-7)):
         table = np.column_stack([found["t"], found["motor_angle"], np.degrees(found["load_angle"]), 0.0 * found["t"]])
         paths.append(tmp_path / f"run{number}.csv")
         header = "t,motor_angle,load_angle,motor_torque\ns,rad,deg,A"
@@ -135,7 +135,15 @@ def test_exact_an_angle_that_its_file_gives_in_degrees_is_not_taken_for_radians(
         identify.kinematic_error(paths, ratio=121.0, orders=[2])
     scaled = {"load_angle": {"scale": np.pi / 180.0}}
     fit = identify.kinematic_error(paths, ratio=121.0, orders=[2], columns=scaled)
-    assert fit.estimates.named("te_2").value == pytest.approx(90e-6, rel=1e-6)
+    assert fit.estimates.named("te_2").value == pytest.approx(90e-6, rel=1e-3)
+
+
+def test_exact_tolerances_of_orders_that_are_not_there_go():
+    varied = {"distribution": "normal", "sigma": 1e-6}
+    base = {"tolerance": {"te_cos_2": varied, "te_cos_9": varied}}
+    fit = identify.kinematic_error(smooth([2], [90e-6], [0.4], 1e-7), ratio=121.0, orders=[2], base=base)
+    assert set(config.parse(fit.model_text()).tolerances) == {"te_cos_2"}
+    assert "the model file has no tolerance of te_cos_9: the drive has no te_cos_9" in fit.notes
 
 
 def test_exact_a_bench_that_ends_early_is_refused():

@@ -87,6 +87,15 @@ def test_exact_one_start_in_each_direction_tells_neither_scatter_nor_asymmetry()
     assert [term["effect"] for term in fit.model["terms"]] == ["coulomb_friction"]
 
 
+def test_exact_declared_effects_of_a_test_that_does_not_find_them_go():
+    even = starting_torque(FrictionLaw(T_c=0.03, T_s=0.04), ripple=0.0, rate=5e-3, seed=4)
+    ripple = {"effect": "position_dependent_friction"}
+    for order, kept in ((2.0, []), (1.0, ["position_dependent_friction"])):
+        declared = [{"effect": "asymmetric_friction"}, ripple | {"parameters": {"order": order}}]
+        fit = identify.starting_torque(even.recordings, base={"terms": declared})
+        assert [item["effect"] for item in fit.model["terms"]] == [*kept, "coulomb_friction"]
+
+
 def test_exact_a_declared_law_may_state_a_deviation_or_no_friction(made):
     for level, ratio in (({"value": 0.03, "sigma": 0.1}, 4.0 / 3.0), (0.0, None)):
         declared = STRIBECK | {"parameters": STRIBECK["parameters"] | {"T_c": level}}

@@ -69,6 +69,23 @@ def test_exact_model_file_is_read_by_every_command():
         assert settings.drive[{"piecewise": "K1"}.get(law, "k1")] > 3e4
 
 
+def test_exact_a_declared_hysteresis_goes_with_a_loop_that_has_none():
+    base = {"terms": [{"effect": "hysteresis"}, {"effect": "cogging"}]}
+    fit = identify.stiffness(stiffness(loop=SlipLoop(torque=0.0), seed=3).recording, ratio=121.0, base=base)
+    assert [item["effect"] for item in fit.model["terms"]] == ["cogging"]
+    assert "the model file no longer declares hysteresis" in fit.notes
+
+
+def test_exact_tolerances_and_correlations_of_the_other_spring_go():
+    varied = {"distribution": "truncated_normal", "relative": True, "sigma": 0.05, "lower": 0.85, "upper": 1.15}
+    pairs = [["k1", "J_l", 0.3], ["J_m", "J_l", 0.1]]
+    base = {"tolerance": dict.fromkeys(("k1", "J_l", "J_m"), varied), "correlation": {"pairs": pairs}}
+    fit = identify.stiffness(stiffness(seed=2).recording, ratio=121.0, law="piecewise", base=base)
+    settings = config.parse(fit.model_text())
+    assert set(settings.tolerances) == {"J_l", "J_m"}
+    assert settings.correlation.names == ("J_l", "J_m")
+
+
 def test_exact_missing_and_wrong_are_named():
     made = stiffness(seed=2)
     short = {name: values[:20_000] for name, values in made.recording.items()}

@@ -74,13 +74,14 @@ def coastdown(
     estimates = [estimate(n, found.values[j], u, found.sigma[j], found.freedom) for j, (n, u) in enumerate(names)]
     notes = [f"{item.name}: {note}" for item in listed for note in item.notes]
     sections: dict[str, Any] = {}
+    decided: set[str] = set()
     if j_total is None:
         notes.append("inertia is not given: friction is known over inertia only, and the model file holds nothing new")
     else:
         for j, (name, unit) in enumerate((("T_c", "N m"), ("B", "N m s/rad"))):
             estimates.append(estimate(name, found.values[j] * j_total, unit, found.sigma[j] * j_total, found.freedom))
         sections["drive"] = _share(float(found.values[1]) * j_total, base, i, notes)
-        sections["terms"] = coulomb(estimates[-2], notes)
+        sections["terms"], decided = coulomb(estimates[-2], notes)
     notes.append(f"angle residual {np.std(found.residuals):.3g} rad rms over {len(runs)} coasts")
     return Fit(
         "coastdown",
@@ -102,6 +103,7 @@ def coastdown(
         },
         base or {},
         source,
+        decided,
     )
 
 

@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 from hdfast.checks import Floats
 from hdfast.identify.estimate import Estimates
-from hdfast.identify.left_out import number, replaced
+from hdfast.identify.left_out import number
+from hdfast.identify.tolerances import standing
 from hdfast.sections import OF_A_CAMPAIGN
 from hdfast.spring import COEFFICIENTS
 from hdfast.terms import terms
 from hdfast.toml_write import dump
+
+SPRING = ("spring", *(name for names in COEFFICIENTS.values() for name in names))
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,6 +33,8 @@ class Fit:
         tables: name -> (header, rows of text).
         curves: arrays for the figures by name.
         points: name -> (unit, array) of one length, written as the table of the result folder.
+        decided: effects of `[[terms]]` on which the test decides: declared ones go, whether it found them or not.
+        model: sections of the base model with the identified values in them, as `hdfast.config` reads them.
     """
 
     kind: str
@@ -43,16 +48,18 @@ class Fit:
     points: dict[str, tuple[str, Floats]] = field(default_factory=dict, repr=False)
     base: Mapping[str, Any] = field(default_factory=dict, repr=False)
     source: str = field(default="", repr=False)
+    decided: Collection[str] = ()
+    model: dict[str, Any] = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        model, left_out = merge(self.base, self.sections, self.decided)
+        object.__setattr__(self, "model", model)
+        object.__setattr__(self, "notes", [*self.notes, *left_out])
 
     @property
     def table(self) -> Estimates:
         """The estimates; prints as a table."""
         return self.estimates
-
-    @property
-    def model(self) -> dict[str, Any]:
-        """The sections of the base model with the identified values in them, as `hdfast.config` reads them."""
-        return merge(self.base, self.sections)
 
     def model_text(self) -> str:
         """The model file, TOML with the intervals as comments."""
@@ -71,32 +78,35 @@ class Fit:
         return f"{self.title}\n{self.estimates!r}\n" + "\n".join(self.notes)
 
 
-def merge(base: Mapping[str, Any], found: Mapping[str, Any]) -> dict[str, Any]:
-    """A model file with identified values.
+def merge(
+    base: Mapping[str, Any], found: Mapping[str, Any], decided: Collection[str]
+) -> tuple[dict[str, Any], list[str]]:
+    """A model file with identified values, and notes on what of the base it no longer holds.
 
-    What only a campaign has is dropped, as are effects of sensors and terms this version does not know; keys and
-    tolerances of the other spring law go when the spring was identified.
+    What only a campaign has is dropped without a note, as are effects of sensors and terms this version does not know.
+    Effects on which a test decides go, found or not; so do the other spring law when the spring was identified, and
+    tolerances that the identified values cannot have.
     """
-    known = terms().ids
-    merged = {key: value for key, value in base.items() if key not in OF_A_CAMPAIGN}
-    merged["drive"] = plain(base.get("drive", {}))
-    error = plain(base.get("kinematic_error", {}))
-    merged |= {"kinematic_error": error} if error else {}
-    if "terms" in merged:
-        merged["terms"] = [term for term in merged["terms"] if term.get("effect") in known and "channel" not in term]
-    for section, values in found.items():
-        if section == "terms":
-            merged[section] = replaced(merged.get(section, []), values)
-            continue
-        if section == "kinematic_error":
-            merged[section] = dict(values)
-            continue
-        rivals = {name for names in COEFFICIENTS.values() for name in names} if "spring" in values else set()
-        merged[section] = {k: v for k, v in merged.get(section, {}).items() if k not in rivals} | dict(values)
-        kept = rivals - set(values)
-        if "tolerance" in merged:
-            merged["tolerance"] = {k: v for k, v in merged["tolerance"].items() if k not in kept}
-    return {key: value for key, value in merged.items() if value not in ({}, [])}
+    known, drive = terms().ids, found.get("drive", {})
+    declared = [term for term in base.get("terms", []) if term.get("effect") in known and "channel" not in term]
+    listed = [dict(term) for term in found.get("terms", [])]
+    replaced = {
+        "drive": joined(plain(base.get("drive", {})), drive),
+        "kinematic_error": dict(found.get("kinematic_error", {})) or plain(base.get("kinematic_error", {})),
+        "terms": [dict(term) for term in declared if term["effect"] not in decided] + listed,
+    }
+    merged = {key: value for key, value in base.items() if key not in OF_A_CAMPAIGN} | replaced
+    lost = {term["effect"] for term in declared if term["effect"] in decided} - {term["effect"] for term in listed}
+    gone = set(SPRING) - set(drive) if "spring" in drive else set()
+    model, notes = standing(merged, gone)
+    notes = [*(f"the model file no longer declares {effect}" for effect in sorted(lost)), *notes]
+    return {key: value for key, value in model.items() if value not in ({}, [])}, notes
+
+
+def joined(drive: Mapping[str, Any], other: Mapping[str, Any]) -> dict[str, Any]:
+    """A section [drive] with the keys of another in place of its own; a spring in it replaces the whole spring."""
+    rivals = SPRING if any(key in other for key in SPRING) else ()
+    return {key: value for key, value in drive.items() if key not in rivals} | dict(other)
 
 
 def plain(section: Mapping[str, Any]) -> dict[str, Any]:

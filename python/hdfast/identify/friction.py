@@ -77,7 +77,7 @@ def friction(
         notes.append(f"{few} speeds cover less than a revolution: their torque holds a part of the ripple")
     estimates = _estimates(found, names)
     drive, extra = _model(estimates, base, i, notes)
-    terms = dry_friction(estimates, notes)
+    terms, decided = dry_friction(estimates, notes)
     return Fit(
         "friction",
         "Friction from a ladder of constant speeds",
@@ -95,6 +95,7 @@ def friction(
         },
         base or {},
         source,
+        decided,
     )
 
 
@@ -176,7 +177,8 @@ def viscous_share(total: float, base: Mapping[str, Any] | None, ratio: float, no
     shares = {name: float(known.get(name, defaults[name])) for name in ("B_ml", "B_l")}
     own = total - shares["B_ml"] - shares["B_l"] / ratio**2
     origin = "the given drive" if set(shares) <= set(known) else "the defaults"
-    notes.append(f"only the sum B is seen; B_ml and B_l are those of {origin}, B_m takes the rest")
     if own >= 0.0:
+        notes.append(f"only the sum B is seen; B_ml and B_l are those of {origin}, B_m takes the rest")
         return {"ratio": ratio, "B_m": own, **shares}
+    notes.append(f"only the sum B is seen, less than B_ml and B_l of {origin} give: B_m is 0, B_ml what B_l leaves")
     return {"ratio": ratio, "B_m": 0.0, "B_ml": max(total - shares["B_l"] / ratio**2, 0.0), "B_l": shares["B_l"]}

@@ -10,8 +10,11 @@ from hdfast.identify.estimate import CONFIDENCE, Estimate, Estimates
 
 DRY = ("coulomb_friction", "coulomb_friction_smooth", "stribeck_friction", "presliding_friction")
 DIPPING = ("stribeck_friction", "presliding_friction")
-LAWS = {**dict.fromkeys(DRY, DRY), "hysteresis": ("hysteresis",)}
+HYSTERETIC = ("hysteresis", "maxwell_slip")
 GAUSSIAN = 2.0  # shape of the fitted dip exp(-(w/omega_s)^2)
+LOBES = 2.0  # order of the ripple that starts tell
+
+Decision = tuple[list[dict[str, Any]], set[str]]  # entries of a test, and the effects that it decides on, found or not
 
 
 def entry(effect: str, **parameters: float) -> dict[str, Any]:
@@ -24,22 +27,18 @@ def number(stated: Any) -> Any:
     return stated["value"] if isinstance(stated, Mapping) else stated
 
 
-def replaced(declared: Sequence[Mapping[str, Any]], found: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
-    """Declared entries with the identified ones in place of those that state the same law."""
-    gone = {law for item in found for law in LAWS.get(item["effect"], (item["effect"],))}
-    return [dict(item) for item in declared if item.get("effect") not in gone] + [dict(item) for item in found]
-
-
-def dry_friction(estimates: Sequence[Estimate], notes: list[str]) -> list[dict[str, Any]]:
+def dry_friction(estimates: Sequence[Estimate], notes: list[str]) -> Decision:
     """Terms of a friction ladder: dry level with its dip, asymmetry, share of the load; only what differs from zero.
 
-    The engine's asymmetry acts on the whole dry level, dip and share of the load included.
+    The engine's asymmetry acts on the whole dry level, dip and share of the load included. Where no deviation is known,
+    nothing is decided.
     """
     known = {item.name: item for item in estimates}
     forward = known["T_c_forward"]
     backward = known.get("T_c_backward", forward)
     level = 0.5 * (forward.value + backward.value)
     found = []
+    decided = _told(forward, *DRY) | (_told(backward, "asymmetric_friction") if "T_c_backward" in known else set())
     if level > 0.0 and _sure(forward) and _sure(backward):
         if "omega_s" in known:
             ratio = 1.0 + known["T_s_excess"].value / level
@@ -51,24 +50,32 @@ def dry_friction(estimates: Sequence[Estimate], notes: list[str]) -> list[dict[s
         if abs(bias) > 2.0 * math.hypot(forward.sigma, backward.sigma):
             found.append(entry("asymmetric_friction", eps_c=bias / level, eps_B=0.0))
     share = known.get("c_L")
-    if share is not None and share.value > 0.0 and _sure(share):
-        found.append(entry("load_dependent_friction", c_drive=share.value, c_back=share.value))
+    if share is not None:
+        decided |= _told(share, "load_dependent_friction")
+        if share.value > 0.0 and _sure(share):
+            found.append(entry("load_dependent_friction", c_drive=share.value, c_back=share.value))
     if "beta" in known:
         notes.append("thermal_viscous is not written: beta is known, heat capacity and cooling time are not")
     if found:
         notes.append(f"the model file declares {', '.join(item['effect'] for item in found)}")
     else:
-        notes.append(f"no dry friction: it does not differ from zero at {100.0 * CONFIDENCE:.0f} %")
-    return found
+        notes.append(_no_friction(forward))
+    return found, decided
 
 
-def coulomb(torque: Estimate, notes: list[str]) -> list[dict[str, Any]]:
+def coulomb(torque: Estimate, notes: list[str]) -> Decision:
     """The term of a coast-down whose inertia is known."""
     if torque.value > 0.0 and _sure(torque):
         notes.append("the model file declares coulomb_friction")
-        return [entry("coulomb_friction", T_c=torque.value)]
-    notes.append(f"no dry friction: it does not differ from zero at {100.0 * CONFIDENCE:.0f} %")
-    return []
+        return [entry("coulomb_friction", T_c=torque.value)], set(DRY)
+    notes.append(_no_friction(torque))
+    return [], _told(torque, *DRY)
+
+
+def _no_friction(torque: Estimate) -> str:
+    if not math.isfinite(torque.sigma):
+        return "dry friction is not known: its deviation is not"
+    return f"no dry friction: it does not differ from zero at {100.0 * CONFIDENCE:.0f} %"
 
 
 def breakaway(
@@ -76,7 +83,7 @@ def breakaway(
     ripple: tuple[Estimate, float] | None,
     declared: Sequence[Mapping[str, Any]],
     notes: list[str],
-) -> list[dict[str, Any]]:
+) -> Decision:
     """Terms of a starting-torque test: the level as breakaway of a declared law with a dip, else as Coulomb torque.
 
     Args:
@@ -96,19 +103,25 @@ def breakaway(
     else:
         found = [entry("coulomb_friction", T_c=level)]
         notes.append("sliding friction is not known: the starting torque stands as Coulomb torque")
+    decided = set(DRY)
     if len(sides) == 2:
+        decided |= _told(sides[0], "asymmetric_friction")
         bias = 0.5 * (sides[0].value - sides[1].value)
         if abs(bias) > 2.0 * math.hypot(sides[0].sigma, sides[1].sigma):
             found.append(entry("asymmetric_friction", eps_c=bias / level, eps_B=0.0))
-    if ripple is not None and ripple[0].value > 3.0 * ripple[0].sigma:
-        found.append(
-            entry("position_dependent_friction", friction_ripple=ripple[0].value, order=2.0, psi=ripple[1] % math.tau)
-        )
+    if ripple is not None:
+        size, phase = ripple
+        if size.value > 3.0 * size.sigma:
+            wave = {"friction_ripple": size.value, "order": LOBES, "psi": phase % math.tau}
+            found.append(entry("position_dependent_friction", **wave))
+            decided.add("position_dependent_friction")
+        elif _order(declared) == LOBES:
+            decided |= _told(size, "position_dependent_friction")
     notes.append(f"the model file declares {', '.join(item['effect'] for item in found)}")
-    return found
+    return found, decided
 
 
-def hysteresis(estimates: Estimates, phi_max: float, notes: list[str]) -> list[dict[str, Any]]:
+def hysteresis(estimates: Estimates, phi_max: float, notes: list[str]) -> Decision:
     """The term of a torque loop: its torque as fitted, its windup such that a cycle costs the energy found.
 
     Bouc-Wen with beta = n = 1 closes from branch to branch over 2 phi_h, so that a cycle of amplitude phi_max costs
@@ -117,14 +130,25 @@ def hysteresis(estimates: Estimates, phi_max: float, notes: list[str]) -> list[d
     torque, energy = estimates.named("hysteresis_torque"), estimates.named("loop_energy")
     if torque.value <= 0.0 or not _sure(torque):
         notes.append(f"no hysteresis: its torque does not differ from zero at {100.0 * CONFIDENCE:.0f} %")
-        return []
+        return [], _told(torque, *HYSTERETIC)
     windup = phi_max - energy.value / (4.0 * torque.value)
     if not 0.0 < windup < phi_max:
         notes.append("no hysteresis term: the energy of the loop does not go together with its width")
-        return []
+        return [], set()
     notes.append("the model file declares hysteresis: same torque and energy per cycle, closing as Bouc-Wen does")
-    return [entry("hysteresis", T_h=torque.value, phi_h=windup, beta=1.0, loop_sharpness=1.0)]
+    return [entry("hysteresis", T_h=torque.value, phi_h=windup, beta=1.0, loop_sharpness=1.0)], set(HYSTERETIC)
 
 
 def _sure(item: Estimate) -> bool:
     return item.low > 0.0 or item.high < 0.0
+
+
+def _told(item: Estimate, *effects: str) -> set[str]:
+    """The effects that a number decides on: none without a deviation."""
+    return set(effects) if math.isfinite(item.sigma) else set()
+
+
+def _order(declared: Sequence[Mapping[str, Any]]) -> float:
+    """Order of the declared position_dependent_friction, its default where none is stated."""
+    stated = [item.get("parameters", {}) for item in declared if item.get("effect") == "position_dependent_friction"]
+    return float(number(stated[0].get("order", LOBES))) if stated else LOBES

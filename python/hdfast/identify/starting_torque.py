@@ -74,7 +74,7 @@ def starting_torque(
     sigma = spread / math.sqrt(2.0 * line.freedom) if line.freedom > 0 else math.inf
     estimates.append(estimate("spread", spread, "N m", sigma, meaning=meaning))
     _completeness(found, sides, notes)
-    terms = left_out.breakaway(estimates[: len(sides)], ripple, (base or {}).get("terms", []), notes)
+    terms, decided = left_out.breakaway(estimates[: len(sides)], ripple, (base or {}).get("terms", []), notes)
     return Fit(
         "starting_torque",
         "Starting torque from slow torque ramps",
@@ -93,6 +93,7 @@ def starting_torque(
         },
         base or {},
         source,
+        decided,
     )
 
 

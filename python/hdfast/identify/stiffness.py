@@ -72,7 +72,7 @@ def stiffness(
     drive = law_parameters(chosen, phi_max, (t1, t2))
     estimates = Estimates([*chosen.estimates, *loop.losses(listed)])
     notes += _limits(chosen, drive, phi_max, largest)
-    terms = left_out.hysteresis(estimates, phi_max, notes)
+    terms, decided = left_out.hysteresis(estimates, phi_max, notes)
     several = {"Loops": loop.table(listed, fitted, chosen)} if len(listed) > 1 else {}
     return Fit(
         "stiffness",
@@ -106,6 +106,7 @@ def stiffness(
         },
         base or {},
         source,
+        decided,
     )
 
 

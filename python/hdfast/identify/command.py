@@ -5,13 +5,12 @@ from __future__ import annotations
 import argparse
 import tomllib
 from collections.abc import Callable, Mapping
-from pathlib import Path
 from typing import Any
 
 from hdfast import identify
 from hdfast.config import load as load_config
 from hdfast.errors import ConfigError, InputError
-from hdfast.identify.fit import Fit, plain
+from hdfast.identify.fit import Fit, joined, plain
 from hdfast.printing import json_text
 from hdfast.recordings import gather, load_campaign
 
@@ -96,12 +95,17 @@ def run(options: argparse.Namespace) -> int:
 
 def _identify(options: argparse.Namespace) -> Fit:
     columns = _columns(options.column)
-    recordings, base, source = _inputs(options.input, columns)
+    recordings, base, source, notes = _inputs(options.input, columns)
     if options.model is not None:
-        load_config(options.model)
-        base = {**base, **tomllib.loads(Path(options.model).read_text(encoding="utf-8"))}
-    drive = plain(base.get("drive", {}))
-    shared: dict[str, Any] = {"base": base, "source": source}
+        model = tomllib.loads(load_config(options.model).text)
+        base = base | model | {"drive": joined(plain(base.get("drive", {})), plain(model.get("drive", {})))}
+    fit = _fit(options, recordings, {"base": base, "source": source})
+    fit.notes.extend(notes)
+    return fit
+
+
+def _fit(options: argparse.Namespace, recordings: list[Any], shared: dict[str, Any]) -> Fit:
+    drive = plain(shared["base"].get("drive", {}))
     if options.kind == "starting-torque":
         return identify.starting_torque(recordings, **shared)
     ratio = options.ratio if options.ratio is not None else drive.get("ratio")
@@ -121,15 +125,20 @@ def _identify(options: argparse.Namespace) -> Fit:
     return identify.kinematic_error(recordings, ratio=ratio, orders=orders, most=options.most, gain=gain, **shared)
 
 
-def _inputs(paths: list[str], columns: Mapping[str, Any]) -> tuple[list[Any], dict[str, Any], str]:
-    if any(path.endswith(".toml") for path in paths):
-        if len(paths) != 1:
-            raise InputError("give one campaign TOML or recordings, not both")
-        if columns:
-            raise InputError("--column has no meaning with a campaign, whose section [columns] says it")
-        campaign = load_campaign(paths[0])
-        return campaign.recordings, dict(campaign.data), campaign.text
-    return gather(paths, columns), {}, ""
+def _inputs(paths: list[str], columns: Mapping[str, Any]) -> tuple[list[Any], dict[str, Any], str, list[str]]:
+    """Recordings, base and text of a campaign, or recordings alone; notes on what was left out."""
+    if not any(path.endswith(".toml") for path in paths):
+        return gather(paths, columns), {}, "", []
+    if len(paths) != 1:
+        raise InputError("give one campaign TOML or recordings, not both")
+    if columns:
+        raise InputError("--column has no meaning with a campaign, whose section [columns] says it")
+    campaign = load_campaign(paths[0])
+    chosen = [item for item in campaign.recordings if item.role == "fit"]
+    notes = [f"{item.name}: held out, not used" for item in campaign.recordings if item.role != "fit"]
+    if not chosen:
+        chosen, notes = campaign.recordings, ["every recording is held out: all are used"]
+    return chosen, dict(campaign.data), campaign.text, notes
 
 
 def _columns(entries: list[str]) -> dict[str, Any]:

@@ -1,0 +1,56 @@
+"""The command `hdfast identify`: which recordings of a campaign it takes, and how a model joins the campaign's."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+from hdfast import config
+from hdfast.bench import FrictionLaw, coastdown
+from hdfast.cli import main
+from hdfast.recordings import save
+
+J = 3e-4 + 0.5 / 121.0**2
+DRIVE = "[drive]\nratio = 121\nB_l = 0.2\nk1 = { value = 3.1e4, sigma = 0.1 }\n"
+
+
+@pytest.fixture
+def campaign(tmp_path):
+    """Two coasts of one drive and one of another."""
+    made = [*coastdown(FrictionLaw())[:2], coastdown(FrictionLaw(T_c=0.06))[0]]
+    for number, recording in enumerate(made):
+        save(recording, tmp_path / f"r{number}.parquet")
+
+    def write(*roles):
+        entries = [f'[[recording]]\nfile = "r{number}.parquet"\nrole = "{role}"\n' for number, role in enumerate(roles)]
+        (tmp_path / "campaign.toml").write_text(DRIVE + "".join(entries))
+        return str(tmp_path / "campaign.toml")
+
+    return write
+
+
+def coast(file, capsys, *options):
+    assert main(["identify", "coastdown", file, "--inertia", str(J), "--json", *options]) == 0
+    return json.loads(capsys.readouterr().out)
+
+
+def test_exact_held_out_recordings_are_left_out_and_named(campaign, capsys):
+    found = coast(campaign("fit", "fit", "heldout"), capsys)
+    assert found["estimates"]["T_c"]["value"] == pytest.approx(0.03, rel=1e-3)
+    assert "r2.parquet: held out, not used" in found["notes"]
+    every = coast(campaign("heldout", "heldout"), capsys)
+    assert every["estimates"]["T_c"]["value"] == pytest.approx(0.03, rel=1e-3)
+    assert "every recording is held out: all are used" in every["notes"]
+
+
+def test_exact_a_model_joins_the_drive_of_the_campaign_key_by_key(campaign, tmp_path, capsys):
+    """With a byte order mark, as Windows writes it; its spring takes the place of the campaign's."""
+    model = "[drive]\nB_ml = 3e-4\nK1 = 3e4\nK2 = 5e4\nK3 = 6e4\nT1 = 14\nT2 = 48\n"
+    (tmp_path / "model.toml").write_text(model, encoding="utf-8-sig")
+    out = tmp_path / "out"
+    coast(campaign("fit", "fit"), capsys, "--model", str(tmp_path / "model.toml"), "--out", str(out))
+    found = config.load(out / "model.toml")
+    known = {"ratio": 121.0, "B_l": 0.2, "B_ml": 3e-4, "K1": 3e4}
+    assert {name: found.drive[name] for name in known} == known
+    assert found.drive["B_m"] == pytest.approx(1.2e-3 - 3e-4 - 0.2 / 121.0**2, rel=1e-3)
+    assert found.model.spring == "piecewise"

@@ -36,10 +36,10 @@ def coast(file, capsys, *options):
 
 def test_exact_held_out_recordings_are_left_out_and_named(campaign, capsys):
     found = coast(campaign("fit", "fit", "heldout"), capsys)
-    assert found["estimates"]["T_c"]["value"] == pytest.approx(0.03, rel=1e-3)
+    assert found["estimates"]["T_c"]["value"] == pytest.approx(0.03, rel=0.01)
     assert "r2.parquet: held out, not used" in found["notes"]
     every = coast(campaign("heldout", "heldout"), capsys)
-    assert every["estimates"]["T_c"]["value"] == pytest.approx(0.03, rel=1e-3)
+    assert every["estimates"]["T_c"]["value"] == pytest.approx(0.03, rel=0.01)
     assert "every recording is held out: all are used" in every["notes"]
 
 
@@ -52,5 +52,5 @@ def test_exact_a_model_joins_the_drive_of_the_campaign_key_by_key(campaign, tmp_
     found = config.load(out / "model.toml")
     known = {"ratio": 121.0, "B_l": 0.2, "B_ml": 3e-4, "K1": 3e4}
     assert {name: found.drive[name] for name in known} == known
-    assert found.drive["B_m"] == pytest.approx(1.2e-3 - 3e-4 - 0.2 / 121.0**2, rel=1e-3)
+    assert found.drive["B_m"] == pytest.approx(1.2e-3 - 3e-4 - 0.2 / 121.0**2, rel=0.01)
     assert found.model.spring == "piecewise"

@@ -19,6 +19,7 @@ from hdfast.diagnosis.screen import Screen
 from hdfast.diagnosis.shaken import calmer
 
 ALARM, NOTICED, ALONE = 0.01, 0.05, 0.001
+NOISY = 1.15
 GAIN_ERRORS, CHANCE, SLOW_CHANCE, SPARED = 2.0, 0.01, 0.025, 4.0
 FALL = 0.05
 NEAR_FLOOR = 1.3
@@ -42,17 +43,20 @@ class Rules:
 
     Attributes:
         floor: nrmse of the sensor noise alone; near it the required fall of the error is waived.
-        noisy: nrmse up to which a mismatch may be noise, so that only the screen can open the search.
         folds: fold of every stacked sample.
     """
 
     floor: float
-    noisy: float
     folds: Index = field(repr=False)
 
-    def near(self, replay: Replay, current: Fit) -> Rules:
-        """The rules for what a fit leaves."""
-        return replace(self, folds=folds_near(replay, nrmse(replay.layout, current.mismatch), self.floor))
+    @classmethod
+    def near(cls, replay: Replay, current: Fit, floor: float) -> Rules:
+        """The rules for what a fit leaves above noise of this nrmse."""
+        return cls(floor, folds_near(replay, nrmse(replay.layout, current.mismatch), floor))
+
+    def beyond_noise(self, error: float) -> bool:
+        """Whether a mismatch of this nrmse is no noise, so that it opens the search without the screen."""
+        return error > NOISY * self.floor
 
     def waived(self, seen: Screen, candidate: Candidate, error: float) -> bool:
         """Whether an error need not fall much: the screen singles the candidate out, and it is not far from noise.

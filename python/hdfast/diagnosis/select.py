@@ -101,18 +101,27 @@ def search(
     replay: Replay,
     start: Fit,
     library: Library,
-    rules: Rules,
+    floor: float,
     rng: np.random.Generator,
     stages: Stages,
 ) -> Search:
-    """Add effects while one passes every rule."""
+    """Add effects while one passes every rule.
+
+    Args:
+        replay: recordings.
+        start: the model without any.
+        library: the candidates for what a model leaves.
+        floor: nrmse of the sensor noise.
+        rng: of the screen.
+        stages: is told what happens.
+    """
     rounds: list[Round] = []
     accepted: list[Trial] = []
     known: set[str] = set()
     current = start
     while True:
         present = [trial.candidate.effect for trial in accepted]
-        replay, rules = replay.commanded(current), rules.near(replay, current)
+        replay, rules = replay.commanded(current), Rules.near(replay, current, floor)
         stages.expect(1)
         pool = [one for one in library(current) if _possible(one, accepted, current)]
         changed = changes(replay, current, pool)
@@ -122,7 +131,7 @@ def search(
         stages.done(f"screened {len(found)} candidates: p = {seen.smallest_p:.3f}")
         trials: list[Trial] = []
         alarm = seen.smallest_p <= ALARM
-        if (alarm or nrmse(replay.layout, current.mismatch) > rules.noisy) and len(accepted) < MOST_EFFECTS:
+        if (alarm or rules.beyond_noise(nrmse(replay.layout, current.mismatch))) and len(accepted) < MOST_EFFECTS:
             shortlist = _shortlist(found, seen)
             stages.expect(len(shortlist))
             effort = partial(_try, current=current, rules=rules, seen=seen, known=known)

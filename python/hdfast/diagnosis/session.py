@@ -8,7 +8,6 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from hdfast.diagnosis.accept import Rules
 from hdfast.diagnosis.band import choose_band
 from hdfast.diagnosis.baseline import baseline, with_resonance
 from hdfast.diagnosis.beside import beside
@@ -24,7 +23,7 @@ from hdfast.diagnosis.plant import Plant, Structure
 from hdfast.diagnosis.prepare import Unit, prepare
 from hdfast.diagnosis.prove import proven
 from hdfast.diagnosis.replay import Replay
-from hdfast.diagnosis.score import groups, noise_floor
+from hdfast.diagnosis.score import noise_floor
 from hdfast.diagnosis.select import Search, search
 from hdfast.diagnosis.source import Source, fitted
 from hdfast.diagnosis.stages import Stages
@@ -37,7 +36,6 @@ from hdfast.recordings.clock import period
 from hdfast.spring import COEFFICIENTS
 
 HELD = 0.7
-NOISY = 1.15
 STIFF = 1e4
 GUARD = 0.05
 LAST_SHARE = 0.3
@@ -234,10 +232,9 @@ def run(campaign: Campaign, sources: Sequence[Source], seed: int, threads: int |
     calibrated = multistart(replay, nominal(setup))
     stages.done("calibrated the nominal model")
     floor = noise_floor(replay)
-    rules = Rules(floor, NOISY * floor, groups(replay.plant, replay.layout))
     rng = np.random.default_rng([seed, 1])
     ratio = calibrated.value("ratio")
-    found = search(replay, calibrated, lambda current: candidates(replay, current, ratio), rules, rng, stages)
+    found = search(replay, calibrated, lambda current: candidates(replay, current, ratio), floor, rng, stages)
     proof: Proof | None = None
     shown: dict[str, float] = {}
     lessers: dict[str, Fit] = {}

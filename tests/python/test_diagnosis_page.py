@@ -207,6 +207,14 @@ def test_exact_spectrum_of_two_known_lines_at_a_speed_that_changes():
     assert near[2] < 1e-4
 
 
+def test_exact_a_line_has_no_mirror_in_its_spectrum():
+    """Samples every 2 ms beside cells of other widths: shares of them, not whole ones, go into the sums."""
+    t = np.arange(0.0, 8.0, 0.002)
+    place, size = spectrum([t], [np.sin(2.0 * np.pi * 40.0 * t)], 200.0)
+    assert np.nanmax(size) == pytest.approx(1.0, rel=0.02)
+    assert np.nanmax(size[np.abs(place - 40.0) > 15.0]) < 0.01
+
+
 @pytest.mark.parametrize(
     ("value", "sigma", "unit", "text"),
     [

@@ -88,11 +88,8 @@ def _lines(x: Floats, values: Floats, highest: float) -> list[Line]:
     span = float(np.ptp(x))
     if span <= 0.0 or highest * span < 2.0 * FEWEST_CYCLES:
         return []
-    width = 1.0 / (CELLS * highest)
-    sums = _spread((x - x.min()) / width, values - values.mean())
-    count = 1 << (2 * len(sums) - 1).bit_length()
-    power = np.abs(np.fft.rfft(sums, count)) ** 2
-    position = np.arange(len(power)) / (count * width)
+    position, size = fourier_sums(x, values, highest)
+    power = size**2
     used = (position <= highest) & (position * span >= FEWEST_CYCLES)
     power, position = power[used], position[used]
     if len(power) < NEIGHBOURS:
@@ -104,13 +101,29 @@ def _lines(x: Floats, values: Floats, highest: float) -> list[Line]:
     return [Line(_peak(position, power, j), float(ratio[j]), 1.0 / span) for j in strongest]
 
 
-def _spread(places: Floats, values: Floats) -> Floats:
-    """Values (n,) summed in the cells on both sides of their places, in shares: a whole cell would mirror lines."""
+def fourier_sums(x: Floats, values: Floats, highest: float, fewest: int = 0) -> tuple[Floats, Floats]:
+    """Sizes of the Fourier sums of unevenly spaced values about their mean.
+
+    Each value is summed in the cells on both sides of its place, in shares: a whole cell would mirror lines.
+
+    Args:
+        x: places (n,).
+        values: at them, (n,).
+        highest: cycles per unit of x up to which the sums count; those beyond are of no use.
+        fewest: of the sums up to there.
+
+    Returns:
+        Cycles per unit of x and sizes in the unit of the values, each (m,).
+    """
+    width = 1.0 / (CELLS * highest)
+    places = (x - x.min()) / width
     cell = places.astype(np.int64)
     share = places - cell
-    return np.asarray(
-        np.bincount(np.concatenate([cell, cell + 1]), np.concatenate([(1.0 - share) * values, share * values]))
-    )
+    about = values - values.mean()
+    sums = np.bincount(np.concatenate([cell, cell + 1]), np.concatenate([(1.0 - share) * about, share * about]))
+    count = 1 << (max(2 * len(sums), int(CELLS) * fewest) - 1).bit_length()
+    size = np.abs(np.fft.rfft(sums, count))
+    return np.arange(len(size)) / (count * width), size
 
 
 def _peak(position: Floats, power: Floats, j: int) -> float:

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from hdfast.checks import Floats
+from hdfast.diagnosis.lines import fourier_sums
 from hdfast.diagnosis.prepare import Unit
 from hdfast.diagnosis.replay import Replay
 from hdfast.diagnosis.verdict import Verdict
@@ -142,13 +143,8 @@ def spectrum(x: Sequence[Floats], signals: Sequence[Floats], highest: float) -> 
         span = float(np.ptp(position[known])) if known.sum() > 8 else 0.0
         if span * highest < 2.0 * FEWEST_CYCLES:
             continue
-        width = 1.0 / (8.0 * highest)
-        place = ((position[known] - position[known].min()) / width).astype(np.int64)
-        values = signal[known] - signal[known].mean()
-        sums = np.bincount(place, values)
-        count = 1 << (max(2 * len(sums), 16 * CELLS) - 1).bit_length()
-        size = 2.0 / len(values) * np.abs(np.fft.rfft(sums, count))
-        cycles = np.arange(len(size)) / (count * width)
+        cycles, sums = fourier_sums(position[known], signal[known], highest, fewest=2 * CELLS)
+        size = 2.0 / known.sum() * sums
         used = (cycles < highest) & (cycles * span >= FEWEST_CYCLES)
         np.maximum.at(largest, np.searchsorted(edges, cycles[used], side="right") - 1, size[used])
     return 0.5 * (edges[1:] + edges[:-1]), np.where(largest > 0.0, largest, np.nan)

@@ -17,7 +17,7 @@ from hdfast.diagnosis.steady import SPEED
 from hdfast.diagnosis.swings import Swing
 from hdfast.diagnosis.verdict import NAMED
 from hdfast.recordings import load_campaign
-from hdfast.report import diagnosis_page
+from hdfast.report import diagnosis_page, diagnosis_plots
 from hdfast.report.diagnosis_details import pulls
 from hdfast.report.diagnosis_screen import TAGS, cards
 from hdfast.report.diagnosis_swings import missing_tones, swings_section
@@ -124,6 +124,38 @@ def test_exact_what_rests_on_fitted_recordings_says_so_beside_the_errors(found):
     content = {**found.content, "notes": ["it rests on the others"]}
     better = cards(content, evidence, traces(evidence))[2]
     assert better.texts == ["it rests on the others"]
+
+
+def test_exact_bars_have_the_names_of_the_verdict(found, monkeypatch):
+    """A law of which its special case is left has that one's; what is too unlikely for one has none."""
+    [standing] = found.evidence.standings
+    law = replace(standing.trial, candidate=replace(standing.trial.candidate, effect="stribeck_friction"))
+    left, unlikely = replace(standing, trial=law), replace(standing, name="hysteresis", probability=0.6)
+    bars, drawn = {}, diagnosis_plots.probabilities
+
+    def noted(rows, sure):
+        bars.update({name: named for name, _, named in rows})
+        return drawn(rows, sure)
+
+    monkeypatch.setattr(diagnosis_plots, "probabilities", noted)
+    evidence = replace(found.evidence, standings=[left, unlikely])
+    cards(found.content, evidence, traces(evidence))
+    assert bars["Coulomb friction"]
+    assert not bars["hysteresis"]
+    assert "Stribeck friction" not in bars
+
+
+def test_exact_gains_are_told_as_they_are_judged(found, page):
+    """No block counts for more than it needs to convince: one in which both models are shaken says nothing."""
+    [standing] = found.evidence.standings
+    gained, told = standing.trial.gain, found.effects[0]["evidence"]
+    assert gained.total > 1.5 * gained.limited
+    assert told["gain"] == pytest.approx(told["gain_in_errors"] * told["gain_error"])
+    assert f"{gained.limited:.1f} ± {gained.counted_error:.1f}" in words_of(page)
+    shaken = replace(found.evidence.proof, gain=Gain(np.array([-1e3, *np.full(19, 8.0)]), (0.1, 0.5)))
+    evidence = replace(found.evidence, session=replace(found.evidence.session, proof=shaken))
+    better = cards(found.content, evidence, traces(evidence))[2]
+    assert better.texts[0] == f"Proof: a gain of {142.0 / 18.0:.1f} standard errors."
 
 
 def test_exact_an_undecided_page_begins_with_what_to_record_next(found):

@@ -66,9 +66,14 @@ class Gain:
         return float(np.sqrt(n) * np.std(self._clipped, ddof=1)) if n > 1 else np.inf
 
     @property
+    def counted_error(self) -> float:
+        """The same, at least a twentieth of what convinces: blocks that all reach the limit have none."""
+        return max(self.limited_error, 0.05 * CONVINCING)
+
+    @property
     def ratio(self) -> float:
         """Limited sum in standard errors."""
-        return self.limited / max(self.limited_error, 0.05 * CONVINCING)
+        return self.limited / self.counted_error
 
     @property
     def spared(self) -> float:

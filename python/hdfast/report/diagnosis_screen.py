@@ -182,8 +182,9 @@ def _what(content: Mapping[str, Any], verdict: Verdict) -> Card:
         return _ranking(verdict.described)
     rows: list[tuple[str, float, bool]] = []
     beaten: list[str] = []
+    named = [] if content["verdict"] == "undecided" else verdict.told
     for standing in verdict.standings:
-        rows.append((words(standing.trial.candidate.effect), standing.probability, content["verdict"] != "undecided"))
+        rows.append((words(standing.name), standing.probability, standing in named))
         shares = {
             rival.effect: standing.probability * rival.weight / max(1.0 - rival.weight, 1e-6)
             for rival in standing.rivals
@@ -268,7 +269,7 @@ def _better(content: Mapping[str, Any], verdict: Verdict) -> Card:
     proof = verdict.proof
     rests_elsewhere = proof is not None and proof.holds and not proof.shows
     if extended and proof is not None and len(groups[0][1]) == 2 and not rests_elsewhere:
-        texts.append(f"Proof: a gain of {proof.gain.total / max(proof.gain.error, 1e-9):.1f} standard errors.")
+        texts.append(f"Proof: a gain of {proof.gain.ratio:.1f} standard errors.")
     texts += [spoken(note) for note in content["notes"]]
     title = "How much better" if extended else "How well it predicts"
     return Card(title, "four", texts=texts, figures=[picture(plots.errors(groups), "")])

@@ -22,7 +22,7 @@ PAIR_HEADER = ["these two", "are hardly told apart", "correlation"]
 CORRELATED = 0.95
 EXTENDED_HEADER = ["extended model", "pull [σ]", ""]
 TRIAL_HEADER = [
-    "candidate", "place", "screen p", "visible", "gain (log density)", "in errors", "left-out error", "outcome",
+    "candidate", "place", "screen p", "visible", "limited gain (log density)", "in errors", "left-out error", "outcome",
 ]  # fmt: skip
 WORDS = {
     "coulomb_friction": "Coulomb friction",
@@ -143,7 +143,7 @@ def trial_table(one: Round) -> str:
     """Candidates of a round: what the screen saw of each and what the joint refit gave."""
     visible = {signature.candidate.label: signature.visibility for signature in one.signatures}
     rows = []
-    for trial in sorted(one.trials, key=lambda trial: -trial.gain.total):
+    for trial in sorted(one.trials, key=lambda trial: -trial.gain.limited):
         candidate = trial.candidate
         outcome = (
             "accepted" if one.accepted is trial else ("passes, but another gains more" if not trial.failed else "")
@@ -154,7 +154,7 @@ def trial_table(one: Round) -> str:
                 candidate.place,
                 _p(one.screen.p.get(candidate.label)),
                 f"{100 * visible.get(candidate.label, math.nan):.0f} %",
-                f"{trial.gain.total:.1f} ± {trial.gain.error:.1f}",
+                f"{trial.gain.limited:.1f} ± {trial.gain.counted_error:.1f}",
                 f"{trial.gain.ratio:.1f}",
                 f"{100 * trial.gain.nrmse[1]:.2f} → {100 * trial.gain.nrmse[0]:.2f} %",
                 outcome or ", ".join(_failure(rule) for rule in trial.failed),

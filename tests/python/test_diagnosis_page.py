@@ -17,8 +17,8 @@ from hdfast.diagnosis.steady import SPEED
 from hdfast.diagnosis.swings import Swing
 from hdfast.diagnosis.verdict import NAMED
 from hdfast.recordings import load_campaign
-from hdfast.report import diagnosis_page, diagnosis_plots
-from hdfast.report.diagnosis_details import pulls
+from hdfast.report import diagnosis_details, diagnosis_page, diagnosis_plots
+from hdfast.report.diagnosis_details import pulls, time_strips
 from hdfast.report.diagnosis_screen import TAGS, cards
 from hdfast.report.diagnosis_swings import missing_tones, swings_section
 from hdfast.report.diagnosis_tables import plus_minus, spoken, words
@@ -171,6 +171,15 @@ def test_exact_an_undecided_page_begins_with_what_to_record_next(found):
         assert part in text
 
 
+def test_exact_files_keep_their_names(found):
+    sentence = "motor_speed is not the rate of motor_angle"
+    finding = {"file": "motor_speed_ladder.csv", "check": "clock", "severity": "note", "sentence": sentence}
+    content = {**found.content, "health": [finding | {"t0": None, "t1": None}]}
+    text = words_of(diagnosis_page.page(replace(found, content=content)))
+    assert "motor_speed_ladder.csv" in text
+    assert sentence.replace("motor_speed", "motor speed") in text
+
+
 def test_exact_numbers_are_written_where_the_page_fails(quiet, tmp_path, monkeypatch):
     monkeypatch.setattr(diagnosis_page, "page", lambda _: pytest.fail("no page"))
     with pytest.raises(pytest.fail.Exception, match="no page"):
@@ -181,6 +190,29 @@ def test_exact_numbers_are_written_where_the_page_fails(quiet, tmp_path, monkeyp
 def test_exact_a_drive_that_is_known_exactly_has_no_distances():
     axes = pulls([], np.empty(0), None, []).axes[0]
     assert axes.get_xlim() == pytest.approx((-2.2, 2.2))
+
+
+def test_exact_a_parameter_that_the_extended_model_lacks_has_no_dot(found, monkeypatch):
+    """A declared law that another one has replaced."""
+    session = found.evidence.session
+    swapped = replace(session, baseline=session.search.final, search=replace(session.search, final=session.baseline))
+    moved, drawn = {}, diagnosis_details.pulls
+
+    def noted(names, before, after, marked):
+        moved.update(zip(names, after, strict=True))
+        return drawn(names, before, after, marked)
+
+    monkeypatch.setattr(diagnosis_details, "pulls", noted)
+    diagnosis_page.page(replace(found, evidence=replace(found.evidence, session=swapped)))
+    assert [name for name, distance in moved.items() if np.isnan(distance)] == ["coulomb_friction_T_c"]
+
+
+def test_exact_windows_stand_over_the_fitted_part_of_a_recording_alone(found):
+    """Both parts of a recording whose last part was set aside have its name."""
+    fitted = next(one for one in traces(found.evidence) if one.unit.role == "fit")
+    held = replace(fitted, unit=replace(fitted.unit, role="heldout"))
+    axes = time_strips([held, fitted], [(0.5, 1.0, fitted.unit.name)]).axes[0]
+    assert [float(line.get_ydata()[0]) for line in axes.lines] == pytest.approx([1.0 - 0.42])
 
 
 def test_exact_every_verdict_has_a_tag():

@@ -39,7 +39,7 @@ def time_strips(found: Sequence[Trace], windows: Sequence[Sequence[Any]]) -> Fig
                 interpolation="none", extent=(edges[0], edges[-1], row + 0.38, row - 0.38),
             )  # fmt: skip
             for begin, end, name in windows if part == "missing" else ():
-                if name == trace.unit.name:
+                if name == trace.unit.name and trace.unit.role == "fit":
                     axes.plot([begin, end], [row - 0.42] * 2, color=INK, linewidth=2.0, solid_capstyle="butt")
         axes.set_xlim(min(trace.t[0] for trace in found), max(trace.t[-1] for trace in found))
         axes.set_ylim(len(found) - 0.45, -0.55)
@@ -116,7 +116,8 @@ def pulls(
 
     Args:
         names: parameters.
-        before, after: distances of the calibrated nominal and the extended model (P,); None without an extension.
+        before, after: distances of the calibrated nominal and the extended model (P,), NaN for a parameter that a model
+            does not have; None without an extension.
         marked: parameters that had swallowed an effect.
         first: name of the model without the extension.
     """
@@ -136,7 +137,8 @@ def pulls(
             tick.set_color(RED)
             tick.set_fontweight("bold")
     axes.set_ylim(len(names) - 0.4, -0.6)
-    reach = 1.1 * max([2.0, *(float(np.max(np.abs(own))) for own in (before, after) if own is not None and len(own))])
+    shown = [own for own in (before, after) if own is not None]
+    reach = 1.1 * max(2.0, *(float(np.nanmax(np.abs(own), initial=0.0)) for own in shown))
     axes.set_xlim(-reach, reach)
     axes.set_xlabel("distance from the nominal value [σ of the prior]")
     axes.grid(visible=False, axis="y")

@@ -110,7 +110,7 @@ def _parameters(content: Mapping[str, Any], verdict: Verdict) -> Section:
     moved = None
     extended = verdict.extended is not None
     if extended:
-        moved = np.array([pull(after, name) if name in after.structure.names else 0.0 for name in names])
+        moved = np.array([pull(after, name) if name in after.structure.names else np.nan for name in names])
     texts = []
     if masked:
         texts.append(f"Had swallowed part of the effect, and moved when it was added: {', '.join(masked)}.")
@@ -171,7 +171,8 @@ def _health(content: Mapping[str, Any]) -> Section:
     header = ["recording", "check", "severity", "what was found", "from [s]", "to [s]"]
     keys = ("file", "check", "severity", "sentence", "t0", "t1")
     listed = sorted(content["health"], key=lambda row: SEVERITIES.index(row["severity"]))
-    rows = [["" if row[key] is None else spoken(_cell(row[key])) for key in keys] for row in listed]
+    told = [row | {"sentence": spoken(row["sentence"])} for row in listed]
+    rows = [["" if row[key] is None else _cell(row[key]) for key in keys] for row in told]
     return Section("Health of the recordings", tables=[html_table(header, rows)] if rows else [])
 
 

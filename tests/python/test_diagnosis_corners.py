@@ -14,10 +14,11 @@ from hdfast.diagnosis import diagnose, prove, session
 from hdfast.diagnosis.accept import sizeable, special
 from hdfast.diagnosis.candidate import Candidate
 from hdfast.diagnosis.extended import extended_model
+from hdfast.diagnosis.facts import FACTS
 from hdfast.diagnosis.fitted import Fit
 from hdfast.diagnosis.holdout import Proof
 from hdfast.diagnosis.library import OF_THE_WINDUP, Sizes, library
-from hdfast.diagnosis.limits import limits
+from hdfast.diagnosis.limits import NEEDS_TEMPERATURE, RIGID, SILENT, limits, unseen
 from hdfast.diagnosis.plant import Free, Plant, Structure
 from hdfast.diagnosis.resolution import unresolved
 from hdfast.diagnosis.rivals import stand
@@ -119,7 +120,7 @@ def test_regress_a_stiff_coupling_is_told_as_detectable(tmp_path, monkeypatch):
     """Of a stiffness, what is seen is every smaller one."""
     small_campaign.shorten_library(monkeypatch, ("load_compliance",))
     found = diagnose(small_campaign.write(tmp_path))
-    assert found.content["not_showable"] == []
+    assert "load_compliance" not in [one["effect"] for one in found.content["not_showable"]]
     seen = found.content["detectable"][0]
     assert seen["effect"] == "load_compliance"
     assert seen["minimum_detectable"] > small_campaign.DRIVE["k1"]
@@ -220,7 +221,7 @@ def test_exact_a_faint_effect_stands_where_what_is_held_out_confirms_it(
 
     model = SimpleNamespace(white=None, structure=None, coordinates=None)
     trial = Trial(SimpleNamespace(effect=effect, label=effect), model, Gain(np.full(9, gained / 9.0), errors), failed)
-    first = Round(model, [], [], SimpleNamespace(p={effect: 2e-3}), [trial], None)
+    first = Round(model, [], [], [], SimpleNamespace(p={effect: 2e-3}), [trial], None)
     for name in ("noise_floor", "replayed", "fit"):
         monkeypatch.setattr(prove, name, lambda *given: model)
     monkeypatch.setattr(prove, "weigh_up", weigh_up)
@@ -274,6 +275,41 @@ def test_exact_effects_of_the_windup_are_those_a_rigid_drive_has_none_of():
     assert effects[0] - effects[1] == set(OF_THE_WINDUP)
     alone = {one.effect for one in library(replace(sizes, channels=("motor_torque",)))}
     assert alone & set(OF_THE_WINDUP) == {"load_side_friction"}
+
+
+@pytest.mark.parametrize("base", ["two_inertia", "one_inertia"])
+@pytest.mark.parametrize("channels", [("motor_torque",), ("motor_torque", "te"), ("motor_torque", "output_torque")])
+@pytest.mark.parametrize("recorded", [True, False])
+def test_exact_every_effect_is_a_candidate_or_told_as_not_showable(base, channels, recorded):
+    """Where nothing was screened all of them are told, those that are candidates as changing nothing."""
+    sizes = Sizes(
+        motor_torque=0.1, speed=100.0, stiffness=3e4, ratio=121.0, corner=100.0, elastic=base == "two_inertia",
+        loaded=recorded, warm=recorded, orders=(), detents=None, turns=50.0, lines=(), tones=(5.0,),
+        channels=tuple("load_angle" if one == "te" else one for one in channels),
+    )  # fmt: skip
+    plant = SimpleNamespace(load_side=len(channels) > 1, loaded=recorded, warm=recorded, channels=channels)
+    friction = ("coulomb_friction",)
+    every = library(sizes)
+    reasons = {one.effect: one.reason for one in unseen(every, plant, Structure(Model(base=base), {}, ()), ())}
+    assert set(reasons) == set(FACTS)
+    offered = {one.effect for one in every}
+    assert {effect for effect, reason in reasons.items() if reason != SILENT} == (
+        set(FACTS) - offered | {"asymmetric_friction", "position_dependent_friction"}
+    )
+    rubbing = unseen(every, plant, Structure(Model(base=base, terms=friction), {}, ()), friction)
+    assert {one.effect for one in rubbing} == set(FACTS) - {"coulomb_friction"}
+    assert {one.effect for one in rubbing if one.reason != SILENT} == set(FACTS) - offered
+
+
+def test_exact_what_a_rigid_drive_cannot_have_is_told_as_not_showable(tmp_path, monkeypatch):
+    small_campaign.shorten_library(monkeypatch)
+    path = small_campaign.write(tmp_path)
+    path.write_text(path.read_text().replace("[drive]\n", '[drive]\nbase = "one_inertia"\n'))
+    found = diagnose(path).content
+    reasons = {one["effect"]: one["reason"] for one in found["not_showable"]}
+    assert {effect for effect, reason in reasons.items() if reason == RIGID} == set(OF_THE_WINDUP)
+    assert reasons["thermal_viscous"] == NEEDS_TEMPERATURE
+    assert not set(reasons) & {one["effect"] for one in found["detectable"] + found["effects"]}
 
 
 @pytest.mark.parametrize(("turns", "resolved"), [(0.45, {5.0, 8.0}), (0.55, {4.0, 5.0, 8.0})])

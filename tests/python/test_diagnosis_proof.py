@@ -211,7 +211,7 @@ def test_exact_effects_that_do_not_hold_beside_the_others_go_one_by_one(monkeypa
     """The weakest first: without it another one holds, or does not."""
     kinds = [SimpleNamespace(effect=name, label=name, refines=False) for name in "abc"]
     trials = [Trial(one, None, Gain(np.zeros(2), ERRORS), ()) for one in kinds]
-    rounds = [Round(None, [], [], None, [one], one) for one in trials]
+    rounds = [Round(None, [], [], [], None, [one], one) for one in trials]
     told = {"abc": {"a": -9.0, "b": 5.0, "c": -4.0}, "bc": {"b": 5.0, "c": 6.0}}
 
     def steps(replay, held, found, lessers, floor):

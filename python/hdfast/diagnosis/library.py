@@ -28,6 +28,8 @@ OF_THE_WINDUP = (
     "load_compliance",
     "base_compliance",
 )
+#: Effects of the sensor of the load angle.
+OF_THE_LOAD_ANGLE = ("encoder_eccentricity", "clock_skew", "ratio_error")
 
 
 @dataclass(frozen=True)

@@ -1,16 +1,19 @@
-"""What these recordings could not show: effects a refit swallows, and the smallest amplitude that would be seen."""
+"""What these recordings could not show, and why, and the smallest amplitude that would be seen of what they could."""
 
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Hashable, Sequence
+from collections.abc import Collection, Hashable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from hdfast.diagnosis.accept import DRIFTS
 from hdfast.diagnosis.candidate import Candidate
+from hdfast.diagnosis.library import OF_THE_LOAD_ANGLE, OF_THE_WINDUP
+from hdfast.diagnosis.plant import Plant, Structure
 from hdfast.diagnosis.screen import Screen, Signature
+from hdfast.diagnosis.shapes import effect_of
 from hdfast.sensors.names import table
 from hdfast.terms import terms
 
@@ -18,6 +21,12 @@ SWALLOWED = 0.05
 POWER = 0.84
 SECOND = "needs a second recording: it drifts too slowly for one to tell"
 NEEDS_WINDUP = "needs the windup of the gear: record the load angle or the output torque"
+RIGID = "needs the windup of the gear, which the base one_inertia leaves out"
+NEEDS_LOAD_ANGLE = "needs the load angle: record it"
+NEEDS_LOAD_TORQUE = "needs the load torque: record it"
+NEEDS_TEMPERATURE = "needs the temperature of the drive: record it"
+NO_ROOM = "has no room beside the hidden states and orders of the model"
+SILENT = "changes next to nothing on these recordings, or cannot be simulated on them"
 
 
 @dataclass(frozen=True)
@@ -74,9 +83,41 @@ def _easier(limit: Limit, known: Limit, *, stiffness: bool) -> bool:
     return sign * limit.minimum_detectable < sign * known.minimum_detectable
 
 
-def without_windup(effects: Sequence[str]) -> list[Limit]:
-    """Effects of the gear's windup, for recordings of the motor side alone."""
-    return [Limit(effect, "", 0.0, None, "", np.inf, NEEDS_WINDUP) for effect in effects]
+def unseen(candidates: Sequence[Candidate], plant: Plant, before: Structure, known: Collection[str]) -> list[Limit]:
+    """Effects of the library that were not screened, and why.
+
+    Args:
+        candidates: of the last round.
+        plant: the recordings.
+        before: the structure that they could join.
+        known: effects that were screened, or that are there.
+    """
+    reasons = _unavailable(plant, elastic=before.model.base == "two_inertia")
+    reasons |= {one.effect: _unused(one, before) for one in candidates}
+    return [
+        Limit(effect, "", 0.0, None, "", np.inf, reason) for effect, reason in reasons.items() if effect not in known
+    ]
+
+
+def _unavailable(plant: Plant, *, elastic: bool) -> dict[str, str]:
+    """Why effects of the library are no candidates for such recordings, by effect."""
+    found: dict[str, str] = {}
+    if not (elastic and plant.load_side):
+        found = dict.fromkeys(OF_THE_WINDUP, RIGID if plant.load_side else NEEDS_WINDUP)
+    elif not plant.loaded:
+        found["te_load_dependence"] = NEEDS_LOAD_TORQUE
+    if not plant.warm:
+        found["thermal_viscous"] = NEEDS_TEMPERATURE
+    if "te" not in plant.channels:
+        found |= dict.fromkeys(OF_THE_LOAD_ANGLE, NEEDS_LOAD_ANGLE)
+    return found
+
+
+def _unused(one: Candidate, before: Structure) -> str:
+    """Why a candidate that is not there has no signature."""
+    if one.needs and not {effect_of(term) for term in before.model.terms} & set(one.needs):
+        return f"needs {' or '.join(one.needs)}, and the model that it could join has none"
+    return SILENT if one.fits_into(before) else NO_ROOM
 
 
 def _limit(one: Signature, seen: Screen, recordings: int) -> Limit:

@@ -189,6 +189,16 @@ class Plant:
         """Whether a signal of the load side is compared."""
         return any(channel != TORQUE for channel in self.channels)
 
+    @property
+    def loaded(self) -> bool:
+        """Whether a load torque is recorded."""
+        return any(bool(np.any(unit.load_torque != 0.0)) for unit in self.units)
+
+    @property
+    def warm(self) -> bool:
+        """Whether temperatures are recorded."""
+        return all(unit.temperature is not None for unit in self.units)
+
     @cached_property
     def _asked(self) -> list[Floats]:
         """Torque that each unit's actuator is asked for, as simulated signals are seen [N m], per unit (n,)."""

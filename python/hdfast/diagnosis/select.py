@@ -56,10 +56,11 @@ class Trial:
 
 @dataclass(frozen=True, eq=False)
 class Round:
-    """One step of the search: what was there, what the screen saw, what was tried, what was accepted."""
+    """One step of the search: what was there, what was thought of, what the screen saw, what was tried and accepted."""
 
     before: Fit = field(repr=False)
     present: list[Trial]
+    candidates: list[Candidate] = field(repr=False)
     signatures: list[Signature] = field(repr=False)
     screen: Screen
     trials: list[Trial] = field(repr=False)
@@ -123,7 +124,8 @@ def search(
         present = [trial.candidate.effect for trial in accepted]
         replay, rules = replay.commanded(current), Rules.near(replay, current, floor)
         stages.expect(1)
-        pool = [one for one in library(current) if _possible(one, accepted, current)]
+        every = library(current)
+        pool = [one for one in every if _possible(one, accepted, current)]
         changed = changes(replay, current, pool)
         heard = attentive(replay, current, [one.values for one in changed])
         found = signatures(replay, heard, changed)
@@ -140,7 +142,7 @@ def search(
                 stages.done(f"refitted with {trial.candidate.effect}")
         known |= {one.candidate.effect for one in trials}
         best = _best(replay, trials, accepted, seen, rules)
-        rounds.append(Round(current, accepted, found, seen, trials, best))
+        rounds.append(Round(current, accepted, every, found, seen, trials, best))
         if best is None:
             return Search(rounds, current, accepted)
         replaced = [one for one in accepted if one.candidate.effect in best.candidate.contains]

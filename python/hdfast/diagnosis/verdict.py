@@ -12,14 +12,14 @@ from hdfast.diagnosis.accept import ALONE, HELD_OUT, STILL, TIMING, USELESS, cer
 from hdfast.diagnosis.experiment import NOTHING, Contest, Experiment, propose
 from hdfast.diagnosis.fitted import Fit
 from hdfast.diagnosis.holdout import Proof
-from hdfast.diagnosis.library import OF_THE_WINDUP
-from hdfast.diagnosis.limits import Limit, limits, without_windup
+from hdfast.diagnosis.limits import Limit, limits, unseen
 from hdfast.diagnosis.locate import Where, locate
 from hdfast.diagnosis.masking import Masked, masked
 from hdfast.diagnosis.rivals import CLOSE_ERRORS, FAINT, INDISTINCT, SURE, Standing, stand
 from hdfast.diagnosis.score import CONVINCING, nrmse
 from hdfast.diagnosis.select import Search
 from hdfast.diagnosis.session import Session
+from hdfast.diagnosis.shapes import effect_of
 from hdfast.diagnosis.unknown import Unknown, describe
 
 NAMED = ("no_evidence", "found", "undecided", "depends_on", "sensor", "not_reproducible", "data_rejected")
@@ -123,16 +123,19 @@ def conclude(session: Session, seed: int) -> Verdict:
         masked=masked(baseline, extended, replay.layout) if extended is not baseline else (),
         limits=[
             *limits(untaken, last.screen, len(replay.plant.units)),
-            *([] if replay.plant.load_side else without_windup(_untried(search))),
+            *unseen(last.candidates, replay.plant, last.before.structure, _known(search)),
         ],
         experiment=None if contest is None else propose(replay, contest, np.random.default_rng([seed, 3])),
     )
 
 
-def _untried(search: Search) -> list[str]:
-    """Effects of the windup that were no candidates."""
-    tried = [one.candidate.effect for last in search.rounds for one in last.signatures]
-    return [effect for effect in OF_THE_WINDUP if effect not in tried]
+def _known(search: Search) -> set[str]:
+    """Effects that were screened in some round, that are in the model, or that are special cases of what is."""
+    screened = {one.candidate.effect for each in search.rounds for one in each.signatures}
+    structure = search.final.structure
+    there = {effect_of(term) for term in structure.model.terms} | {effect for effect, _ in structure.sensors}
+    taken = [*search.accepted, *search.rounds[-1].present]
+    return screened | there | {effect for trial in taken for effect in trial.candidate.contains}
 
 
 def _decide(

@@ -141,7 +141,7 @@ def _rounds(verdict: Verdict) -> list[Section]:
 
 def _limits(content: Mapping[str, Any]) -> Section:
     hidden = [
-        [words(row["effect"]), row["shape"], f"{100 * row['visibility']:.0f} %", _least(row), row["reason"]]
+        [words(row["effect"]), row["shape"], f"{100 * row['visibility']:.0f} %", _least(row), spoken(row["reason"])]
         for row in content["not_showable"]
     ]
     seen = [[words(row["effect"]), row["shape"], _least(row)] for row in content["detectable"]]
@@ -151,9 +151,9 @@ def _limits(content: Mapping[str, Any]) -> Section:
         tables.append(html_table(header, hidden, right=(2, 3)))
     if seen:
         tables.append(html_table(["would have been seen", "as", "from an amplitude of"], seen, right=(2,)))
-    texts = ["An effect is not showable when refitting the drive's parameters swallows it, or when only an implausible "
-             "size of it would stand out."] if hidden else []  # fmt: skip
-    return Section("What these recordings can show", texts, tables=tables)
+    texts = ["An effect is not showable when refitting the drive's parameters swallows it, when only an implausible "
+             "size of it would stand out, or when the recordings or the model lack what it acts on."]  # fmt: skip
+    return Section("What these recordings can show", texts if hidden else [], tables=tables)
 
 
 def _least(row: Mapping[str, Any]) -> str:

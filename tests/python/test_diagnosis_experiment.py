@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -63,8 +64,17 @@ def test_regress_the_proposal_tells_friction_from_nothing(friction):
     assert found.odds >= max(5.0, 1.2 * found.usual)
     content = found.to_dict()
     assert content["decides"]
-    assert "the motor torque is" in content["difference"]
+    assert "the motor torque about its mean is" in content["difference"]
     assert json.loads(json.dumps(content)) == content
+
+
+def test_exact_models_whose_torques_differ_by_their_zero_are_not_told_apart(friction):
+    """Recordings that move give up their means, and so does one that is imagined."""
+    own, sensor = "motor_torque_sensor_offset_drift", (("sensor_offset_drift", "motor_torque"),)
+    off = friction.baseline.structure.with_terms((), (), sensor, {f"{own}_offset": 0.05, f"{own}_drift": 0.0}, ())
+    contest = Contest(("one", "the other"), (friction.baseline, replace(friction.baseline, structure=off)))
+    found = propose(friction.replay, contest, np.random.default_rng(0))
+    assert found is None or found.odds < 0.5
 
 
 def test_exact_models_that_agree_are_not_told_apart(friction):

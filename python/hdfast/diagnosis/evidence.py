@@ -94,7 +94,7 @@ class Layout:
         return found
 
 
-def lay_out(plant: Plant, stated: Floats) -> Layout:
+def lay_out(plant: Plant, stated: Floats, like: Sequence[Unit] | None = None) -> Layout:
     """Stack the judged samples of a plant, as many as its band holds; blocks are stretches of one recording.
 
     The zero of a torque sensor is not the same in every recording, so recordings that move give up their means: a zero
@@ -105,6 +105,7 @@ def lay_out(plant: Plant, stated: Floats) -> Layout:
     Args:
         plant: recordings.
         stated: standard deviation of one sample of each channel, in the channel's unit, shape (C,).
+        like: recordings whose torque tells how far zeros may be off; default those of the plant.
     """
     channels = tuple(plant.channels)
     total = sum(unit.t[-1] for unit in plant.units)
@@ -113,10 +114,7 @@ def lay_out(plant: Plant, stated: Floats) -> Layout:
     pieces, certain = [], []
     begin, first_block = 0, 0
     noise = max(float(stated[channels.index(TORQUE)]), 1e-300)
-    torques = [unit.measured[TORQUE][unit.judged[TORQUE]] for unit in plant.units if unit.judged[TORQUE].any()]
-    levels, varied = [float(np.mean(one)) for one in torques], [float(np.std(one)) for one in torques]
-    moved = math.sqrt(max(max(varied, default=0.0) ** 2 - noise**2, 0.0))
-    zero = max(moved, ZERO_SHARE * math.sqrt(float(np.mean(np.square(levels)))) if levels else 0.0)
+    zero = _zero(plant.units if like is None else like, noise)
     for index, unit in enumerate(plant.units):
         count = max(1, round(unit.t[-1] / length))
         block = np.minimum((unit.t / unit.t[-1] * count).astype(np.int64), count - 1) + first_block
@@ -143,6 +141,19 @@ def lay_out(plant: Plant, stated: Floats) -> Layout:
         channels, channel_.astype(np.int64), unit_.astype(np.int64), blocks, sample_.astype(np.int64),
         tuple(pieces), spread_, np.array(certain),
     )  # fmt: skip
+
+
+def _zero(units: Sequence[Unit], noise: float) -> float:
+    """How far the zero of the torque may be off by what recordings show of it in motion [N m].
+
+    Args:
+        units: recordings.
+        noise: standard deviation of one sample of the torque [N m].
+    """
+    torques = [unit.measured[TORQUE][unit.judged[TORQUE]] for unit in units if unit.judged[TORQUE].any()]
+    levels, varied = [float(np.mean(one)) for one in torques], [float(np.std(one)) for one in torques]
+    moved = math.sqrt(max(max(varied, default=0.0) ** 2 - noise**2, 0.0))
+    return max(moved, ZERO_SHARE * math.sqrt(float(np.mean(np.square(levels)))) if levels else 0.0)
 
 
 def _at_rest(unit: Unit) -> float:

@@ -70,8 +70,8 @@ class Experiment:
             "expected_log_bayes_factor": self.odds,
             "random_motion_log_bayes_factor": self.usual,
             "decides": self.odds > DECIDING,
-            "difference": f"after {time:.2f} s, with the motor at {speed:.3g} rad/s, {SPOKEN[channel]} is "
-                          f"{abs(difference):.3g} {self.unit} {'higher' if difference > 0.0 else 'lower'} "
+            "difference": f"after {time:.2f} s, with the motor at {speed:.3g} rad/s, {SPOKEN[channel]} about its mean "
+                          f"is {abs(difference):.3g} {self.unit} {'higher' if difference > 0.0 else 'lower'} "
                           f"with {first} than with {second}",
         }  # fmt: skip
 
@@ -105,13 +105,14 @@ def propose(replay: Replay, contest: Contest, rng: np.random.Generator) -> Exper
 
 
 def _imagined(replay: Replay, contest: Contest, manoeuvres: Sequence[Manoeuvre]) -> Replay:
-    """A replay of the motions as if they had been recorded."""
+    """A replay of the motions as if they had been recorded, with as uncertain a zero of the torque."""
     plant = replay.plant
     like = max(plant.units, key=lambda unit: len(unit.measured))
     ratio = contest.fits[0].value("ratio")
     slowest = _slowest(replay)
     plant = replace(plant, units=[one.unit(plant.band, ratio, like, slowest) for one in manoeuvres])
-    return Replay(plant, lay_out(plant, replay.stated), replay.floor, replay.stated).commanded(contest.fits[0])
+    layout = lay_out(plant, replay.stated, like=replay.plant.units)
+    return Replay(plant, layout, replay.floor, replay.stated).commanded(contest.fits[0])
 
 
 def _slowest(replay: Replay) -> float:

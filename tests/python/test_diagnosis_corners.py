@@ -17,6 +17,7 @@ from hdfast.diagnosis.extended import extended_model
 from hdfast.diagnosis.facts import FACTS
 from hdfast.diagnosis.fitted import Fit
 from hdfast.diagnosis.holdout import Proof
+from hdfast.diagnosis.lesser import Lesser
 from hdfast.diagnosis.library import OF_THE_WINDUP, Sizes, library
 from hdfast.diagnosis.limits import NEEDS_TEMPERATURE, RIGID, SILENT, limits, unseen
 from hdfast.diagnosis.plant import Free, Plant, Structure
@@ -457,6 +458,17 @@ def test_exact_where_no_drive_without_the_effect_can_be_simulated_the_one_before
     monkeypatch.setattr(Plant, "mismatch", failing)
     standing = stand(done.replay, done.search, done.floor, {}, {}, np.random.default_rng(1))[0]
     assert standing.lesser is next(one for one in done.search.rounds if one.accepted is not None).before
+
+
+def test_exact_what_an_effect_gains_beside_the_others_is_computed_once(tmp_path, monkeypatch):
+    small_campaign.shorten_library(monkeypatch)
+    campaign = load_campaign(small_campaign.write(tmp_path, ["coulomb_friction"], {"T_c": 0.05}))
+    done = session.run(campaign, session.usable(check(campaign)), 0, None, Stages())
+    [taken] = done.search.accepted
+    known = {taken.candidate.label: Lesser(done.baseline, taken.gain)}
+    [standing] = stand(done.replay, done.search, done.floor, {}, known, np.random.default_rng(1))
+    assert standing.lesser is done.baseline
+    assert standing.alone is taken.gain
 
 
 def test_exact_a_parameter_that_is_a_multiple_of_another_has_the_errors_of_both(monkeypatch):

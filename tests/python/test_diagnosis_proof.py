@@ -10,6 +10,7 @@ import pytest
 import small_campaign
 from hdfast.diagnosis import beside, diagnose
 from hdfast.diagnosis.holdout import Proof
+from hdfast.diagnosis.lesser import Lesser
 from hdfast.diagnosis.replay import Replay
 from hdfast.diagnosis.rivals import confidence
 from hdfast.diagnosis.score import Gain
@@ -214,20 +215,20 @@ def test_exact_effects_that_do_not_hold_beside_the_others_go_one_by_one(monkeypa
     rounds = [Round(None, [], [], [], None, [one], one) for one in trials]
     told = {"abc": {"a": -9.0, "b": 5.0, "c": -4.0}, "bc": {"b": 5.0, "c": 6.0}}
 
-    def steps(replay, held, found, lessers, floor):
+    def steps(held, found, lessers):
         every = told["".join(one.candidate.effect for one in found.accepted)]
         gains = {one: SimpleNamespace(limited=every[one.candidate.effect]) for one in lessers}
         return {one: SimpleNamespace(gain=own, holds=own.limited > 0.0) for one, own in gains.items()}
 
-    monkeypatch.setattr(
-        beside, "side_by_side", lambda replay, work, parts: [f"less {one.candidate.effect}" for one in parts]
-    )
+    def lessers_of(replay, found, parts, floor):
+        return [Lesser(f"less {one.candidate.effect}", None) for one in parts]
+
+    monkeypatch.setattr(beside, "_lessers", lessers_of)
     monkeypatch.setattr(beside, "_steps", steps)
     monkeypatch.setattr(beside, "whole_proof", lambda held, found: found.final)
-    replay = SimpleNamespace(commanded=lambda final: None)
     sequence = Search(rounds, "all", trials), "all", {"a": 1.0, "b": 2.0, "c": 3.0}
-    (found, proof, shown), lessers = beside.beside(replay, None, sequence, 0.1)
+    (found, proof, shown), lessers = beside.beside(None, None, sequence, 0.1)
     assert [one.candidate.label for one in found.accepted] == ["b", "c"]
     assert (found.final, proof) == ("less a", "less a")
     assert shown == {"b": 5.0, "c": 6.0}
-    assert lessers == {"b": "less b", "c": "less c"}
+    assert {label: lesser.fit for label, lesser in lessers.items()} == {"b": "less b", "c": "less c"}

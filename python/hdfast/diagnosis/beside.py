@@ -2,20 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from functools import partial
 
-from hdfast.diagnosis.fitted import Fit
 from hdfast.diagnosis.holdout import Proof, replayed, weigh_up
-from hdfast.diagnosis.lesser import without_one
+from hdfast.diagnosis.lesser import Lesser, lessened
 from hdfast.diagnosis.prove import Proven, chance, margin_of, whole_proof
 from hdfast.diagnosis.replay import Replay
-from hdfast.diagnosis.score import folds_near, gain, noise_floor, nrmse
+from hdfast.diagnosis.score import folds_near, noise_floor, nrmse
 from hdfast.diagnosis.select import Search, Trial
 from hdfast.diagnosis.together import side_by_side
 
 
-def beside(replay: Replay, held: Replay, before: Proven, floor: float) -> tuple[Proven, dict[str, Fit]]:
+def beside(replay: Replay, held: Replay, before: Proven, floor: float) -> tuple[Proven, dict[str, Lesser]]:
     """The search without those of several effects that do not hold beside the others, and its lessers.
 
     What an effect took on that came later is told by the whole model alone: beside it, the first may explain nothing.
@@ -28,20 +27,19 @@ def beside(replay: Replay, held: Replay, before: Proven, floor: float) -> tuple[
 
     Returns:
         What is left, with the gains of its effects over the models before them, or beside the others where another one
-        has gone, and the final model without an effect, by its label; none where there is only one.
+        has gone, and the final model without an effect and what it gains, by its label; none where there is only one.
     """
     found, proof, shown = before
     while len(found.accepted) > 1:
-        seen = replay.commanded(found.final)
         trials = _of_their_own(found)
-        lessers = dict(zip(trials, side_by_side(seen, partial(without_one, search=found), trials), strict=True))
-        steps = _steps(seen, held, found, lessers, floor)
+        lessers = dict(zip(trials, _lessers(replay, found, trials, floor), strict=True))
+        steps = _steps(held, found, lessers)
         failing = [one for one, step in steps.items() if not step.holds]
         if not failing:
             gains = {one.candidate.label: step.gain.limited for one, step in steps.items()}
             return (found, proof, gains | shown), {one.candidate.label: lesser for one, lesser in lessers.items()}
         weakest = min(failing, key=lambda one: steps[one].gain.limited)
-        found = found.less(weakest, lessers[weakest])
+        found = found.less(weakest, lessers[weakest].fit)
         proof, shown = whole_proof(held, found), {}
     gains = {one.candidate.label: proof.gain.limited for one in found.accepted}
     return (found, proof, gains | shown), {}
@@ -53,16 +51,19 @@ def _of_their_own(found: Search) -> list[Trial]:
     return [one for one in found.accepted if one.candidate.effect not in refined]
 
 
-def _steps(
-    replay: Replay, held: Replay, found: Search, lessers: Mapping[Trial, Fit], floor: float
-) -> dict[Trial, Proof]:
+def _lessers(replay: Replay, found: Search, trials: Sequence[Trial], floor: float) -> Iterator[Lesser]:
+    """The final model without each effect."""
+    folds = folds_near(replay, nrmse(replay.layout, found.final.mismatch), floor)
+    return side_by_side(replay.commanded(found.final), partial(lessened, search=found, folds=folds), trials)
+
+
+def _steps(held: Replay, found: Search, lessers: Mapping[Trial, Lesser]) -> dict[Trial, Proof]:
     """The final model over the one without an effect, for each of them."""
     before, final = found.rounds[0].before, found.final
-    folds = folds_near(replay, nrmse(replay.layout, final.mismatch), floor)
     whole, noise = replayed(held, final, before), noise_floor(held)
 
-    def step(trial: Trial, lesser: Fit) -> Proof:
-        margin, likely = margin_of([gain(replay, final, lesser, folds)]), chance(trial, found.round_of(trial))
-        return weigh_up(held.layout, final.white, replayed(held, lesser, before), whole, noise, margin, likely)
+    def step(trial: Trial, lesser: Lesser) -> Proof:
+        margin, likely = margin_of([lesser.gain]), chance(trial, found.round_of(trial))
+        return weigh_up(held.layout, final.white, replayed(held, lesser.fit, before), whole, noise, margin, likely)
 
     return {trial: step(trial, lesser) for trial, lesser in lessers.items()}

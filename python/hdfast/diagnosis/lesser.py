@@ -2,14 +2,37 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass, field
+
 import numpy as np
 
 from hdfast.checks import Floats
+from hdfast.diagnosis.evidence import Index
 from hdfast.diagnosis.fit import fit
 from hdfast.diagnosis.fitted import Fit
 from hdfast.diagnosis.plant import Structure
 from hdfast.diagnosis.replay import Replay
+from hdfast.diagnosis.score import Gain, gain
 from hdfast.diagnosis.select import Search, Trial, without
+
+
+@dataclass(frozen=True, eq=False)
+class Lesser:
+    """The final model without one of its effects.
+
+    Attributes:
+        fit: of that model.
+        gain: of the final model over it.
+    """
+
+    fit: Fit = field(repr=False)
+    gain: Gain
+
+
+def lessened(replay: Replay, trial: Trial, *, search: Search, folds: Index) -> Lesser:
+    """The final model without an effect, and what the effect gains beside the others on left-out folds (N,)."""
+    lesser = without_one(replay, trial, search=search)
+    return Lesser(lesser, gain(replay, search.final, lesser, folds))
 
 
 def without_one(replay: Replay, trial: Trial, *, search: Search) -> Fit:

@@ -14,7 +14,7 @@ from hdfast.diagnosis.accept import SHORT, SMALL, STILL, special
 from hdfast.diagnosis.evidence import Index
 from hdfast.diagnosis.fit import fit
 from hdfast.diagnosis.fitted import Fit
-from hdfast.diagnosis.lesser import without_one
+from hdfast.diagnosis.lesser import Lesser, lessened
 from hdfast.diagnosis.replay import Replay
 from hdfast.diagnosis.score import Gain, folds_near, gain, nrmse, weights_of
 from hdfast.diagnosis.screen import Signature
@@ -87,7 +87,7 @@ def stand(
     search: Search,
     floor: float,
     shown: Mapping[str, float],
-    lessers: Mapping[str, Fit],
+    lessers: Mapping[str, Lesser],
     rng: np.random.Generator,
 ) -> list[Standing]:
     """Put rivals in the place of each accepted effect, refit, and weigh them.
@@ -108,9 +108,9 @@ def stand(
         if trial.candidate.refines:
             continue
         seen = search.round_of(trial)
-        lesser = lessers.get(trial.candidate.label) or without_one(replay, trial, search=search)
-        challengers = _challengers(trial, seen, names, lesser)
-        substitutes = side_by_side(replay, partial(_instead, lesser=lesser), challengers)
+        lesser = lessers.get(trial.candidate.label) or lessened(replay, trial, search=search, folds=folds)
+        challengers = _challengers(trial, seen, names, lesser.fit)
+        substitutes = side_by_side(replay, partial(_instead, lesser=lesser.fit), challengers)
         compared = [
             _compare(replay, search.final, other, substitute, trial, seen, folds, rng)
             for other, substitute in zip(challengers, substitutes, strict=True)
@@ -118,15 +118,14 @@ def stand(
         ]
         rivals = sorted(compared, key=lambda rival: -rival.weight)
         name = trial.candidate.effect
-        alone = gain(replay, search.final, lesser, folds)
-        evidence = max(alone.limited, trial.gain.limited) + shown.get(trial.candidate.label, 0.0)
+        evidence = max(lesser.gain.limited, trial.gain.limited) + shown.get(trial.candidate.label, 0.0)
         probability = confidence([rival.weight for rival in rivals], evidence)
         kin = [rival for rival in rivals if set(rival.contains) & set(trial.candidate.contains)]
         if (probability < SURE and kin) or special(trial.candidate, search.final):
             name = trial.candidate.contains[0]
             rivals = [rival for rival in rivals if rival not in kin]
             probability = confidence([rival.weight for rival in rivals], evidence)
-        found.append(Standing(trial, name, probability, tuple(rivals), alone, lesser))
+        found.append(Standing(trial, name, probability, tuple(rivals), lesser.gain, lesser.fit))
     return found
 
 

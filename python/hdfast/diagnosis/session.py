@@ -15,6 +15,7 @@ from hdfast.diagnosis.candidate import Candidate
 from hdfast.diagnosis.evidence import lay_out
 from hdfast.diagnosis.fitted import Fit
 from hdfast.diagnosis.holdout import Proof
+from hdfast.diagnosis.lesser import Lesser
 from hdfast.diagnosis.library import HIGHEST_INTEGER, Sizes, library
 from hdfast.diagnosis.lines import order_lines, several, snapped, tone_lines
 from hdfast.diagnosis.multistart import multistart
@@ -58,7 +59,7 @@ class Session:
         search: rounds and result of the search.
         proof: baseline and extended model on held-out recordings, or None.
         shown: gain of each accepted effect there, by its label.
-        lessers: of several accepted effects, the final model without one, by its label.
+        lessers: of several accepted effects, the final model without one and what that one gains, by its label.
         floor: nrmse of the sensor noise on the fitted recordings.
         weaker: sentence that says how held-out data were made when the campaign names none.
     """
@@ -70,7 +71,7 @@ class Session:
     search: Search = field(repr=False)
     proof: Proof | None
     shown: Mapping[str, float]
-    lessers: Mapping[str, Fit] = field(repr=False)
+    lessers: Mapping[str, Lesser] = field(repr=False)
     floor: float
     weaker: str | None
 
@@ -237,7 +238,7 @@ def run(campaign: Campaign, sources: Sequence[Source], seed: int, threads: int |
     found = search(replay, calibrated, lambda current: candidates(replay, current, ratio), floor, rng, stages)
     proof: Proof | None = None
     shown: dict[str, float] = {}
-    lessers: dict[str, Fit] = {}
+    lessers: dict[str, Lesser] = {}
     if held is not None:
         (found, proof, shown), lessers = beside(replay, held, proven(replay, held, found), floor)
     return Session(setup.campaign, replay, held, calibrated, found, proof, shown, lessers, floor, setup.weaker)

@@ -179,6 +179,13 @@ def test_exact_the_slope_of_what_multiplies_an_acceleration_holds_none_of_its_no
     assert bends[0] < 0.4 * bends[1]
 
 
+def silenced(replay: Replay) -> Replay:
+    """The same recordings with further noises of the angle that are none."""
+    band = replace(replay.plant.band, angle_noise=0.0)
+    units = [unit.noisy(band, number) for number, unit in enumerate(replay.plant.units)]
+    return replace(replay, plant=replace(replay.plant, units=units))
+
+
 def test_exact_noise_of_the_angle_is_not_taken_for_damping(tmp_path: Path) -> None:
     """It shakes the simulated load near its resonance, the more the less damping there is; the real one it does not."""
     campaign = small_campaign.write(tmp_path, angle_noise=2e-4)
@@ -186,8 +193,7 @@ def test_exact_noise_of_the_angle_is_not_taken_for_damping(tmp_path: Path) -> No
     campaign.write_text(campaign.read_text().replace(f"B_sp = {true}", f"B_sp = {{ value = {true}, sigma = 1.0 }}"))
     setup = set_up_usable(load_campaign(campaign), None)
     replay, structure = setup.replay, nominal(setup)
-    silent = replace(replay, plant=replace(replay.plant, band=replace(replay.plant.band, angle_noise=0.0)))
-    aware, unaware = (fit(one, structure) for one in (replay, silent))
+    aware, unaware = (fit(one, structure) for one in (replay, silenced(replay)))
     assert aware.stir.loud
     assert not unaware.stir.loud
     assert abs(np.log(aware.value("B_sp") / true)) < 0.3
@@ -338,8 +344,7 @@ def test_exact_models_with_other_inertias_are_compared_with_the_same_noise(tmp_p
     found, own = replayed(replay, other, one), replay.commanded(other)
     change = found.alike - found.mismatch
     np.testing.assert_allclose(noise_taken(own, change, fast_part_taken(own, other, one)), noise, rtol=0.5)
-    silent = replace(replay, plant=replace(replay.plant, band=replace(replay.plant.band, angle_noise=0.0)))
-    assert not exchanged(silent, other, one).change.any()
+    assert not exchanged(silenced(replay), other, one).change.any()
 
 
 def test_exact_a_lighter_motor_gains_nothing_by_being_shaken_less(tmp_path: Path) -> None:
@@ -388,8 +393,7 @@ def test_exact_a_spring_that_answers_noise_of_the_angle_less_is_calmer(
     assert calmer(replay, one, one) == 0.0
     assert calmer(replay, refitted, one) == 0.0
     assert calmer(replay, stiffer, one) > 10.0
-    silent = replace(replay, plant=replace(replay.plant, band=replace(replay.plant.band, angle_noise=0.0)))
-    assert calmer(silent, stiffer, one) == 0.0
+    assert calmer(silenced(replay), stiffer, one) == 0.0
 
 
 def test_exact_a_torque_that_no_drive_has_is_no_simulation(tmp_path: Path) -> None:

@@ -238,7 +238,7 @@ def test_exact_one_more_noise_of_the_angle_is_as_large_and_as_wide_as_the_record
     loud = still + size * np.random.default_rng(2).standard_normal(len(t))
     band = Band(500.0, 200.0, 200.0, 2.0 * size**2 / rate)
     exact, unit = (prepare(source(rate, motor_angle=angle), band, RATIO) for angle in (still, loud))
-    more = unit.shaken(band, np.random.default_rng(3))
+    more = unit.noisy(band, 0).shaken[0]
     shown = [fft.rfft(one.angle - other.angle) for one, other in ((unit, exact), (more, unit))]
     frequency = fft.rfftfreq(len(unit.t), 1.0 / 500.0)
     for low, high in ((0.0, 100.0), (100.0, 180.0), (210.0, 250.0)):

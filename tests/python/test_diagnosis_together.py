@@ -40,6 +40,12 @@ def test_exact_parts_keep_their_order_and_share_the_threads(
     assert list(side_by_side(many, work, range(parts))) == [(part, share) for part in range(parts)]
 
 
+def test_exact_parts_share_the_noises_of_the_angle(replay: Replay) -> None:
+    units = replay.shaken[0].plant.units
+    for one in side_by_side(replay, lambda own, _: own.shaken[0].plant.units, range(2)):
+        assert all(own is shared for own, shared in zip(one, units, strict=True))
+
+
 def test_exact_when_one_fails_the_others_end(replay: Replay) -> None:
     """All but the first simulate on and on until they are told to end."""
     two = replace(replay, plant=replace(replay.plant, threads=2))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -26,6 +27,7 @@ SLOWEST_SHARE = 0.005
 MARGIN, REVERSED = 3.0, 1.5
 CONSTANT = 1e-9
 FEWEST = 5
+SHAKES = 2
 REPLAYED = (*REQUIRED, "load_torque")
 
 
@@ -53,6 +55,7 @@ class Unit:
         whole: whether its motion went through no low-pass: the noise of the angle is in all of it.
         reading: from there to what the load's sensors recorded, by their own times, (n, density (n - 1) + 1); None
             where the working rate is far below the recorder's, or its clock even.
+        noises: further noises of its angle and their rates [rad, rad/s], each (n,); none where none were drawn.
     """
 
     name: str
@@ -76,6 +79,7 @@ class Unit:
     ratio: float
     whole: bool = False
     reading: csr_array | None = field(default=None, repr=False)
+    noises: tuple[tuple[Floats, Floats], ...] = field(default=(), repr=False)
 
     @property
     def turned(self) -> Floats:
@@ -114,12 +118,27 @@ class Unit:
         """The same recording replayed on a motion that differs by some angle [rad], shape (n,)."""
         return replace(self, scenario=imposed(self.t, self.angle + angle, self.command, self.load_torque))
 
-    def shaken(self, band: Band, rng: np.random.Generator) -> Unit:
-        """The same recording with one more noise of the motor angle, through the low-pass that its own went through."""
+    def noisy(self, band: Band, number: int) -> Unit:
+        """The same recording with further noises of its angle, through the low-pass that its own went through.
+
+        Args:
+            band: the noise's density and the low-pass.
+            number: of the recording, which draws its own.
+        """
+        return replace(self, noises=tuple(self._noise(band, draw, number) for draw in range(SHAKES)))
+
+    def _noise(self, band: Band, draw: int, number: int) -> tuple[Floats, Floats]:
+        rng = np.random.default_rng([draw, number])
         noise = np.sqrt(0.5 * band.angle_noise * band.rate) * rng.standard_normal(len(self.t))
         noise = noise if self.whole else low_pass(noise, band.replayed, band.rate)
-        speed = self.speed + CubicSpline(self.t, noise)(self.t, 1)
-        return replace(self.moved(noise), angle=self.angle + noise, speed=speed)
+        return noise, CubicSpline(self.t, noise)(self.t, 1)
+
+    @cached_property
+    def shaken(self) -> tuple[Unit, ...]:
+        """The same recording, replayed with each of the further noises of its angle."""
+        return tuple(
+            replace(self.moved(noise), angle=self.angle + noise, speed=self.speed + rate) for noise, rate in self.noises
+        )
 
     def commanded(self, command: Floats) -> Unit:
         """The same recording with another torque before the actuator [N m], shape (n,)."""

@@ -13,10 +13,9 @@ from hdfast.checks import Floats
 from hdfast.diagnosis.evidence import Layout
 from hdfast.diagnosis.fitted import Fit
 from hdfast.diagnosis.plant import TORQUE, Plant, Structure
+from hdfast.diagnosis.prepare import SHAKES
 from hdfast.diagnosis.source import Mask
 from hdfast.scenario_parts import MAX_TORQUE
-
-SHAKES = 2
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,14 +50,8 @@ class Replay:
     @cached_property
     def shaken(self) -> tuple[Replay, ...]:
         """The same recordings, replayed with more of the noise of the angle that they show, a few times."""
-        return tuple(self._shaken(draw) for draw in range(SHAKES))
-
-    def _shaken(self, draw: int) -> Replay:
-        units = [
-            unit.shaken(self.plant.band, np.random.default_rng([draw, number]))
-            for number, unit in enumerate(self.plant.units)
-        ]
-        return replace(self, plant=replace(self.plant, units=units))
+        every = zip(*(unit.shaken for unit in self.plant.units), strict=True)
+        return tuple(replace(self, plant=replace(self.plant, units=units)) for units in every)
 
     def mismatch(self, structure: Structure, coordinates: Floats) -> Floats:
         """Stacked mismatches (M, N) at coordinates (M, P)."""

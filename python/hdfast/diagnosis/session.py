@@ -140,7 +140,8 @@ def set_up(campaign: Campaign, sources: Sequence[Source], threads: int | None) -
     noise = stated(channels, campaign.sensors, ratio, floor)
 
     def replay(role: str) -> Replay:
-        plant = Plant([unit.seen_on(channels) for unit in units if unit.role == role], channels, band, threads)
+        own = [unit.seen_on(channels) for unit in units if unit.role == role]
+        plant = Plant([unit.noisy(band, number) for number, unit in enumerate(own)], channels, band, threads)
         return Replay(plant, lay_out(plant, noise), floor, noise)
 
     judged = replay("fit")

@@ -21,7 +21,7 @@ from hdfast.report import diagnosis_details, diagnosis_page, diagnosis_plots
 from hdfast.report.diagnosis_details import pulls, time_strips
 from hdfast.report.diagnosis_screen import TAGS, cards
 from hdfast.report.diagnosis_swings import missing_tones, swings_section
-from hdfast.report.diagnosis_tables import plus_minus, spoken, words
+from hdfast.report.diagnosis_tables import plus_minus, spoken, trial_table, words
 from hdfast.report.diagnosis_views import spectrum, telling, traces, traces_of
 
 
@@ -102,6 +102,19 @@ def test_exact_a_quiet_campaign_says_what_would_have_been_seen(quiet, quiet_page
     assert "No evidence of left-out physics" in text
     assert "What would have been seen" in text
     assert "extended" not in text
+
+
+def test_exact_what_was_not_screened_has_no_share_that_a_refit_leaves(quiet_page):
+    assert re.search(r"thermal viscous\s+-\s+-\s+needs the temperature", words_of(quiet_page))
+
+
+def test_exact_what_passes_beside_a_special_case_that_goes_first_does_not_gain_less(found):
+    """Its gain may be the larger one: it has to be so clearly."""
+    taken = found.evidence.session.search.rounds[0]
+    own = taken.accepted
+    law = replace(own, gain=replace(own.gain, by_block=own.gain.by_block + 1.0))
+    text = words_of(trial_table(replace(taken, trials=[own, law])))
+    assert text.index("passes, but another goes first") < text.index("accepted")
 
 
 def test_exact_a_mismatch_without_a_name_shows_its_variables(unnamed):

@@ -141,7 +141,7 @@ def _rounds(verdict: Verdict) -> list[Section]:
 
 def _limits(content: Mapping[str, Any]) -> Section:
     hidden = [
-        [words(row["effect"]), row["shape"], f"{100 * row['visibility']:.0f} %", _least(row), spoken(row["reason"])]
+        [words(row["effect"]), row["shape"], _left(row), _least(row), spoken(row["reason"])]
         for row in content["not_showable"]
     ]
     seen = [[words(row["effect"]), row["shape"], _least(row)] for row in content["detectable"]]
@@ -154,6 +154,11 @@ def _limits(content: Mapping[str, Any]) -> Section:
     texts = ["An effect is not showable when refitting the drive's parameters swallows it, when only an implausible "
              "size of it would stand out, or when the recordings or the model lack what it acts on."]  # fmt: skip
     return Section("What these recordings can show", texts if hidden else [], tables=tables)
+
+
+def _left(row: Mapping[str, Any]) -> str:
+    screened = row["minimum_detectable"] is not None
+    return f"{100 * row['visibility']:.0f} %" if screened else "-"
 
 
 def _least(row: Mapping[str, Any]) -> str:

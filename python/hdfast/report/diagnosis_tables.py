@@ -146,7 +146,7 @@ def trial_table(one: Round) -> str:
     for trial in sorted(one.trials, key=lambda trial: -trial.gain.limited):
         candidate = trial.candidate
         outcome = (
-            "accepted" if one.accepted is trial else ("passes, but another gains more" if not trial.failed else "")
+            "accepted" if one.accepted is trial else ("passes, but another goes first" if not trial.failed else "")
         )
         rows.append(
             [

@@ -8,7 +8,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 import small_campaign
-from hdfast.diagnosis import beside, diagnose
+from hdfast.diagnosis import beside, diagnose, verdict
 from hdfast.diagnosis.holdout import Proof
 from hdfast.diagnosis.lesser import Lesser
 from hdfast.diagnosis.replay import Replay
@@ -82,6 +82,35 @@ def test_exact_what_the_screen_shows_is_confirmed_where_chance_would_hardly_make
     """Beyond a quarter of what is expected, by Fisher's rule; powered recordings decide as ever."""
     gained = Gain(total / 20.0 + np.resize([1.2, -1.2], 20), ERRORS)
     assert replace(proof(total, expected, -20.0), gain=gained, p=p).shows == shows
+
+
+@pytest.mark.parametrize(("total", "confirms"), [(0.4, False), (9.0, True), (16.0, True), (24.0, False)])
+def test_exact_what_gains_far_more_than_its_size_can_is_not_confirmed(total: float, confirms: bool) -> None:
+    """Twice its size gains three times the 2 nats expected, here with an error of 5.5."""
+    gained = Gain(total / 20.0 + np.resize([1.2, -1.2], 20), ERRORS)
+    assert replace(proof(total, 2.0), gain=gained, p=1e-4).confirms == confirms
+
+
+@pytest.mark.parametrize(
+    ("fitted", "held_out", "worse"),
+    [((0.5, 0.51), (0.5, 0.51), True), ((0.5, 0.49), (0.5, 0.51), False), ((0.5, 0.51), (0.5, 0.49), False)],
+)
+def test_exact_a_name_with_which_all_recordings_are_followed_less_well_is_undecided(
+    monkeypatch: pytest.MonkeyPatch, fitted: tuple[float, float], held_out: tuple[float, float], worse: bool
+) -> None:
+    monkeypatch.setattr(verdict, "nrmse", lambda layout, mismatch: mismatch)
+    before, after = (SimpleNamespace(mismatch=error) for error in fitted)
+    leading = SimpleNamespace(
+        name="coulomb_friction", alone=Gain(np.ones(9), ERRORS), lesser=before, rivals=(), probability=0.98,
+        trial=SimpleNamespace(candidate=SimpleNamespace(place="motor")),
+    )  # fmt: skip
+    session = SimpleNamespace(
+        replay=SimpleNamespace(layout=None),
+        search=SimpleNamespace(final=after),
+        baseline=before,
+        proof=SimpleNamespace(holds=True, baseline=held_out[0], extended=held_out[1]),
+    )
+    assert verdict._decide(session, [leading], None)[0] == ("undecided" if worse else "found")
 
 
 @pytest.mark.parametrize(

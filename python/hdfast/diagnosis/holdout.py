@@ -21,7 +21,7 @@ PROOF_ERRORS = 2.0
 TELLS, MUTE, POWERED = 0.5, 2.0, 8.0
 LIKELY = 5.0
 CLEARLY, WORSE = 0.9, 1.02
-PART, SMALLER_ERRORS = 0.25, 4.0
+PART, LARGER, SMALLER_ERRORS = 0.25, 3.0, 4.0
 RARE = 0.003
 
 
@@ -66,8 +66,12 @@ class Proof:
 
     @property
     def confirms(self) -> bool:
-        """Whether these recordings gain part of what is expected, and chance would hardly have made what all show."""
-        return not self._worse and self.gain.limited > self._part and self._rare
+        """Whether these recordings gain about what is expected, and chance would hardly have made what all show.
+
+        An effect of twice the size gains three times what is expected of it; what gains far more is another one's.
+        """
+        least, most = self._part, LARGER * self.expected.total + PROOF_ERRORS * self._spread
+        return not self._worse and least < self.gain.limited <= most and self._rare
 
     @property
     def refutes(self) -> bool:
@@ -123,13 +127,13 @@ class Proof:
 
     @property
     def _chance(self) -> float:
-        """How often a gain reaches this one where nothing is left out.
+        """How often a gain reaches this one where nothing is left out: it would then be minus the expected one."""
+        return float(norm.sf((self.gain.limited + self.expected.total) / self._spread))
 
-        It would then be minus the expected one, with a variance of twice that.
-        """
-        expected = self.expected.total
-        spread = max(self.gain.limited_error, math.sqrt(2.0 * expected), 1e-12)
-        return float(norm.sf((self.gain.limited + expected) / spread))
+    @property
+    def _spread(self) -> float:
+        """Standard deviation of the gain: its variance is twice what is expected, or what its blocks show."""
+        return max(self.gain.limited_error, math.sqrt(2.0 * self.expected.total), 1e-12)
 
     @property
     def _powered(self) -> bool:

@@ -23,6 +23,7 @@ from hdfast.diagnosis.shapes import effect_of
 from hdfast.diagnosis.unknown import Unknown, describe
 
 NAMED = ("no_evidence", "found", "undecided", "depends_on", "sensor", "not_reproducible", "data_rejected")
+RISEN = 1.002
 PASTS = {"none": "", "rate_independent": " and on its path", "fading": " and on its recent past"}
 
 
@@ -146,14 +147,17 @@ def _decide(
         return _without_a_name(session, unknown)
     search = session.search
     leading = max(standings, key=lambda one: one.alone.total)
+    alone = Contest((leading.name, NOTHING), (search.final, leading.lesser))
     if session.proof is not None and not session.proof.holds:
-        contest = Contest((leading.name, NOTHING), (search.final, leading.lesser))
-        return "undecided", "the improvement does not show on the held-out recordings", contest
+        return "undecided", "the improvement does not show on the held-out recordings", alone
+    if _worse(session):
+        reason = f"with {leading.name} the model follows fitted and held-out recordings less well than without"
+        return "undecided", reason, alone
     rivals = leading.rivals
     if leading.probability < SURE:
         if not rivals or rivals[0].weight < FAINT:
             reason = f"the evidence for {leading.name} is too thin for a name"
-            return "undecided", reason, Contest((leading.name, NOTHING), (search.final, leading.lesser))
+            return "undecided", reason, alone
         reason = f"{leading.name} cannot be told from {rivals[0].effect}"
         return "undecided", reason, Contest((leading.name, rivals[0].effect), (search.final, rivals[0].fit))
     close = [rival for rival in rivals if rival.alike > INDISTINCT and rival.behind < CLOSE_ERRORS]
@@ -163,6 +167,14 @@ def _decide(
     if all(one.trial.candidate.place == "sensor" for one in standings if one.probability >= SURE):
         return "sensor", "", None
     return "found", "", None
+
+
+def _worse(session: Session) -> bool:
+    """Whether the errors of what was fitted and of what was held out both rise with what was accepted."""
+    proof, layout = session.proof, session.replay.layout
+    if proof is None or proof.extended <= RISEN * proof.baseline:
+        return False
+    return nrmse(layout, session.search.final.mismatch) > RISEN * nrmse(layout, session.baseline.mismatch)
 
 
 def _without_a_name(session: Session, unknown: Unknown | None) -> tuple[str, str, Contest | None]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
 import json
 import math
@@ -67,7 +68,7 @@ def write_atomically(path: Path, write: Callable[[BinaryIO], Any]) -> None:
     """Write through a temporary file of the same folder.
 
     Raises:
-        InputError: the file cannot be written: the disk is full, or a folder has its name.
+        InputError: the file cannot be written: the disk is full, a folder has its name, or a file that of its folder.
     """
     temporary = path.parent / f".{path.name}-{secrets.token_hex(4)}"
     try:
@@ -79,7 +80,8 @@ def write_atomically(path: Path, write: Callable[[BinaryIO], Any]) -> None:
     except OSError as error:
         raise InputError(f"{str(path)!r} cannot be written: {error.strerror or error}") from error
     finally:
-        temporary.unlink(missing_ok=True)
+        with contextlib.suppress(OSError):
+            temporary.unlink()
 
 
 def write_text(path: Path, text: str) -> None:

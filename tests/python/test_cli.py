@@ -13,6 +13,7 @@ import hdfast
 import pyarrow.parquet as pq
 import pytest
 from hdfast.cli import main
+from hdfast.files import write_text
 from processes import interruptible
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "shf-25-120.toml"
@@ -314,6 +315,8 @@ def test_exact_what_cannot_be_written_is_named(small, tmp_path, capsys):
     assert main(["sweep", str(small), "--out", str(tmp_path / "out"), "--quiet"]) == 2
     assert re.search(r"rows\.parquet' cannot be written: Is a directory", capsys.readouterr().err)
     assert list((tmp_path / "out").glob(".*")) == []
+    with pytest.raises(hdfast.InputError, match=r"x\.txt' cannot be written: Not a directory"):
+        write_text(small / "x.txt", "")
 
 
 def test_exact_a_folder_keeps_no_recording_of_an_earlier_drive(small, tmp_path):

@@ -296,11 +296,23 @@ def test_exact_what_a_recorder_cannot_follow_is_simulated_as_it_was_taken(freque
     one = Source("swing", {"t": t, "motor_angle": angle, "motor_torque": np.cos(t), "load_angle": load}, "fit", "A",
                  np.ones(len(t), dtype=bool))  # fmt: skip
     rate = 1.0 / period(t)
-    unit = prepare(one, Band(rate, 20.0, 0.4 * rate), RATIO)
-    simulated = unit.read(1e-4 * np.sin(2.0 * np.pi * frequency * (unit.fine + t[0]))[None])[0]
+    band = Band(rate, 20.0, 0.4 * rate)
+    unit = prepare(one, band, RATIO)
+    simulated = unit.read(1e-4 * np.sin(2.0 * np.pi * frequency * (unit.fine + t[0]))[None], band)[0]
     inner = slice(20, -20)
     left = np.std((unit.measured["te"] - simulated)[inner])
     assert left < 0.06 * np.std(unit.measured["te"][inner])
+
+
+@pytest.mark.parametrize("frequency", [13.0, 130.0, 190.0])
+def test_exact_what_a_fast_recorder_shows_is_simulated_through_the_same_low_pass(frequency):
+    t = np.arange(4000) / 1000.0
+    error = 1e-4 * np.sin(2.0 * np.pi * frequency * t)
+    one = source(1000.0, load_angle=20.0 * np.sin(2.0 * np.pi * t) / RATIO - error)
+    band = Band(500.0, 20.0, 200.0)
+    unit = prepare(one, band, RATIO)
+    simulated = unit.read(np.interp(unit.fine, t, error)[None], band)[0]
+    np.testing.assert_allclose(simulated[50:-50], unit.measured["te"][50:-50], atol=1e-7)
 
 
 def test_exact_a_low_pass_is_the_same_at_any_rate() -> None:

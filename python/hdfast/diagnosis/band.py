@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import fft, signal
+import scipy
 
 from hdfast.checks import Floats
 from hdfast.diagnosis.source import Source, fitted
@@ -83,6 +83,10 @@ class Band:
         """
         return low_pass(values, self.motion, density * self.rate, density)
 
+    def sensed_of(self, values: Floats, density: int) -> Floats:
+        """Simulated values (..., density (n - 1) + 1) through the low-pass of the load's sensors, (..., n)."""
+        return low_pass(values, self.sensed, density * self.rate, density)
+
     def reversing(self, t: Floats, speed: Floats, slowest: float) -> Floats:
         """Rate of the direction of motion [1/s], (n,), uncertain when slow, from speeds `density` times as dense."""
         direction = self.simulated(np.clip(speed / max(slowest, SLOWEST), -1.0, 1.0), self.density)
@@ -137,7 +141,7 @@ def noise_density(clock: Floats, values: Floats) -> float:
     if len(t) < SEGMENT:
         return quantised
     even = np.interp(np.arange(t[0], t[-1], step), t, own)
-    frequency, power = signal.welch(np.diff(even, 2), 1.0 / step, nperseg=SEGMENT, average="median")
+    frequency, power = scipy.signal.welch(np.diff(even, 2), 1.0 / step, nperseg=SEGMENT, average="median")
     top = (frequency > TOP_SHARES[0] * 0.5 / step) & (frequency < TOP_SHARES[1] * 0.5 / step)
     differences = (2.0 * np.sin(np.pi * frequency[top] * step)) ** 4
     return max(quantised, float(np.median(power[top] / differences)))
@@ -164,15 +168,15 @@ def low_pass(values: Floats, corner: float, rate: float, stride: int = 1) -> Flo
     first, last = values[..., :1], values[..., -1:]
     line = first + (last - first) * np.linspace(0.0, 1.0, n)
     beyond = min(math.ceil(REACH * rate / corner), n - 2)
-    quick = stride * fft.next_fast_len(math.ceil((n + 2 * beyond) / stride), real=True)
+    quick = stride * scipy.fft.next_fast_len(math.ceil((n + 2 * beyond) / stride), real=True)
     length = min(2 * (n - 1), quick)
     own = np.zeros((*values.shape[:-1], length))
     np.subtract(values, line, out=own[..., :n])
     own[..., n : n + beyond] = -own[..., n - 2 : n - 2 - beyond : -1]
     own[..., length - beyond :] = -own[..., beyond:0:-1]
     share = 1.0 / (1.0 + (rate / corner * np.arange(length // 2 + 1) / length) ** STEEPNESS)
-    passed = _thinned(share * fft.rfft(own), length, stride)
-    return np.asarray(line[..., ::stride] + fft.irfft(passed, length // stride)[..., : (n - 1) // stride + 1])
+    passed = _thinned(share * scipy.fft.rfft(own), length, stride)
+    return np.asarray(line[..., ::stride] + scipy.fft.irfft(passed, length // stride)[..., : (n - 1) // stride + 1])
 
 
 def _thinned(spectrum: Floats, length: int, stride: int) -> Floats:

@@ -244,7 +244,9 @@ class Plant:
             wrong = ~((result.status[rows] == 0) & np.all(sane, axis=0))[:, None]
             fine = {name: np.where(wrong, 0.0, sample) for name, sample in told.items()}
             shown = {
-                name: unit.read(values) if name in SIGNALS.values() else self.band.simulated(values, unit.density)
+                name: unit.read(values, self.band)
+                if name in SIGNALS.values()
+                else self.band.simulated(values, unit.density)
                 for name, values in fine.items()
             }
             needed = shown["tau_m"] / scale

@@ -9,8 +9,7 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from scipy.interpolate import CubicSpline
-from scipy.sparse import csr_array
+import scipy
 
 from hdfast.checks import Floats
 from hdfast.diagnosis.band import CLOCK, FINE, PASS_SHARE, Band, low_pass, noise_density
@@ -53,6 +52,7 @@ class Unit:
         scenario: the prescribed motion with the recorded torques.
         density: how many times as dense as its samples it is simulated.
         whole: whether its motion went through no low-pass: the noise of the angle is in all of it.
+        filtered: whether what the load's sensors recorded went through their low-pass.
         reading: from there to what the load's sensors recorded, by their own times, (n, density (n - 1) + 1); None
             where the working rate is far below the recorder's, or its clock even.
         noises: further noises of its angle and their rates [rad, rad/s], each (n,); none where none were drawn.
@@ -78,7 +78,8 @@ class Unit:
     density: int
     ratio: float
     whole: bool = False
-    reading: csr_array | None = field(default=None, repr=False)
+    filtered: bool = False
+    reading: scipy.sparse.csr_array | None = field(default=None, repr=False)
     noises: tuple[tuple[Floats, Floats], ...] = field(default=(), repr=False)
 
     @property
@@ -91,9 +92,11 @@ class Unit:
         """Times at which it is simulated [s], shape (density (n - 1) + 1,)."""
         return denser(self.t, self.density)
 
-    def read(self, values: Floats) -> Floats:
+    def read(self, values: Floats, band: Band) -> Floats:
         """What the load's sensors show, (M, n), of simulated values (M, density (n - 1) + 1)."""
-        return values[:, :: self.density] if self.reading is None else np.ascontiguousarray((self.reading @ values.T).T)
+        if self.reading is not None:
+            return np.ascontiguousarray((self.reading @ values.T).T)
+        return band.sensed_of(values, self.density) if self.filtered else values[:, :: self.density]
 
     def thinned(self, stride: int) -> Unit:
         """Every so many samples of the same recording, to be looked at."""
@@ -131,7 +134,7 @@ class Unit:
         rng = np.random.default_rng([draw, number])
         noise = np.sqrt(0.5 * band.angle_noise * band.rate) * rng.standard_normal(len(self.t))
         noise = noise if self.whole else low_pass(noise, band.replayed, band.rate)
-        return noise, CubicSpline(self.t, noise)(self.t, 1)
+        return noise, scipy.interpolate.CubicSpline(self.t, noise)(self.t, 1)
 
     @cached_property
     def shaken(self) -> tuple[Unit, ...]:
@@ -179,7 +182,7 @@ def prepare(source: Source, band: Band, ratio: float) -> Unit:
         return np.ascontiguousarray(even[::stride] if alike else np.interp(t, fine, even))
 
     angle = bring(recording["motor_angle"], band.replayed)
-    spline = CubicSpline(t, angle)
+    spline = scipy.interpolate.CubicSpline(t, angle)
     speed, acceleration = spline(t, 1), spline(t, 2)
     recorded = {"motor_torque": recording["motor_torque"]}
     if "load_angle" in recording:
@@ -235,6 +238,7 @@ def prepare(source: Source, band: Band, ratio: float) -> Unit:
         density=density,
         ratio=ratio,
         whole=band.replayed >= widest,
+        filtered=band.sensed < widest,
         reading=reading(denser(t, density), clock, t) if jittery else None,
     )
 

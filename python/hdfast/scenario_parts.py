@@ -6,6 +6,7 @@ import math
 from typing import Any
 
 import numpy as np
+import scipy
 
 from hdfast import checks
 from hdfast.checks import Floats
@@ -108,16 +109,14 @@ def ring_window(default: tuple[float, float, bool], delay: Any, width: Any) -> t
 
 def motion_spline(t: Floats, angle: Floats, smoothing: Any) -> Any:
     """One cubic spline through or near the samples, as `PPoly`."""
-    from scipy.interpolate import CubicSpline, PPoly, make_smoothing_spline
-
     if smoothing is None:
-        return CubicSpline(t, angle)
+        return scipy.interpolate.CubicSpline(t, angle)
     if isinstance(smoothing, str):
         choose("smoothing", smoothing, ["auto"])
         weight = None
     else:
         weight = checks.number("smoothing", smoothing, 0.0, 1e12, "s^3")
-    return PPoly.from_spline(make_smoothing_spline(t, angle, lam=weight))
+    return scipy.interpolate.PPoly.from_spline(scipy.interpolate.make_smoothing_spline(t, angle, lam=weight))
 
 
 def typical_speed(t: Floats, angle: Floats) -> float:

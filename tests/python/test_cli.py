@@ -48,6 +48,13 @@ def test_exact_rooms_need_no_import_of_their_own():
     assert found.split() == [f"hdfast.{name}" for name in names.split()]
 
 
+def test_exact_the_command_starts_without_what_only_some_commands_need():
+    heavy = ["scipy.signal", "scipy.stats", "scipy.special", "scipy.optimize", "matplotlib", "pyarrow", "numba", "h5py"]
+    code = f"import sys, hdfast.cli; print([name for name in {heavy} if name in sys.modules])"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[]"
+
+
 def test_exact_bare_command_says_what_to_try(capsys):
     assert main([]) == 0
     text = capsys.readouterr().out

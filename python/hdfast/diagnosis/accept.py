@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from scipy.stats import t as student
+import scipy
 
 from hdfast.diagnosis.candidate import Candidate
 from hdfast.diagnosis.evidence import Index
@@ -112,7 +112,7 @@ def convinces(gained: Gain, p: float, chance: float = CHANCE) -> bool:
         p: family-wise p value of the screen.
         chance: how often a gain that is none may exceed its error so far.
     """
-    beyond = bool(gained.ratio > student.isf(chance, len(gained.by_block) - 1))
+    beyond = bool(gained.ratio > scipy.stats.t.isf(chance, len(gained.by_block) - 1))
     return (beyond or singled(gained, p)) and gained.total >= SPARED
 
 

@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass, field
 
 import numpy as np
-from scipy.stats import norm
+import scipy
 
 from hdfast.checks import Floats
 from hdfast.diagnosis.accept import USELESS
@@ -128,7 +128,7 @@ class Proof:
     @property
     def _chance(self) -> float:
         """How often a gain reaches this one where nothing is left out: it would then be minus the expected one."""
-        return float(norm.sf((self.gain.limited + self.expected.total) / self._spread))
+        return float(scipy.stats.norm.sf((self.gain.limited + self.expected.total) / self._spread))
 
     @property
     def _spread(self) -> float:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.linalg import solve_banded
+import scipy
 
 from hdfast.checks import Floats
 
@@ -23,5 +23,5 @@ def behind(t: Floats, values: Floats, lag: Floats) -> Floats:
         bands = np.tile([[1.0 + shift], [4.0], [1.0 - shift]], len(t))
         bands[1, [0, -1]], bands[0, 1], bands[2, -2] = 1.0, 0.0, 0.0
         right = np.concatenate([u[:1], u[:-2] + 4.0 * u[1:-1] + u[2:], u[-1:]])
-        found[rows] = solve_banded((1, 1), bands, right).T
+        found[rows] = scipy.linalg.solve_banded((1, 1), bands, right).T
     return found

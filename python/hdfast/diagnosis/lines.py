@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.ndimage import median_filter
+import scipy
 
 from hdfast.checks import Floats
 from hdfast.diagnosis.replay import Replay
@@ -94,7 +94,7 @@ def _lines(x: Floats, values: Floats, highest: float) -> list[Line]:
     power, position = power[used], position[used]
     if len(power) < NEIGHBOURS:
         return []
-    ratio = power / np.maximum(median_filter(power, size=NEIGHBOURS, mode="nearest"), 1e-300)
+    ratio = power / np.maximum(scipy.ndimage.median_filter(power, size=NEIGHBOURS, mode="nearest"), 1e-300)
     inner = np.arange(1, len(ratio) - 1)
     peaks = inner[(ratio[inner] > PROMINENCE) & (power[inner] >= power[inner - 1]) & (power[inner] > power[inner + 1])]
     strongest = peaks[np.argsort(-power[peaks])][:MOST]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.stats import norm, qmc
+import scipy
 
 from hdfast.checks import Floats
 from hdfast.diagnosis.fit import fit
@@ -44,4 +44,4 @@ def multistart(replay: Replay, structure: Structure) -> Fit:
 
 def _normal(dimensions: int) -> Floats:
     """Standard normal points (DRAWS, dimensions), evenly spread and always the same."""
-    return np.asarray(norm.ppf(qmc.Sobol(dimensions, seed=0).random(DRAWS)))
+    return np.asarray(scipy.stats.norm.ppf(scipy.stats.qmc.Sobol(dimensions, seed=0).random(DRAWS)))

@@ -6,7 +6,7 @@ import math
 from functools import lru_cache
 
 import numpy as np
-from scipy.stats import beta, gamma
+import scipy
 
 from hdfast.checks import Floats
 
@@ -71,6 +71,8 @@ def _tail(side: int, freedom: int) -> Floats:
     nodes, weights = np.polynomial.legendre.leggauss(NODES)
     part = 0.5 * (nodes + 1.0)
     u = part**FINEST
-    weight = 0.5 * weights * FINEST * part ** (FINEST - 1) * beta.pdf(u, side + 1, side)
-    level = gamma.ppf(u, freedom)
-    return np.asarray(np.log(np.maximum(gamma.sf(np.multiply.outer(RATIOS, level), freedom) @ weight, LEAST)))
+    weight = 0.5 * weights * FINEST * part ** (FINEST - 1) * scipy.stats.beta.pdf(u, side + 1, side)
+    level = scipy.stats.gamma.ppf(u, freedom)
+    return np.asarray(
+        np.log(np.maximum(scipy.stats.gamma.sf(np.multiply.outer(RATIOS, level), freedom) @ weight, LEAST))
+    )

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.sparse import csr_array
+import scipy
 
 from hdfast.checks import Floats
 
 NODES = np.arange(-1, 3)
 
 
-def reading(fine: Floats, clock: Floats, t: Floats) -> csr_array:
+def reading(fine: Floats, clock: Floats, t: Floats) -> scipy.sparse.csr_array:
     """Matrix (n, m) from equally spaced dense times (m,) by way of a recorder's (k,) to those that are judged (n,).
 
     What moves faster than half of the recorder's rate is seen at another frequency, and at no single one where the
@@ -20,7 +20,7 @@ def reading(fine: Floats, clock: Floats, t: Floats) -> csr_array:
     return _lines(clock, t) @ _cubics(fine, clock)
 
 
-def _cubics(fine: Floats, at: Floats) -> csr_array:
+def _cubics(fine: Floats, at: Floats) -> scipy.sparse.csr_array:
     place = (np.clip(at, fine[0], fine[-1]) - fine[0]) / (fine[1] - fine[0])
     first = np.clip(np.floor(place).astype(np.int64), 1, len(fine) - 3)
     u = place - first
@@ -36,13 +36,13 @@ def _cubics(fine: Floats, at: Floats) -> csr_array:
     return _sparse(weights, first[:, None] + NODES, len(fine))
 
 
-def _lines(clock: Floats, t: Floats) -> csr_array:
+def _lines(clock: Floats, t: Floats) -> scipy.sparse.csr_array:
     first = np.clip(np.searchsorted(clock, t, side="right") - 1, 0, len(clock) - 2)
     u = np.clip((t - clock[first]) / (clock[first + 1] - clock[first]), 0.0, 1.0)
     return _sparse(np.stack([1.0 - u, u], axis=1), first[:, None] + NODES[1:3], len(clock))
 
 
-def _sparse(weights: Floats, places: np.ndarray, width: int) -> csr_array:
+def _sparse(weights: Floats, places: np.ndarray, width: int) -> scipy.sparse.csr_array:
     rows, each = weights.shape
     starts = np.arange(0, rows * each + 1, each)
-    return csr_array((weights.ravel(), places.ravel(), starts), shape=(rows, width))
+    return scipy.sparse.csr_array((weights.ravel(), places.ravel(), starts), shape=(rows, width))

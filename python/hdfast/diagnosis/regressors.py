@@ -6,8 +6,7 @@ import math
 from collections.abc import Callable, Sequence
 
 import numpy as np
-from scipy.interpolate import BSpline
-from scipy.signal import bilinear, lfilter
+import scipy
 
 from hdfast.checks import Floats
 from hdfast.diagnosis.prepare import Unit
@@ -78,7 +77,9 @@ def plays(units: Sequence[Unit]) -> Variable:
 def filters(rate: float) -> Variable:
     """First-order low-passes of the motor speed, slow ones: fast ones are its derivative."""
     shares = [-math.expm1(-1.0 / (rate * time)) for time in TIMES]
-    return lambda unit: np.stack([lfilter([share], [1.0, share - 1.0], unit.speed) for share in shares], axis=1)
+    return lambda unit: np.stack(
+        [scipy.signal.lfilter([share], [1.0, share - 1.0], unit.speed) for share in shares], axis=1
+    )
 
 
 def aged(time: float, rate: float) -> Variable:
@@ -87,7 +88,7 @@ def aged(time: float, rate: float) -> Variable:
 
     def built(unit: Unit) -> Floats:
         resting = (np.abs(unit.speed) <= STILL * np.max(np.abs(unit.speed))).astype(np.float64)
-        level, _ = lfilter([share], [1.0, share - 1.0], resting, zi=[(1.0 - share) * resting[0]])
+        level, _ = scipy.signal.lfilter([share], [1.0, share - 1.0], resting, zi=[(1.0 - share) * resting[0]])
         return np.asarray(np.sign(unit.speed) * level)[:, None]
 
     return built
@@ -97,8 +98,8 @@ def resonances(frequency: float, rate: float) -> Variable:
     """Force and speed of a lightly damped mass that the acceleration shakes, at a natural frequency [Hz]."""
     w = TURN * frequency
     poles = [1.0, 2.0 * DAMPING * w, w**2]
-    digital = [bilinear(zeros, poles, rate) for zeros in ([w**2], [w, 0.0])]
-    return lambda unit: np.stack([lfilter(b, a, unit.acceleration) for b, a in digital], axis=1)
+    digital = [scipy.signal.bilinear(zeros, poles, rate) for zeros in ([w**2], [w, 0.0])]
+    return lambda unit: np.stack([scipy.signal.lfilter(b, a, unit.acceleration) for b, a in digital], axis=1)
 
 
 def _range(units: Sequence[Unit]) -> tuple[float, float]:
@@ -111,7 +112,7 @@ def _ramp(edge: float, side: float) -> Variable:
 
 
 def _bump(centre: float, width: float, turns: bool) -> Variable:
-    shape = BSpline.basis_element(np.arange(-2.0, 3.0), extrapolate=False)
+    shape = scipy.interpolate.BSpline.basis_element(np.arange(-2.0, 3.0), extrapolate=False)
 
     def near(unit: Unit) -> Floats:
         away = unit.turned - centre
@@ -129,7 +130,9 @@ def _over(inner: Floats, of: Variable) -> Variable:
     """Cubic B-splines over knots (k,), constant beyond them."""
     low, high = float(inner[0]), float(inner[-1])
     knots = np.concatenate([[low] * 3, inner, [high] * 3])
-    return lambda unit: np.asarray(BSpline.design_matrix(np.clip(of(unit), low, high), knots, 3).toarray())
+    return lambda unit: np.asarray(
+        scipy.interpolate.BSpline.design_matrix(np.clip(of(unit), low, high), knots, 3).toarray()
+    )
 
 
 def _play(x: Floats, width: float) -> Floats:

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import chi2
+import scipy
 
 from hdfast.checks import Floats
 from hdfast.diagnosis.accept import ALARM, NOTICED
@@ -131,7 +131,7 @@ def _together(groups: Sequence[Sequence[Floats]]) -> Floats:
 def _fisher(p: Floats) -> Floats:
     """Joint probability of independent ones (k, d), NaN where none is known, (d,)."""
     known = np.sum(~np.isnan(p), axis=0)
-    joint = chi2.sf(-2.0 * np.nansum(np.log(p), axis=0), 2 * np.maximum(known, 1))
+    joint = scipy.stats.chi2.sf(-2.0 * np.nansum(np.log(p), axis=0), 2 * np.maximum(known, 1))
     return np.where(known > 0, joint, np.nan)
 
 

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
-from scipy.signal import lfilter
+import scipy
 
 from hdfast.checks import Floats
 from hdfast.diagnosis.evidence import Index, Layout, colour, spread_of
@@ -32,7 +32,7 @@ class Whitener:
         found = np.zeros_like(stacked)
         for _, channel, where in layout.pieces:
             taps, own = self.taps[channel], stacked[where]
-            filtered = lfilter(taps[-1], [1.0], own, axis=0)
+            filtered = scipy.signal.lfilter(taps[-1], [1.0], own, axis=0)
             since = layout.since[where]
             soon = np.flatnonzero(since < len(taps) - 1)
             past = np.maximum(soon[:, None] - np.arange(len(taps)), 0)

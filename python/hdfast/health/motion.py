@@ -5,9 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.ndimage import correlate1d
-from scipy.signal import savgol_coeffs, savgol_filter
 
 from hdfast.checks import Floats
 from hdfast.recordings import Recording
@@ -72,7 +71,9 @@ class Motion:
             return np.interp(grid, moments, recording[name][known])
 
         def smooth(name: str, derivative: int = 0) -> Floats:
-            return np.asarray(savgol_filter(even(name), window, 2, deriv=derivative, delta=step), dtype=np.float64)
+            return np.asarray(
+                scipy.signal.savgol_filter(even(name), window, 2, deriv=derivative, delta=step), dtype=np.float64
+            )
 
         return cls(
             grid,
@@ -103,5 +104,5 @@ def as_acceleration(values: Floats, window: int) -> Floats:
     Its coefficients are second differences of positive weights with the sum 1; with these, the torque of a rigid body
     stays in proportion to its acceleration whatever the step.
     """
-    weights = np.cumsum(np.cumsum(savgol_coeffs(window, 2, deriv=2)))[:-2]
-    return np.asarray(correlate1d(values, weights / weights.sum(), mode="nearest"), dtype=np.float64)
+    weights = np.cumsum(np.cumsum(scipy.signal.savgol_coeffs(window, 2, deriv=2)))[:-2]
+    return np.asarray(scipy.ndimage.correlate1d(values, weights / weights.sum(), mode="nearest"), dtype=np.float64)

@@ -5,8 +5,8 @@ from __future__ import annotations
 from bisect import bisect_left
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.ndimage import median_filter
 
 from hdfast.checks import Floats
 from hdfast.health.finding import NOTE, REJECT, WARNING
@@ -33,7 +33,7 @@ def check(subject: Subject) -> None:
     median = float(np.median(steps))
     subject.facts.rate_hz = 1.0 / period(t[subject.timed])
     spread = NORMAL * float(np.median(np.abs(steps - median)))
-    usual = np.maximum(median, median_filter(steps, AROUND, mode="nearest"))
+    usual = np.maximum(median, scipy.ndimage.median_filter(steps, AROUND, mode="nearest"))
     _gaps(subject, t[subject.timed], steps, np.maximum(GAP * usual, usual + GAP_SIGMAS * spread))
     if spread / median > MOST_JITTER:
         subject.find(

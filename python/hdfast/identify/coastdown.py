@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
+import scipy
 
 from hdfast import checks
 from hdfast.checks import Floats
@@ -136,9 +137,10 @@ def _integrated(t: Floats, speed: float, law: tuple[float, float, float]) -> Flo
         w = max(w + h * (k1 + 2.0 * k2 + 2.0 * k3 + k4) / 6.0, 0.0)
         angles.append(angle)
         speeds.append(w)
-    from scipy.interpolate import CubicHermiteSpline
 
-    return np.asarray(CubicHermiteSpline(np.linspace(0.0, float(t[-1]), STEPS + 1), angles, speeds)(t))
+    return np.asarray(
+        scipy.interpolate.CubicHermiteSpline(np.linspace(0.0, float(t[-1]), STEPS + 1), angles, speeds)(t)
+    )
 
 
 def _moving(recording: Recording) -> tuple[Floats, Floats]:

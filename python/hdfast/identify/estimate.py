@@ -6,6 +6,8 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+import scipy
+
 from hdfast.printing import text_table
 
 CONFIDENCE = 0.90
@@ -33,9 +35,7 @@ def estimate(
     name: str, value: float, unit: str, sigma: float, freedom: float = math.inf, meaning: str = ""
 ) -> Estimate:
     """An estimate whose 90 % interval follows Student's t with `freedom` degrees of freedom."""
-    from scipy import stats
-
-    half = float(stats.t.ppf(0.5 + CONFIDENCE / 2.0, max(freedom, 1.0))) * sigma
+    half = float(scipy.stats.t.ppf(0.5 + CONFIDENCE / 2.0, max(freedom, 1.0))) * sigma
     return Estimate(name, float(value), unit, float(sigma), float(value - half), float(value + half), meaning)
 
 

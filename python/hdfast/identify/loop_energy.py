@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-from scipy.interpolate import PchipInterpolator
+import scipy
 
 from hdfast.checks import Floats
 from hdfast.errors import InputError
@@ -85,7 +85,7 @@ def _closing(
         np.concatenate([[0.0], np.bincount(inverse, width) / count]),
     )
     limit = LIMIT * max(plateau, float(np.max(points[1])))
-    bent = PchipInterpolator(points[0], -np.log1p(-points[1] / limit))
+    bent = scipy.interpolate.PchipInterpolator(points[0], -np.log1p(-points[1] / limit))
 
     def area(end: float) -> float:
         fine = np.linspace(0.0, end, FINE)

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+import scipy
 
 from hdfast.checks import Floats
 
@@ -33,10 +34,10 @@ def fit(residual: Callable[[Floats], Floats], start: Any, *, correlation: float 
         start: first guess (p,), no zeros.
         correlation: samples that count as one, widens the standard deviations.
     """
-    from scipy.optimize import least_squares
-
     first = np.asarray(start, dtype=np.float64)
-    found = least_squares(lambda x: residual(x * first), np.ones_like(first), method="lm", xtol=1e-12, ftol=1e-12)
+    found = scipy.optimize.least_squares(
+        lambda x: residual(x * first), np.ones_like(first), method="lm", xtol=1e-12, ftol=1e-12
+    )
     count = len(found.fun)
     freedom = count - len(first)
     variance = float(found.fun @ found.fun) / max(freedom, 1)

@@ -6,8 +6,8 @@ import zlib
 from collections.abc import Sequence
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.special import ndtri
 
 from hdfast.checks import Floats
 
@@ -17,7 +17,7 @@ STEP = np.uint64(0x9E3779B97F4A7C15)
 
 def normal(seed: Sequence[int], name: str, row: NDArray[np.int64], index: NDArray[np.int64]) -> Floats:
     """Standard normal numbers for rows (M, 1) and readings (M, K)."""
-    return np.asarray(ndtri(uniform(seed, name, row, index)))
+    return np.asarray(scipy.special.ndtri(uniform(seed, name, row, index)))
 
 
 def uniform(seed: Sequence[int], name: str, row: NDArray[np.int64], index: NDArray[np.int64]) -> Floats:

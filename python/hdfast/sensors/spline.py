@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.linalg import solve_banded
 
 from hdfast.checks import Floats
 
@@ -107,5 +107,5 @@ def _knot_rates(h: Floats, slope: Floats) -> Floats:
     upper[0], lower[-1] = h[0] + h[1], h[-1] + h[-2]
     banded = np.zeros((3, size))
     banded[0, 1:], banded[1], banded[2, :-1] = upper[:-1], diagonal, lower[1:]
-    rates = solve_banded((1, 1), banded, right.reshape(size, -1), check_finite=False).reshape(right.shape)
+    rates = scipy.linalg.solve_banded((1, 1), banded, right.reshape(size, -1), check_finite=False).reshape(right.shape)
     return np.ascontiguousarray(np.moveaxis(rates, 0, -1))

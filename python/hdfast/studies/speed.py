@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
+import scipy
 
 from hdfast.checks import Floats
 from hdfast.params import params
@@ -69,11 +70,11 @@ def order_map(run: Trajectory) -> tuple[Floats, Floats, Floats]:
 
 
 def _short_time(x: Floats, signal: Floats, window: float) -> tuple[Floats, Floats, Floats]:
-    from scipy.signal import stft
-
     step = float(x[1] - x[0])
     size = round(window / step)
-    frequency, at, values = stft(signal, 1.0 / step, "hann", size, int(0.9 * size), boundary=None, padded=False)
+    frequency, at, values = scipy.signal.stft(
+        signal, 1.0 / step, "hann", size, int(0.9 * size), boundary=None, padded=False
+    )
     return at, frequency, 2.0 * np.abs(values)
 
 

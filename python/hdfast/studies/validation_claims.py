@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
+import scipy
 
 from hdfast import spring
 from hdfast.identify.fit import Fit
@@ -133,12 +134,10 @@ def _knee(fit: Fit) -> Verdict:
 
 def high_frequency(run: Trajectory, begin: float, end: float) -> float:
     """Standard deviation [rad] of the windup between two times, above half the mode's frequency."""
-    from scipy.signal import butter, sosfiltfilt
-
     inside = (run.t >= begin) & (run.t <= end)
     mode = trends.free_frequency(run.parameters) / (2.0 * math.pi)
-    band = butter(4, mode / 2.0, "highpass", fs=1.0 / (run.t[1] - run.t[0]), output="sos")
-    return float(np.std(sosfiltfilt(band, run["windup"])[inside]))
+    band = scipy.signal.butter(4, mode / 2.0, "highpass", fs=1.0 / (run.t[1] - run.t[0]), output="sos")
+    return float(np.std(scipy.signal.sosfiltfilt(band, run["windup"])[inside]))
 
 
 def _high_frequency(relaxed: Trajectory, released: Trajectory, p: Mapping[str, float]) -> Verdict:

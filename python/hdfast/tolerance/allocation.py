@@ -7,6 +7,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
 
 from hdfast import checks
@@ -128,9 +129,7 @@ def _deviate(tolerance: Tolerance, values: Floats) -> Floats:
 
 
 def _deviates(plan: Plan, scores: Floats) -> Floats:
-    from scipy.special import ndtr
-
-    columns = [_deviate(tol, tol.quantile(ndtr(scores[:, j]))) for j, tol in enumerate(plan.tolerances)]
+    columns = [_deviate(tol, tol.quantile(scipy.special.ndtr(scores[:, j]))) for j, tol in enumerate(plan.tolerances)]
     return np.column_stack(columns)
 
 
@@ -160,8 +159,6 @@ def _search(
     exponent: float, bounds: tuple[float, float],
 ) -> Floats:  # fmt: skip
     """Factors of lowest cost on the surfaces; optimised in logarithms, where the cost is convex."""
-    from scipy.optimize import minimize
-
     deviates = _deviates(plan, _scores(plan, 8192))
     scale = {metric: float(np.std(surface(deviates))) or 1.0 for metric, surface in surfaces.items()}
 
@@ -174,7 +171,7 @@ def _search(
         return np.array(found)
 
     limits = tuple(math.log(bound) for bound in bounds)
-    best = minimize(
+    best = scipy.optimize.minimize(
         lambda logs: float(np.sum(costs * np.exp(-exponent * logs)) / np.sum(costs)),
         np.zeros(len(costs)),
         jac=lambda logs: -exponent * costs * np.exp(-exponent * logs) / np.sum(costs),

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+import scipy
 
 from hdfast import checks
 from hdfast.checks import Floats
@@ -75,13 +76,10 @@ class Correlation:
 
     def reorder(self, u: Floats) -> Floats:
         """(n, d) columns of u, reordered so that their normal scores correlate as asked (Iman and Conover 1982)."""
-        from scipy.special import ndtri
-        from scipy.stats import rankdata
-
-        scores = ndtri((rankdata(u, axis=0) - 0.5) / len(u))
+        scores = scipy.special.ndtri((scipy.stats.rankdata(u, axis=0) - 0.5) / len(u))
         present = np.corrcoef(scores, rowvar=False)
         target = scores @ np.linalg.inv(np.linalg.cholesky(present)).T @ self.factor.T
-        ranks = rankdata(target, method="ordinal", axis=0) - 1
+        ranks = scipy.stats.rankdata(target, method="ordinal", axis=0) - 1
         return np.take_along_axis(np.sort(u, axis=0), ranks, axis=0)
 
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
 
 from hdfast.checks import Floats
@@ -77,10 +78,8 @@ def interleaved_sobol(dimensions: int, seed: int, replicates: int, start: int, s
 
 def sobol_points(dimensions: int, seed: int, replicate: int, start: int, count: int) -> Floats:
     """(count, dimensions) points of a scrambled Sobol sequence (scrambling of Matousek) from position `start` on."""
-    from scipy.stats import qmc
-
     generator = np.random.default_rng([seed, key("sobol"), replicate])
-    engine = qmc.Sobol(dimensions, scramble=True, bits=SOBOL_BITS, rng=generator)
+    engine = scipy.stats.qmc.Sobol(dimensions, scramble=True, bits=SOBOL_BITS, rng=generator)
     with warnings.catch_warnings():
         warnings.filterwarnings("ignore", message="The balance properties")
         if start:

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 
 from hdfast.checks import Floats
 from hdfast.tolerance.designs import interleaved_sobol
@@ -87,10 +88,8 @@ def _indices(table: Floats, weights: Floats) -> tuple[Floats, Floats]:
 
 
 def _estimates(names: Sequence[str], value: Floats, resampled: Floats, confidence: float) -> dict[str, Estimate]:
-    from scipy.special import stdtrit
-
     parts = SCRAMBLINGS
-    widening = math.sqrt(parts / (parts - 1.0)) * float(stdtrit(parts - 1, 0.5 + confidence / 2.0))
+    widening = math.sqrt(parts / (parts - 1.0)) * float(scipy.special.stdtrit(parts - 1, 0.5 + confidence / 2.0))
     reach = widening * np.std(resampled, axis=0, ddof=1)
     return {
         name: Estimate(float(value[j]), float(value[j] - reach[j]), float(value[j] + reach[j]))
@@ -143,8 +142,6 @@ def morris_effects(points: Floats, values: Floats, names: Sequence[str], confide
     Raises:
         ValueError: a value is not finite.
     """
-    from scipy.special import stdtrit
-
     if not np.all(np.isfinite(values)):
         raise ValueError("values must be finite")
     dimensions = len(names)
@@ -158,7 +155,7 @@ def morris_effects(points: Floats, values: Floats, names: Sequence[str], confide
     size = np.mean(np.abs(effects), axis=0)
     if walks > 1:
         spread = np.std(np.abs(effects), axis=0, ddof=1) / math.sqrt(walks)
-        reach = float(stdtrit(walks - 1, 0.5 + confidence / 2.0)) * spread
+        reach = float(scipy.special.stdtrit(walks - 1, 0.5 + confidence / 2.0)) * spread
         deviation = np.std(effects, axis=0, ddof=1)
     else:
         reach = deviation = np.full(dimensions, np.nan)

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
 
 from hdfast.checks import Floats
@@ -62,11 +63,9 @@ class Estimate:
 
 def clopper_pearson(hits: float, rows: float, confidence: float = CONFIDENCE) -> tuple[float, float]:
     """Exact two-sided interval of a share (Clopper and Pearson 1934); numbers of rows in effect need not be whole."""
-    from scipy.special import betaincinv
-
     tail = (1.0 - confidence) / 2.0
-    low = 0.0 if hits == 0 else float(betaincinv(hits, rows - hits + 1, tail))
-    high = 1.0 if hits == rows else float(betaincinv(hits + 1, rows - hits, 1.0 - tail))
+    low = 0.0 if hits == 0 else float(scipy.special.betaincinv(hits, rows - hits + 1, tail))
+    high = 1.0 if hits == rows else float(scipy.special.betaincinv(hits + 1, rows - hits, 1.0 - tail))
     return low, high
 
 
@@ -138,9 +137,7 @@ def standard_deviation(values: Floats, ddof: int = 0) -> float:
 
 def student(count: int, confidence: float = CONFIDENCE) -> float:
     """Two-sided quantile of Student's t for a mean of `count` values; NaN for fewer than two."""
-    from scipy.special import stdtrit
-
-    return float(stdtrit(count - 1, 0.5 + confidence / 2.0)) if count > 1 else math.nan
+    return float(scipy.special.stdtrit(count - 1, 0.5 + confidence / 2.0)) if count > 1 else math.nan
 
 
 def percentile(
@@ -188,10 +185,8 @@ def _type7(ordered: Floats, share_below: float) -> float:
 
 def _order_ranks(count: int, share_below: float, confidence: float) -> tuple[int, int]:
     """Ranks l, u from 1: P(x_l <= quantile <= x_u) >= confidence, half of the rest on either side; 0 and n+1: none."""
-    from scipy.stats import binom
-
     tail = (1.0 - confidence) / 2.0
-    law = binom(count, share_below)
+    law = scipy.stats.binom(count, share_below)
     low = int(law.ppf(tail))
     while low > 0 and law.cdf(low - 1) > tail:
         low -= 1

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
+import scipy
 
 from hdfast.checks import Floats
 
@@ -35,9 +36,7 @@ class Law:
 
 def normal_scores(u: Floats) -> Floats:
     """Normal scores of probabilities, finite for those of 0 and 1 too."""
-    from scipy.special import ndtri
-
-    return np.asarray(ndtri(np.clip(u, LEAST, MOST)))
+    return np.asarray(scipy.special.ndtri(np.clip(u, LEAST, MOST)))
 
 
 def normal(law: Tolerance, u: Floats) -> Floats:
@@ -54,11 +53,9 @@ def lognormal(law: Tolerance, u: Floats) -> Floats:
 
 
 def _cut_scores(u: Floats, low: float, high: float) -> Floats:
-    from scipy.special import ndtr
-
     if low > 0.0:
         return -_cut_scores(1.0 - u, -high, -low)
-    floor, ceiling = float(ndtr(low)), float(ndtr(high))
+    floor, ceiling = float(scipy.special.ndtr(low)), float(scipy.special.ndtr(high))
     return normal_scores(floor + u * (ceiling - floor))
 
 
@@ -80,9 +77,7 @@ def triangular(law: Tolerance, u: Floats) -> Floats:
 
 def beta(law: Tolerance, u: Floats) -> Floats:
     """Beta law with the exponents `shape`, stretched over [lower, upper]."""
-    from scipy.special import betaincinv
-
-    return np.asarray(law.lower + (law.upper - law.lower) * betaincinv(*law.shape, u))
+    return np.asarray(law.lower + (law.upper - law.lower) * scipy.special.betaincinv(*law.shape, u))
 
 
 def discrete(law: Tolerance, u: Floats) -> Floats:

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
+import scipy
 
 from hdfast.checks import Floats
 from hdfast.errors import InputError
@@ -122,15 +123,15 @@ class Plan:
 
     def from_scores(self, scores: Floats) -> dict[str, Floats]:
         """Columns (m,) at (m, d) normal scores."""
-        from scipy.special import ndtr
-
-        return {tolerance.name: tolerance.quantile(ndtr(scores[:, j])) for j, tolerance in enumerate(self.tolerances)}
+        return {
+            tolerance.name: tolerance.quantile(scipy.special.ndtr(scores[:, j]))
+            for j, tolerance in enumerate(self.tolerances)
+        }
 
     def _dependent(self, points: Floats, start: int, stop: int) -> Floats:
         mixing = self.correlation is not None and self.sampling != "latin_hypercube"
         if not mixing and not self.batched:
             return points
-        from scipy.special import ndtr
 
         scores, parts = normal_scores(points), self.parts
         if mixing:
@@ -139,7 +140,7 @@ class Plan:
             share = np.array([tolerance.batch_share for tolerance in self.tolerances])
             common = self._mixed(self._batch_scores(start, stop), parts)
             scores = np.sqrt(share) * common + np.sqrt(1.0 - share) * scores
-        return np.asarray(ndtr(scores))
+        return np.asarray(scipy.special.ndtr(scores))
 
     def _batch_scores(self, start: int, stop: int) -> Floats:
         """(stop - start, d) independent normal scores, the same for all rows of a batch."""

@@ -7,6 +7,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
 
 from hdfast.checks import Floats
@@ -26,8 +27,6 @@ def rank_correlation(x: Floats, y: Floats, groups: Groups | None = None, confide
     Raises:
         ValueError: a value is not finite.
     """
-    from scipy.stats import norm
-
     _require_finite(x, y)
     value = _spearman(x, y) if len(x) >= 4 else math.nan
     if math.isnan(value):
@@ -35,7 +34,7 @@ def rank_correlation(x: Floats, y: Floats, groups: Groups | None = None, confide
     if abs(value) >= 1.0 - 1e-15:
         return Estimate(math.copysign(1.0, value), value, value)
     if groups is None:
-        reach = float(norm.ppf(0.5 + confidence / 2.0)) * math.sqrt((1.0 + value**2 / 2.0) / (len(x) - 3))
+        reach = float(scipy.stats.norm.ppf(0.5 + confidence / 2.0)) * math.sqrt((1.0 + value**2 / 2.0) / (len(x) - 3))
     else:
         block, blocks = _blocks(len(x), groups)
         reach = _jackknife(lambda k: _fisher(_spearman(x[block != k], y[block != k])), blocks, confidence)
@@ -44,11 +43,9 @@ def rank_correlation(x: Floats, y: Floats, groups: Groups | None = None, confide
 
 
 def _spearman(x: Floats, y: Floats) -> float:
-    from scipy.stats import rankdata
-
     if np.ptp(x) == 0.0 or np.ptp(y) == 0.0:
         return math.nan
-    return float(np.corrcoef(rankdata(x), rankdata(y))[0, 1])
+    return float(np.corrcoef(scipy.stats.rankdata(x), scipy.stats.rankdata(y))[0, 1])
 
 
 def _fisher(correlation: float) -> float:

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 
 from hdfast import checks
 from hdfast.checks import Floats
@@ -130,12 +131,10 @@ def tolerance_interval(values: Floats, coverage: float, confidence: float = CONF
 
 def _left_out(count: int, coverage: float, confidence: float) -> int:
     """Largest m so that x_(m) and x_(n+1-m) still do; they cover a share with the law Beta(n + 1 - 2m, 2m)."""
-    from scipy.stats import beta
-
     low, high = 0, (count + 1) // 2
     while high - low > 1:
         middle = (low + high) // 2
-        good = beta.sf(coverage, count + 1 - 2 * middle, 2 * middle) >= confidence
+        good = scipy.stats.beta.sf(coverage, count + 1 - 2 * middle, 2 * middle) >= confidence
         low, high = (middle, high) if good else (low, middle)
     return low
 
@@ -180,17 +179,14 @@ def capability(
 
 
 def _bissell(value: float, count: int, confidence: float) -> tuple[float, float]:
-    from scipy.stats import norm
-
-    reach = float(norm.ppf(0.5 + confidence / 2.0)) * math.sqrt(1.0 / (9.0 * count) + value**2 / (2.0 * (count - 1)))
+    reach = float(scipy.stats.norm.ppf(0.5 + confidence / 2.0)) * math.sqrt(
+        1.0 / (9.0 * count) + value**2 / (2.0 * (count - 1))
+    )
     return value - reach, value + reach
 
 
 def _one_sided(value: float, count: int, confidence: float) -> tuple[float, float]:
     """Interval of (limit - mean) / (3 sigma): 3 sqrt(n) times its estimate has a non-central t law."""
-    from scipy.optimize import brentq
-    from scipy.stats import nct
-
     root, tail = 3.0 * math.sqrt(count), (1.0 - confidence) / 2.0
     if count > 5000 or root * abs(value) > 300.0:  # the non-central t of SciPy ends here; the expansion is good to 1e-3
         return _bissell(value, count, confidence)
@@ -198,7 +194,11 @@ def _one_sided(value: float, count: int, confidence: float) -> tuple[float, floa
 
     def end(target: float) -> float:
         return float(
-            brentq(lambda true: nct.cdf(root * value, count - 1, root * true) - target, value - reach, value + reach)
+            scipy.optimize.brentq(
+                lambda true: scipy.stats.nct.cdf(root * value, count - 1, root * true) - target,
+                value - reach,
+                value + reach,
+            )
         )
 
     return end(1.0 - tail), end(tail)

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.ndimage import uniform_filter1d
 
 from hdfast.checks import Floats
 from hdfast.proof.bridge.injections import TURN, Injection, Shape
@@ -72,5 +72,7 @@ def _signal_to_noise(signal: Floats, one: Recorded, channel: str, corner: float)
     step = float(np.median(np.diff(one.t)))
     band = np.fft.rfftfreq(len(signal), step)
     inside = (band > 0.0) & (band < (corner if channel == "motor_torque" else np.inf))
-    noise = uniform_filter1d(np.abs(np.fft.rfft(one.rest[channel] - one.rest[channel].mean())) ** 2, NEIGHBOURS)
+    noise = scipy.ndimage.uniform_filter1d(
+        np.abs(np.fft.rfft(one.rest[channel] - one.rest[channel].mean())) ** 2, NEIGHBOURS
+    )
     return 2.0 * float(np.sum(np.abs(np.fft.rfft(signal))[inside] ** 2 / noise[inside]))

@@ -10,8 +10,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 from numpy.random import Generator
-from scipy.signal import lfilter
 
 from hdfast.checks import Floats
 from hdfast.proof.bridge.machine import Machine, Recorded
@@ -120,7 +120,9 @@ def _filtered(channel: str) -> Callable[[Recorded, float, Shape], Floats]:
         even = np.arange(one.t[0], one.t[-1] + step, step)
         share = -np.expm1(-step / max(amplitude, 1e-9))
         start = [(1.0 - share) * values[known][0]]
-        slow, _end = lfilter([share], [1.0, share - 1.0], np.interp(even, one.t[known], values[known]), zi=start)
+        slow, _end = scipy.signal.lfilter(
+            [share], [1.0, share - 1.0], np.interp(even, one.t[known], values[known]), zi=start
+        )
         return np.asarray(np.interp(one.t, even, slow) - values)
 
     return change

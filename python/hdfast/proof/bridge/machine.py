@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from scipy.interpolate import CubicSpline
+import scipy
 
 from hdfast.checks import Floats
 from hdfast.diagnosis import diagnose
@@ -127,7 +127,7 @@ def _recorded(
     columns = {name: np.array(values) for name, values in recording.columns.items()}
     columns["motor_torque"] = scale * columns["motor_torque"]
     clock = columns["t"] - unit.offset
-    spline = CubicSpline(unit.t, unit.angle)
+    spline = scipy.interpolate.CubicSpline(unit.t, unit.angle)
     known = {name: np.interp(clock, unit.t, rest[own]) for name, own in REST_OF.items() if own in rest}
     known["motor_torque"] = scale * known["motor_torque"]
     if "load_angle" in known:

@@ -12,8 +12,8 @@ from itertools import chain
 from typing import NamedTuple
 
 import numpy as np
+import scipy
 from numpy.random import Generator
-from scipy import linalg
 
 from hdfast.proof.generator.effects import Drive
 from hdfast.proof.generator.plant import Array, Plant
@@ -101,7 +101,7 @@ class Linearisation:
 
     def shift(self, whitened: Array) -> Array:
         """Shift of the baseline parameters in such a refit, in prior sigma."""
-        return np.asarray(linalg.cho_solve((self.basis, True), self.columns.T @ whitened))
+        return np.asarray(scipy.linalg.cho_solve((self.basis, True), self.columns.T @ whitened))
 
     def refit(self, drive: Drive, starts: Sequence[Array] = (), slopes: Linearisation | None = None) -> Refit:
         """Refit of the baseline to `drive` with the plant itself moved: damped Gauss-Newton steps.
@@ -122,7 +122,7 @@ class Linearisation:
         for _ in range(STEPS):
             here = best.slopes
             pull = here.columns.T @ best.left - best.shift
-            step = linalg.cho_solve((here.basis, True), pull)
+            step = scipy.linalg.cho_solve((here.basis, True), pull)
             promised, last = float(pull @ step), best
             tries = (self._refitted(signature, last, share * step) for share in SHARES)
             best = next((tried for tried in tries if tried.cost < last.cost), last)
@@ -199,7 +199,7 @@ def moved(rig: Rig, plant: Plant, shift: Array) -> Plant:
 
 
 def _basis(columns: Array) -> Array:
-    return np.asarray(linalg.cholesky(columns.T @ columns + np.eye(columns.shape[1]), lower=True))
+    return np.asarray(scipy.linalg.cholesky(columns.T @ columns + np.eye(columns.shape[1]), lower=True))
 
 
 def _plant_columns(lin: Linearisation) -> Iterator[tuple[str, Channels]]:

@@ -6,8 +6,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 from numpy.random import Generator
-from scipy import signal
 
 from hdfast.proof.generator import sensors
 from hdfast.proof.generator.effects import Drive
@@ -61,8 +61,8 @@ def told_by_motion(rig: Rig, torque: Array) -> Array:
     """The motor torque below half the recorder's rate: what acts faster moves the drive, and no sample tells of it."""
     if rig.chain.rate * COARSE >= 1.0:
         return torque
-    low = signal.butter(LOWPASS_ORDER, rig.chain.rate * COARSE, output="sos")
-    return np.asarray(signal.sosfiltfilt(low, torque))
+    low = scipy.signal.butter(LOWPASS_ORDER, rig.chain.rate * COARSE, output="sos")
+    return np.asarray(scipy.signal.sosfiltfilt(low, torque))
 
 
 def inertial_torque(x: Array, inertia: float, step: float) -> Array:

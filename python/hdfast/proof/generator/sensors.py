@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
+import scipy
 from numpy.random import Generator
-from scipy import ndimage, signal
 
 from hdfast.proof.generator import noise as noises
 from hdfast.proof.generator.noise import Noise
@@ -87,7 +87,7 @@ def clean(traces: Array, faults: Faults, step: float = GRID) -> dict[str, Array]
 
 
 def _lag(x: Array, share: float) -> Array:
-    out, _ = signal.lfilter([share], [1.0, share - 1.0], x, zi=[(1.0 - share) * x[0]])
+    out, _ = scipy.signal.lfilter([share], [1.0, share - 1.0], x, zi=[(1.0 - share) * x[0]])
     return np.asarray(out)
 
 
@@ -110,7 +110,7 @@ def sample(grid: dict[str, Array], chain: Chain, rng: Generator) -> dict[str, Ar
     keep = rng.random(instants.size) >= chain.dropped
     out = {"t": (jittered * (1.0 + chain.skew))[keep]}
     for name, values in grid.items():
-        smooth = ndimage.uniform_filter1d(values, width) if chain.averaged else values
+        smooth = scipy.ndimage.uniform_filter1d(values, width) if chain.averaged else values
         out[name] = np.interp(jittered, t, smooth)[keep]
     return out
 

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import linalg
+import scipy
 
 from hdfast.proof.generator.effects import Drive
 from hdfast.proof.generator.linear import Linearisation, moved
@@ -69,7 +69,7 @@ def refitted(
     sheet = _data_sheet(rig)
     centre[: sheet.size] = sheet
     information = columns.T @ columns + np.eye(centre.size)
-    shift = centre + linalg.solve(information, columns.T @ (seen - columns @ centre), assume_a="pos")
+    shift = centre + scipy.linalg.solve(information, columns.T @ (seen - columns @ centre), assume_a="pos")
     plain = lin.drive._replace(plant=moved(rig, lin.drive.plant, shift))
     sizes = np.maximum(effects + shift[len(lin.names) :], NUDGE)
     scale = 1.0 + rig.torque_sigma * float(shift[lin.names.index("torque_scale")])

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy import linalg, signal
+import scipy
 
 from hdfast.proof.generator.plant import Array
 from hdfast.proof.generator.responses import Motion, moving
@@ -25,10 +25,10 @@ def whiten(rig: Rig, motions: list[Motion], filters: list[tuple[Array, float]], 
     for recording, m in zip(raw, motions, strict=True):
         for index, values in enumerate(recording):
             taps, sigma = filters[index]
-            white = signal.lfilter(taps, [1.0], values) / sigma
+            white = scipy.signal.lfilter(taps, [1.0], values) / sigma
             white[:ORDER] = 0.0
             if index == 0:
-                white *= signal.lfilter(np.ones(ORDER + 1), [1.0], moving(rig, m)) > ORDER + 0.5
+                white *= scipy.signal.lfilter(np.ones(ORDER + 1), [1.0], moving(rig, m)) > ORDER + 0.5
             rows.append(white)
     return np.concatenate(rows)
 
@@ -45,6 +45,6 @@ def fit_filters(noise: Channels) -> list[tuple[Array, float]]:
             count += x.size
         lags /= count
         lags[0] *= 1.0 + 1e-9
-        taps = np.append([1.0], -linalg.solve_toeplitz(lags[:-1], lags[1:]))
+        taps = np.append([1.0], -scipy.linalg.solve_toeplitz(lags[:-1], lags[1:]))
         out.append((taps, float(np.sqrt(max(float(taps @ lags), TINY)))))
     return out

@@ -9,7 +9,7 @@ from types import ModuleType
 from typing import Any
 
 import numpy as np
-from scipy.stats import chi2
+import scipy
 
 from hdfast.checks import Floats
 from hdfast.diagnosis import holdout, projector, score, screen, select, whiten
@@ -41,8 +41,8 @@ def _as_they_are(_: projector.Projector, values: Floats, __: Floats | None = Non
 def _each_alone(observed: screen.Screen, found: list[screen.Signature]) -> screen.Screen:
     """Each statistic by itself against the chi-squared law, as if no other candidate had been tried."""
     widths = {one.candidate.label: one.left.shape[1] for one in found}
-    p = {label: float(chi2.sf(value**2, widths[label])) for label, value in observed.statistic.items()}
-    needed = {label: float(np.sqrt(chi2.isf(0.01, width))) for label, width in widths.items()}
+    p = {label: float(scipy.stats.chi2.sf(value**2, widths[label])) for label, value in observed.statistic.items()}
+    needed = {label: float(np.sqrt(scipy.stats.chi2.isf(0.01, width))) for label, width in widths.items()}
     return screen.Screen(observed.statistic, p, needed, observed.spread)
 
 

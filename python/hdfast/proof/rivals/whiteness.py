@@ -9,8 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import numpy as np
-from scipy.linalg import solve, toeplitz
-from scipy.stats import chi2
+import scipy
 
 from hdfast.checks import Floats
 from hdfast.diagnosis.fitted import Fit
@@ -44,7 +43,7 @@ def whiteness(residual: Floats) -> float:
     n = len(residual)
     correlation = _correlations(residual, residual)[1:]
     statistic = n * (n + 2) * np.sum(correlation**2 / (n - np.arange(1, len(correlation) + 1)))
-    return float(chi2.sf(statistic, len(correlation)))
+    return float(scipy.stats.chi2.sf(statistic, len(correlation)))
 
 
 def independence(residual: Floats, driven: Floats) -> float:
@@ -52,8 +51,10 @@ def independence(residual: Floats, driven: Floats) -> float:
     if np.ptp(driven) == 0.0:
         return 1.0
     cross, own = _correlations(residual, driven), _correlations(driven, driven)
-    colour = toeplitz(own) + 1e-9 * np.eye(len(own))
-    return float(chi2.sf(len(residual) * cross @ solve(colour, cross, assume_a="pos"), len(cross)))
+    colour = scipy.linalg.toeplitz(own) + 1e-9 * np.eye(len(own))
+    return float(
+        scipy.stats.chi2.sf(len(residual) * cross @ scipy.linalg.solve(colour, cross, assume_a="pos"), len(cross))
+    )
 
 
 def _correlations(one: Floats, other: Floats) -> Floats:

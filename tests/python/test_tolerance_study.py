@@ -222,6 +222,12 @@ def test_exact_exit_codes(small, tmp_path, capsys):
         main(["tolerance", str(small), "--sampling", "sobl"])
 
 
+def test_exact_failed_rows_are_a_sentence_when_quiet(small, capsys):
+    small.write_text(SMALL + "max_steps = 20\n")
+    assert main(["tolerance", str(small), "--rows", "2", "--quiet"]) == 1
+    assert "2 of 2 rows have no" in capsys.readouterr().err
+
+
 def test_exact_json_and_progress(small, capsys):
     assert main(["tolerance", str(small), "--json", "--progress"]) == 0
     captured = capsys.readouterr()

@@ -96,11 +96,11 @@ def run(options: argparse.Namespace) -> int:
             study.rare(metric)
         page = study.report(options.out) if options.out else None
         _print(study, options, page)
+        return DONE if study.met else SAYS_NO
     except FailedRowsError as error:
         hint = "; with --resume --failed the rows are not run again" if options.out else ""
         print(f"hdfast: {error}{hint}", file=sys.stderr)
         return SAYS_NO
-    return DONE if study.met else SAYS_NO
 
 
 def _print(study: Study, options: argparse.Namespace, page: Any) -> None:

@@ -38,6 +38,16 @@ def test_exact_sobol_indices_hold_in_95_percent_of_seeds(function, truth):
     assert hits.min() >= ENOUGH, hits
 
 
+@pytest.mark.parametrize("base", [2, 5, 16, 40])
+def test_against_student_intervals_of_few_base_points(base):
+    """A bootstrap of as many parts as there are: 2 base points leave one degree of freedom."""
+    values = ishigami(indices.saltelli_points(3, base, 1))
+    wide, narrow = (indices.sobol_indices(values, NAMES[:3], confidence=share).total["a"] for share in (0.95, 0.5))
+    student = stats.t(min(base, indices.SCRAMBLINGS) - 1)
+    ratio = (wide.high - wide.low) / (narrow.high - narrow.low)
+    assert ratio == pytest.approx(student.ppf(0.975) / student.ppf(0.75), rel=1e-9)
+
+
 def test_exact_more_base_points_continue_the_first():
     whole = indices.saltelli_points(4, 64, 7)
     parts = [indices.saltelli_points(4, 40, 7), indices.saltelli_points(4, 24, 7, start=40)]

@@ -76,7 +76,8 @@ def sobol_indices(
     weights /= weights.sum(axis=1, keepdims=True)
     first, total = _indices(table, np.full((1, count), 1.0 / count))
     firsts, totals = _indices(table, weights)
-    return Indices(_estimates(names, first[0], firsts, confidence), _estimates(names, total[0], totals, confidence))
+    wide = _widening(parts, confidence)
+    return Indices(_estimates(names, first[0], firsts, wide), _estimates(names, total[0], totals, wide))
 
 
 def _indices(table: Floats, weights: Floats) -> tuple[Floats, Floats]:
@@ -87,9 +88,14 @@ def _indices(table: Floats, weights: Floats) -> tuple[Floats, Floats]:
     return weights @ (b * (mixed - a)) / variance, 0.5 * (weights @ (a - mixed) ** 2) / variance
 
 
-def _estimates(names: Sequence[str], value: Floats, resampled: Floats, confidence: float) -> dict[str, Estimate]:
-    parts = SCRAMBLINGS
-    widening = math.sqrt(parts / (parts - 1.0)) * float(scipy.special.stdtrit(parts - 1, 0.5 + confidence / 2.0))
+def _widening(parts: int, confidence: float) -> float:
+    """Reach of an interval in standard deviations of a bootstrap of few parts; NaN of one part."""
+    if parts < 2:
+        return math.nan
+    return math.sqrt(parts / (parts - 1.0)) * float(scipy.special.stdtrit(parts - 1, 0.5 + confidence / 2.0))
+
+
+def _estimates(names: Sequence[str], value: Floats, resampled: Floats, widening: float) -> dict[str, Estimate]:
     reach = widening * np.std(resampled, axis=0, ddof=1)
     return {
         name: Estimate(float(value[j]), float(value[j] - reach[j]), float(value[j] + reach[j]))

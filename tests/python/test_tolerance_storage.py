@@ -129,6 +129,12 @@ def test_exact_other_studies_are_not_mixed(small, tmp_path):
         hdfast.tolerance(small, n=20, out=out, resume=True)
 
 
+def test_exact_a_file_in_the_place_of_the_rows_is_named(small, tmp_path):
+    (tmp_path / "rows").touch()
+    with pytest.raises(hdfast.InputError, match=r"rows' cannot be written: File exists"):
+        hdfast.tolerance(small, n=20, out=tmp_path)
+
+
 def test_exact_rows_that_are_drawn_otherwise_are_not_mixed(small, tmp_path, monkeypatch):
     """An earlier version had the same version number, and batches that meant something else."""
     out = tmp_path / "out"

@@ -123,7 +123,7 @@ class FolderStore:
                     "folder"
                 )
             self._read()
-        (self.folder / ROWS).mkdir(exist_ok=True)
+        prepare(self.folder / ROWS)
         for left in [file for pattern in HALF_WRITTEN for file in self.folder.glob(pattern)]:
             left.unlink(missing_ok=True)
         self.trajectories = None

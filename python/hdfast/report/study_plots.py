@@ -75,7 +75,8 @@ def _wide(axes: Any) -> bool:
 
 
 def _plain_ticks(axes: Any, grid: Grid) -> None:
-    ticks = [0.25, 0.5, 1.0, 2.0, 5.0] if grid.parameter != "speed_rpm" else [20, 50, 100, 200, 500]
+    ticks = [0.25, 0.5, 1.0, 2.0, 5.0, 20.0, 100.0] if grid.parameter != "speed_rpm" else [20, 50, 100, 200, 500]
+    ticks = [tick for tick in ticks if tick <= grid.values[-1]]
     axes.set_xticks(ticks, [f"{tick:g}" for tick in ticks])
     axes.set_xticks([], minor=True)
 

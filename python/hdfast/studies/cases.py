@@ -101,7 +101,7 @@ class Grid:
 
     Attributes:
         parameter: what varies, "speed_rpm" included.
-        values: (v,) in the parameter's unit; factors of the default where `relative`.
+        values: (v,) factors of the default; r/min where the parameter is "speed_rpm".
         marked: (v,) True at the points of the article.
         loads: load inertias [kg m^2] (j,).
         cases: keys of `CASES` (c,).

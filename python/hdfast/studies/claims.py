@@ -60,9 +60,13 @@ def decide(study: str, grids: Mapping[str, Grid]) -> list[Verdict]:
 def verdict(claim: Claim, grids: Mapping[str, Grid]) -> Verdict:
     """Decide one claim: all, some or none of the scenarios agree with the article's sign."""
     findings = [finding(claim, look, grids[claim.parameter]) for look in claim.looks]
+    return Verdict(claim.item, claim.text, word(findings), findings, claim.reason)
+
+
+def word(findings: Sequence[Finding]) -> str:
+    """What all, some or none of the scenarios agreeing is called."""
     agreeing = sum(item.agrees for item in findings)
-    word = REPRODUCED if agreeing == len(findings) else PARTLY if agreeing else CONTRADICTORY
-    return Verdict(claim.item, claim.text, word, findings, claim.reason)
+    return REPRODUCED if agreeing == len(findings) else PARTLY if agreeing else CONTRADICTORY
 
 
 def finding(claim: Claim, look: Look, grid: Grid) -> Finding:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import Any
 
 import numpy as np
 import scipy
@@ -12,18 +11,17 @@ import scipy
 from hdfast.checks import Floats
 from hdfast.params import params
 from hdfast.scenario import Scenario
-from hdfast.scenario_parts import RPM
 from hdfast.simulate import Trajectory, simulate
 from hdfast.studies import cases, trends
 from hdfast.studies.cases import Grid
 from hdfast.studies.claims import CONTRADICTORY, REPRODUCED, Finding, Verdict, decide
+from hdfast.studies.jump import rise_and_fall
 from hdfast.studies.study import TIMES, Study, marked_table
 
 POINTS = (90.0, 150.0, 300.0, 450.0, 600.0)
 SPEEDS = tuple(np.linspace(20.0, 700.0, 69).tolist())
 ORDERS = tuple(range(1, 16))
 MAP_SPEED = 300.0
-RAMP = (30.0, 700.0, 20.0)  # r/min, r/min, s
 
 
 def study(drive: Mapping[str, float] | None = None, threads: int | None = None) -> Study:
@@ -40,10 +38,10 @@ def study(drive: Mapping[str, float] | None = None, threads: int | None = None) 
     )
     p = {row.name: row.default for row in params()} | dict(drive or {})
     run = simulate(dict(drive or {}), scenario=Scenario.start_stop(speed_rpm=MAP_SPEED), t_eval=TIMES)
-    jump = _jump(drive)
     lines = np.array([grid.of(f"speed_order_{n}", "c") for n in ORDERS])
-    curves = {"run": run, "lines": lines, "jump": jump, "mode": trends.free_frequency(p) / (2.0 * math.pi), "p": p}
-    claims = [*decide("speed", {"speed_rpm": grid}), _forced_lines(grid), _tail(grid), _stability(grid, jump)]
+    mode = trends.free_frequency(p) / (2.0 * math.pi)
+    curves = {"run": run, "lines": lines, "jump": rise_and_fall(drive), "mode": mode, "p": p}
+    claims = [*decide("speed", {"speed_rpm": grid}), _forced_lines(grid), _tail(grid)]
     return Study(
         "speed",
         "Speed",
@@ -76,29 +74,6 @@ def _short_time(x: Floats, signal: Floats, window: float) -> tuple[Floats, Float
         signal, 1.0 / step, "hann", size, int(0.9 * size), boundary=None, padded=False
     )
     return at, frequency, 2.0 * np.abs(values)
-
-
-def _jump(drive: Mapping[str, float] | None) -> dict[str, Any]:
-    """Ripple of the load speed while the speed rises and falls slowly, in bins of speed."""
-    low, high, duration = RAMP
-    t = np.array([0.0, 1.0, 1.0 + duration, 1.0 + 2.0 * duration])
-    scenario = Scenario.speed_profile(t, speed_rpm=[0.0, low, high, low])
-    run = simulate(
-        dict(drive or {}),
-        scenario=scenario,
-        t_eval=np.arange(0.0, t[-1], 1e-3),
-        signals=["omega_m", "omega_l"],
-        metrics=["upsilon_min"],
-    )
-    edges = np.linspace(low + 30.0, high - 30.0, 21)
-    twist = run["omega_l"] - run["omega_m"] / run.parameters["ratio"]
-    found = {}
-    for name, begin, end in (("up", 1.0, 1.0 + duration), ("down", 1.0 + duration, t[-1])):
-        inside = (run.t > begin) & (run.t < end)
-        bins = np.digitize(run["omega_m"][inside] / RPM, edges)
-        found[name] = np.array([np.std(twist[inside][bins == b]) for b in range(1, len(edges))])
-    middle = 0.5 * (edges[1:] + edges[:-1])
-    return {"speed": middle, **found, "upsilon_min": run.metrics["upsilon_min"]}
 
 
 def _forced_lines(grid: Grid) -> Verdict:
@@ -135,19 +110,4 @@ def _tail(grid: Grid) -> Verdict:
         REPRODUCED if share < 0.05 and ring > 0.0 else CONTRADICTORY,
         [Finding("speed 1 s after the stop, share of the speed before", "down", share - 1.0, share < 0.05)],
         f"exponential tails: residual ring {ring:.3g} rad/s rms",
-    )
-
-
-def _stability(grid: Grid, jump: Mapping[str, Any]) -> Verdict:
-    """Every run finishes, the ratio never turns negative, and up- and down-sweep agree."""
-    finished = bool(grid.result.finished.all())
-    ratio = float(np.nanmin(grid.result["upsilon_min"]))
-    gap = float(np.max(np.abs(jump["up"] - jump["down"]) / np.maximum(jump["up"], jump["down"])))
-    stable = finished and ratio > 0.0
-    return Verdict(
-        "S20",
-        "too large a transmission error may destabilise",
-        CONTRADICTORY if stable else REPRODUCED,
-        [Finding("ripple, speed rising against falling", "const" if gap < 0.15 else "mixed", gap, gap > 0.5)],
-        f"smallest local ratio {ratio:.3g}, all runs finish; the model only loses energy",
     )

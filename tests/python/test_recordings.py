@@ -72,6 +72,16 @@ def test_exact_time_must_run_forward():
         Recording("run", {"t": np.zeros(20)})
 
 
+def test_exact_few_samples_that_repeat_a_time_are_left_out():
+    t = np.arange(20.0)
+    t[[5, 6, 12]] = t[4], t[4], t[11]
+    [found] = gather({"t": t, "motor_angle": np.arange(20.0)})
+    assert found["motor_angle"].tolist() == [n for n in range(20) if n not in (5, 6, 12)]
+    assert found.notes == ("3 samples that repeat the time before them left out",)
+    with pytest.raises(InputError, match="must strictly increase"):
+        gather({"t": np.repeat(np.arange(10.0), 2), "motor_angle": np.arange(20.0)})
+
+
 def test_exact_a_recording_is_replayed():
     scenario = Scenario.replay(recording())
     assert scenario.t_end == 1.0

@@ -11,11 +11,10 @@ from numpy.typing import NDArray
 from hdfast.checks import Floats
 from hdfast.health.finding import NOTE, REJECT, WARNING
 from hdfast.health.subject import Subject
-from hdfast.recordings.clock import period
+from hdfast.recordings.clock import MOST_DISORDER, period
 
 NAME = "time"
 FEWEST = 8
-MOST_DISORDER = 0.2
 GAP, GAP_SIGMAS, AROUND = 1.5, 6.0, 51
 MOST_MISSING = 0.2
 MOST_JITTER = 0.05

@@ -6,6 +6,9 @@ import numpy as np
 
 from hdfast.checks import Floats
 
+#: Largest share of samples out of order, or that repeat a time, in a recording that is used without them.
+MOST_DISORDER = 0.2
+
 
 def period(t: Floats) -> float:
     """Time from one sample to the next [s] of increasing times (n,), of which some may be missing or late.

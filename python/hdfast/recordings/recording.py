@@ -9,6 +9,7 @@ import numpy as np
 from hdfast import checks
 from hdfast.checks import Floats
 from hdfast.errors import InputError
+from hdfast.recordings.clock import MOST_DISORDER
 from hdfast.recordings.columns import COLUMNS, FEWEST_FINITE
 from hdfast.recordings.table import Table
 from hdfast.recordings.units import correction
@@ -67,7 +68,7 @@ class Recording(Table):
 
 
 def checked(table: Table) -> Recording:
-    """The recording of a table; samples without time are left out and noted.
+    """The recording of a table; samples without time, and few that repeat a time, are left out and noted.
 
     Raises:
         InputError: as `Recording`.
@@ -77,4 +78,9 @@ def checked(table: Table) -> Recording:
     if not timed.all():
         columns = {name: values[timed] for name, values in columns.items()}
         notes = (*notes, f"{int((~timed).sum())} samples without time left out")
+    if timed.any():
+        new = np.diff(columns["t"], prepend=np.nan) != 0.0
+        if 0.0 < np.mean(~new) <= MOST_DISORDER:
+            columns = {name: values[new] for name, values in columns.items()}
+            notes = (*notes, f"{int((~new).sum())} samples that repeat the time before them left out")
     return Recording(table.name, columns, table.resolution, notes, table.units, table.file_columns, table.rates)

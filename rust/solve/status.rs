@@ -12,7 +12,7 @@ pub enum Status {
     StepTooSmall,
     /// The state or its rate stopped being a finite number.
     NotFinite,
-    /// A terminal event ended the row early.
+    /// A terminal event ended the row early; reserved, as no event does so yet.
     StoppedByEvent,
     /// A parameter makes the row meaningless.
     BadParameters,
@@ -62,7 +62,7 @@ impl Status {
             Self::NotFinite => {
                 "The motion blew up: check inertias, stiffness and torques of this row for values far outside the plausible ranges."
             }
-            Self::StoppedByEvent => "The row met a terminal event; the results up to that time are valid.",
+            Self::StoppedByEvent => "Reserved: no event ends a row yet.",
             Self::BadParameters => "Correct the named parameter of this row.",
             Self::Cancelled => "Run the row again; the sweep was interrupted before it was done.",
             Self::Internal => "Please report this row with its parameters; all other rows are valid.",

@@ -60,6 +60,22 @@ def test_exact_a_folder_of_other_cases_is_left_alone(tmp_path):
     assert (tmp_path / "cases" / "mine.csv").exists()
 
 
+def test_exact_a_campaign_that_could_not_be_used_may_be_mended(machine, tmp_path, monkeypatch):
+    path = tmp_path / "campaign.toml"
+    path.write_text("title = 'nothing held out'\n")
+
+    def refuse(_):
+        raise InputError("nothing is held out")
+
+    monkeypatch.setattr(cases, "calibrated", refuse)
+    with pytest.raises(InputError, match="nothing is held out"):
+        cases.make(Folders(tmp_path / "set"), [path], 3, lambda *_: None)
+    path.write_text("title = 'mended'\n")
+    monkeypatch.setattr(cases, "calibrated", lambda _: machine)
+    cases.make(Folders(tmp_path / "set"), [path], 3, lambda *_: None)
+    assert (tmp_path / "set" / "seal.json").exists()
+
+
 def injection(effect, channel="motor_torque"):
     return next(one for one in INJECTIONS if (one.effect, one.channel) == (effect, channel))
 

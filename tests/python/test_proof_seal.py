@@ -26,6 +26,10 @@ def open_(root):
     return seal.open_once(root / "sealed", root / "seal.json", "tool", root / "answers")
 
 
+def same_plan(root, seed):
+    seal.same_plan(root / "cases", root / "sealed", root / "seal.json", {"cases": 1, "seed": seed})
+
+
 def test_against_hashlib_the_commitment(sealed):
     salt, labels = (sealed / "sealed" / "salt").read_bytes(), (sealed / "sealed" / "labels.json").read_bytes()
     assert json.loads((sealed / "seal.json").read_text())["labels"] == hashlib.sha256(salt + labels).hexdigest()
@@ -48,7 +52,7 @@ def test_exact_altered_secret_is_detected(sealed, name):
 def test_exact_a_set_without_its_labels_is_not_answered(sealed):
     shutil.rmtree(sealed / "sealed")
     with pytest.raises(seal.SealError, match="without its labels"):
-        seal.same_plan(sealed / "sealed", sealed / "seal.json", {"cases": 1, "seed": 1})
+        same_plan(sealed, 1)
     assert not (sealed / "sealed").exists()
     with pytest.raises(seal.SealError, match=r"labels\.json: not found"):
         open_(sealed)
@@ -81,7 +85,7 @@ def test_exact_a_kill_while_sealing_leaves_a_set_that_can_be_sealed(tmp_path, mo
         raise KeyboardInterrupt
 
     cases = tmp_path / "cases"
-    cases.mkdir()
+    (cases / "ab12").mkdir(parents=True)
     (tmp_path / "answers").mkdir()
     with monkeypatch.context() as patch:
         patch.setattr(seal.files, "write_json", killed)
@@ -89,6 +93,33 @@ def test_exact_a_kill_while_sealing_leaves_a_set_that_can_be_sealed(tmp_path, mo
             seal.close(cases, tmp_path / "sealed", tmp_path / "seal.json", LABELS)
     seal.close(cases, tmp_path / "sealed", tmp_path / "seal.json", LABELS)
     assert open_(tmp_path) == LABELS
+
+
+def test_exact_a_plan_of_which_nothing_was_made_gives_way(tmp_path):
+    same_plan(tmp_path, 1)
+    same_plan(tmp_path, 2)
+    (tmp_path / "cases" / "ab12").mkdir(parents=True)
+    same_plan(tmp_path, 2)
+    with pytest.raises(seal.SealError, match="another set"):
+        same_plan(tmp_path, 1)
+
+
+def test_exact_cases_of_no_plan_are_not_taken_over(tmp_path):
+    (tmp_path / "cases" / "ab12").mkdir(parents=True)
+    with pytest.raises(seal.SealError, match="not of a set of cases"):
+        same_plan(tmp_path, 1)
+    assert not (tmp_path / "sealed").exists()
+
+
+@pytest.mark.parametrize("names", [(), ("ab12", "cd34")])
+def test_exact_other_cases_than_the_labels_are_of_are_not_sealed(tmp_path, names):
+    cases = tmp_path / "cases"
+    cases.mkdir()
+    for name in names:
+        (cases / name).mkdir()
+    with pytest.raises(seal.SealError, match="not the cases of this set"):
+        seal.close(cases, tmp_path / "sealed", tmp_path / "seal.json", LABELS)
+    assert not (tmp_path / "seal.json").exists()
 
 
 def test_exact_a_set_is_sealed_once(sealed):

@@ -38,10 +38,11 @@ def make(folders: Folders, count: int, seed: int, workers: int, step: Callable[[
 
     Raises:
         MissingPackageError: numba is not installed.
-        SealError: the folder holds another set.
+        SealError: the folder holds another set, or cases of none.
         InputError: a case cannot be made with this seed.
     """
-    seal.same_plan(folders.sealed, folders.seal, {"cases": count, "seed": seed, "version": VERSION})
+    wanted = {"cases": count, "seed": seed, "version": VERSION}
+    seal.same_plan(folders.cases, folders.sealed, folders.seal, wanted)
     if folders.seal.exists():
         return
     recipes = _plan(count, seed)
@@ -49,7 +50,8 @@ def make(folders: Folders, count: int, seed: int, workers: int, step: Callable[[
     for folder in (folders.cases, parts):
         files.prepare(folder)
     names = _names(count, seed)
-    left = [(n, r) for n, r in zip(names, recipes, strict=True) if not (parts / f"{n}.json").exists()]
+    made = {name for name in names if (parts / f"{name}.json").exists() and (folders.cases / name).exists()}
+    left = [(name, recipe) for name, recipe in zip(names, recipes, strict=True) if name not in made]
     done = count - len(left)
     step(done, count)
     with single_threaded_libraries(), ProcessPoolExecutor(workers, get_context("spawn")) as pool:

@@ -22,20 +22,23 @@ class SealError(InputError):
     """Data, labels, salt or answers are not those that were committed to, or the set was opened before."""
 
 
-def same_plan(sealed: Path, public: Path, wanted: dict[str, Any]) -> None:
-    """Note what a set is made from, or check that it is made from the same.
+def same_plan(cases: Path, sealed: Path, public: Path, wanted: dict[str, Any]) -> None:
+    """Note what a set is made from, or check that it is made from the same; a plan of which nothing was made is no set.
 
     Raises:
-        SealError: the folder holds another set, or a sealed one without its labels.
+        SealError: the folder holds another set, a sealed one without its labels, or other cases.
     """
     plan = sealed / PLAN
-    if not plan.exists():
+    made = public.exists() or (cases.exists() and not (cases.is_dir() and not any(cases.iterdir())))
+    if made and not plan.exists():
         if public.exists():
             raise SealError(f"{plan}: not found: without its labels no answer to a set can be scored")
+        raise SealError(f"{cases}: is there, and not of a set of cases (give another --out)")
+    if made and _read(plan) != wanted:
+        raise SealError(f"{sealed.parent}: holds another set (give another --out, or what it was made with)")
+    if not made:
         files.prepare(sealed)
         files.write_json(plan, wanted)
-    elif _read(plan) != wanted:
-        raise SealError(f"{sealed.parent}: holds another set (give another --out, or what it was made with)")
 
 
 def commitment(salt: str, labels: bytes) -> str:
@@ -47,10 +50,13 @@ def close(cases: Path, sealed: Path, public: Path, labels: dict[str, Any]) -> No
     """Write salt and labels, then publish the commitment and the checksums; the set is sealed once they are public.
 
     Raises:
-        SealError: the set is sealed already.
+        SealError: the set is sealed already, or the cases are not those that the labels are of.
     """
     if public.exists():
         raise SealError(f"{public}: the set is sealed already")
+    if wrong := sorted({one.name for one in cases.iterdir()} ^ labels.keys()):
+        listed = f"{', '.join(wrong[:5])}{' ...' if len(wrong) > 5 else ''}"
+        raise SealError(f"{cases}: not the cases of this set: {listed} (give another --out)")
     salt = secrets.token_hex(32)
     written = (json.dumps(labels, indent=1, sort_keys=True) + "\n").encode()
     sealed.mkdir(parents=True, exist_ok=True)

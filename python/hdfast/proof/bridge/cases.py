@@ -43,15 +43,13 @@ def make(folders: Folders, campaigns: Sequence[Path], seed: int, step: Callable[
 
     Raises:
         InputError: a campaign cannot be used.
-        SealError: the folder holds another set.
+        SealError: the folder holds another set, or cases of none.
     """
     for path in campaigns:
         if not path.is_file():
             raise InputError(f"{path}: no campaign file")
-    if folders.cases.exists() and not (folders.sealed / seal.PLAN).exists():
-        raise InputError(f"{folders.cases}: is there, and not of a set of cases (give another --out)")
     wanted = {"campaigns": [files.sha256(path) for path in campaigns], "seed": seed}
-    seal.same_plan(folders.sealed, folders.seal, wanted)
+    seal.same_plan(folders.cases, folders.sealed, folders.seal, wanted)
     if folders.seal.exists():
         return
     drawn: list[tuple[Machine, list[Recorded], dict[str, Any]]] = []

@@ -6,11 +6,13 @@ import re
 import signal
 import subprocess
 import sys
+import threading
 import time
 
 import answers as made
 import pytest
-from hdfast.errors import InputError
+from hdfast.cli import main
+from hdfast.errors import InputError, MissingPackageError
 from hdfast.proof import making, run, seal, tool
 from hdfast.proof.folders import Folders
 from hdfast.proof.generator import case
@@ -100,6 +102,57 @@ def test_exact_late_beside_others_is_tried_again_alone(folders):
     assert "1 of the 4 answers were late beside other cases" in " ".join(proof["limitations"])
 
 
+def test_exact_a_late_case_is_not_tried_beside_others_again_after_an_interruption(tmp_path, monkeypatch):
+    """It goes to the lone pass, and its answer is one given again."""
+    (tmp_path / "cases" / "c3").mkdir(parents=True)
+    ends = [(tool.LATE, ""), KeyboardInterrupt(), ("crashed", "")]
+
+    def end(*_):
+        found = ends.pop(0)
+        if isinstance(found, BaseException):
+            raise found
+        return found
+
+    monkeypatch.setattr(tool, "_run", end)
+    given = (tmp_path / "cases", ["c3"], tmp_path / "answers", 2, ["any"], 1.0, lambda *_: None)
+    with pytest.raises(KeyboardInterrupt):
+        tool.answer_all(*given)
+    assert tool.has_begun(["c3"], tmp_path / "answers")
+    tool.answer_all(*given)
+    assert json.loads((tmp_path / "answers" / "c3" / tool.OUTCOME).read_text())["again"] is True
+    assert tool.given_again(tmp_path / "answers") == 1
+    assert [path.name for path in (tmp_path / "answers").iterdir()] == ["c3"]
+
+
+@pytest.mark.parametrize("prove", [run.prove, run.prove_real])
+def test_exact_a_tool_that_is_not_there_is_told_before_cases_are_made(tmp_path, prove):
+    made_from = {"cases": 2} if prove is run.prove else {"campaigns": [tmp_path / "campaign.toml"]}
+    with pytest.raises(InputError, match="'no-such-tool' cannot be started"):
+        prove(tmp_path / "set", **made_from, seed=1, workers=1, step=lambda *_: None, tool=["no-such-tool", "{out}"])
+    assert not (tmp_path / "set").exists()
+
+
+def test_exact_a_tool_is_started_in_another_folder(tmp_path, monkeypatch):
+    program = tmp_path / "mytool"
+    program.touch(0o755)
+    monkeypatch.chdir(tmp_path)
+    assert tool.startable(["./mytool", "{out}"]) == (str(program), "{out}")
+
+
+def test_exact_a_tool_that_is_no_program_is_told(folders):
+    program = folders.root / "mytool"
+    program.touch(0o755)
+    with pytest.raises(InputError, match="mytool' cannot be started: "):
+        run.judge(folders, 4, "diagnose", [str(program)], 3.0, lambda *_: None)
+
+
+def test_exact_a_brace_in_a_command_is_a_brace(folders):
+    own = [sys.executable, "-c", "import sys; sys.exit(sys.argv[1])", "{{campaign}} {x}"]
+    tool.answer(folders.cases / "a1", folders.answers("own") / "a1", own, 20.0, threading.Event())
+    detail = json.loads((folders.answers("own") / "a1" / tool.OUTCOME).read_text())["detail"]
+    assert re.search(r"\{/.*campaign\.toml\} \{x\}$", detail)
+
+
 def test_exact_the_tool_sees_nothing_but_its_case(finished):
     folders, _ = finished
     assert json.loads((folders.answers("diagnose") / "b2" / "seen.json").read_text()) == ["case/campaign.toml"]
@@ -177,6 +230,33 @@ def test_exact_another_set_in_the_folder_is_refused(folders):
     (folders.sealed / seal.PLAN).write_text('{"cases": 4, "seed": 1}')
     with pytest.raises(seal.SealError, match="another set"):
         making.make(folders, 4, 2, 1, lambda *_: None)
+
+
+def test_exact_cases_of_another_set_are_not_sealed_along(tmp_path):
+    (tmp_path / "cases" / "0a1b2c3d").mkdir(parents=True)
+    with pytest.raises(seal.SealError, match="not of a set of cases"):
+        making.make(Folders(tmp_path), 4, 2, 1, lambda *_: None)
+    assert not (tmp_path / "sealed").exists()
+
+
+def test_exact_what_was_asked_for_in_vain_may_be_asked_for_otherwise(tmp_path, monkeypatch):
+    """Without numba nothing is made, and the next --cases is not refused as another set."""
+
+    def missing(*_):
+        raise MissingPackageError("numba is not installed")
+
+    monkeypatch.setattr(making, "_plan", missing)
+    for cases in (300, 20):
+        with pytest.raises(MissingPackageError):
+            making.make(Folders(tmp_path), cases, 1, 1, lambda *_: None)
+
+
+def test_exact_the_number_of_real_cases_is_not_asked_for(tmp_path, capsys):
+    campaign = tmp_path / "campaign.toml"
+    campaign.touch()
+    assert main(["proof", "--real", str(campaign), "--cases", "20", "--out", str(tmp_path / "out")]) == 2
+    assert "--cases = 20 is not for --real" in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()
 
 
 def test_exact_a_recipe_that_no_draw_meets_is_told(finished, tmp_path, monkeypatch):

@@ -11,6 +11,7 @@ from typing import Any
 
 from tqdm import tqdm
 
+from hdfast.errors import InputError
 from hdfast.printing import json_text
 from hdfast.proof.making import MOST_CASES
 from hdfast.proof.rivals.table import ablations, rivals
@@ -29,8 +30,7 @@ def arguments(command: argparse.ArgumentParser, whole: Callable[[str, int, int],
     command.add_argument(
         "--cases",
         type=whole("--cases", 1, MOST_CASES),
-        default=MOST_CASES,
-        help=f"number of cases (default: {MOST_CASES})",
+        help=f"number of cases (default: {MOST_CASES}; not with --real)",
     )
     command.add_argument("--seed", type=whole("--seed", 0, 2**31 - 1), default=0, help="seed of the set (default: 0)")
     command.add_argument("--workers", type=whole("--workers", 1, MAX_THREADS), help="processes (default: all cores)")
@@ -47,6 +47,8 @@ def arguments(command: argparse.ArgumentParser, whole: Callable[[str, int, int],
 
 def run(options: argparse.Namespace) -> int:
     """Run the command; 0 when every mark is met, else 1. The same command again goes on where it stopped."""
+    if options.real and options.cases is not None:
+        raise InputError(f"--cases = {options.cases} is not for --real: its recordings say how many cases there are")
     with closing(_Bars(not options.quiet and not options.json)) as bars:
         run = {
             "seed": options.seed,
@@ -58,7 +60,7 @@ def run(options: argparse.Namespace) -> int:
         if options.real:
             proof = prove_real(options.out, options.real, **run)
         else:
-            proof = prove(options.out, cases=options.cases, **run)
+            proof = prove(options.out, cases=options.cases or MOST_CASES, **run)
     if options.json:
         print(json_text(proof))
     elif not options.quiet:

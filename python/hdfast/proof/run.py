@@ -16,7 +16,17 @@ from hdfast.proof.folders import Folders
 from hdfast.proof.making import MOST_CASES
 from hdfast.proof.rivals.table import Contender
 from hdfast.proof.score import ScoreCard, comparison, score
-from hdfast.proof.tool import DIAGNOSE, LIMIT, answer_all, given_again, read_answers, same_tool, unanswered
+from hdfast.proof.tool import (
+    DIAGNOSE,
+    LIMIT,
+    answer_all,
+    given_again,
+    has_begun,
+    read_answers,
+    same_tool,
+    startable,
+    unanswered,
+)
 
 PROOF, TABLE, PAGE, ANSWERS, TOOL = "proof.json", "RESULTS.md", "index.html", "answers.json", "tool.json"
 OWN = "diagnose"
@@ -52,9 +62,11 @@ def prove(
         shared: cases that the others answer, the first by name.
 
     Raises:
+        InputError: the tool cannot be started.
         SealError: data, labels, salt or answers are not those that were sealed.
         MissingPackageError: numba is not installed.
     """
+    tool = startable(tool)
     folders = Folders(files.prepare(root))
     making.make(folders, cases, seed, workers, lambda done, total: step("cases", done, total))
     return judge(folders, workers, name, tool, limit, step, others, shared)
@@ -73,9 +85,10 @@ def prove_real(
         seed, workers, step, name, tool, limit, others, shared: as in `prove`.
 
     Raises:
-        InputError: a campaign cannot be used.
+        InputError: a campaign cannot be used, or the tool cannot be started.
         SealError: data, labels, salt or answers are not those that were sealed.
     """
+    tool = startable(tool)
     folders = Folders(files.prepare(root))
     bridge.make(folders, campaigns, seed, lambda done, total: step("machines", done, total))
     return judge(folders, workers, name, tool, limit, step, others, shared, bridge.LIMITATIONS)
@@ -90,10 +103,10 @@ def judge(
     names = {each: folders.names if each == name else folders.names[:shared] for each in tools}
     seal.verify_data(folders.cases, folders.seal)
     for each, command in tools.items():
-        if left := unanswered(names[each], folders.answers(each)):
+        if unanswered(names[each], folders.answers(each)):
             seal.still_closed(folders.sealed, each)
             note = files.prepare(folders.answers(each).parent) / f"{each}-{TOOL}"
-            same_tool(note, command, limit, begun=len(left) < len(names[each]))
+            same_tool(note, command, limit, begun=has_begun(names[each], folders.answers(each)))
     for each, command in tools.items():
         part = "answers" if each == name else each
         answer_all(folders.cases, names[each], folders.answers(each), workers, command, limit, partial(step, part))

@@ -12,13 +12,14 @@ import sys
 import tempfile
 import threading
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import CancelledError, ThreadPoolExecutor, as_completed
 from contextlib import suppress
 from pathlib import Path
 
 import hdfast
 from hdfast import files
+from hdfast.errors import InputError
 from hdfast.proof.score import Answer, read_answer
 from hdfast.proof.seal import SealError
 
@@ -32,13 +33,26 @@ DIAGNOSE = (sys.executable, "-c", COMMAND, "diagnose", "{campaign}", "--out", "{
 ACCEPTED_CODES = (0, 1)
 
 
+def startable(tool: Sequence[str]) -> tuple[str, ...]:
+    """The command with the whole path of its program, as it is started in another folder.
+
+    Raises:
+        InputError: there is no such program.
+    """
+    program = shutil.which(tool[0])
+    if program is None:
+        raise InputError(f"tool = {tool[0]!r} cannot be started (allowed: a program on the PATH, or a path to one)")
+    return (str(Path(program).absolute()), *tool[1:])
+
+
 def answer_all(
     cases: Path, names: Sequence[str], answers: Path, workers: int, tool: Sequence[str], limit: float,
     step: Callable[[int, int], None],
 ) -> None:  # fmt: skip
     """Answer every case that has no outcome yet; when interrupted, tools under way are ended without one.
 
-    The limit is that of a case with the machine to itself: one that is late beside others is answered once more, alone.
+    The limit is that of a case with the machine to itself: one that is late beside others is answered once more, alone,
+    also where that is after an interruption.
 
     Args:
         cases: folder of cases.
@@ -52,11 +66,12 @@ def answer_all(
     left = unanswered(names, answers)
     step(len(names) - len(left), len(names))
     stop = threading.Event()
-    for again, side_by_side in enumerate(sorted({workers, 1}, reverse=True)):
-        how = {"again": bool(again), "alone": side_by_side == 1}
+    for side_by_side in sorted({workers, 1}, reverse=True):
+        alone = side_by_side == 1
+        now = [name for name in left if alone or not late_mark(answers / name).exists()]
         with ThreadPoolExecutor(side_by_side) as pool:
             try:
-                told = [pool.submit(answer, cases / n, answers / n, tool, limit, stop, **how) for n in left]
+                told = [pool.submit(answer, cases / n, answers / n, tool, limit, stop, alone=alone) for n in now]
                 for future in as_completed(told):
                     future.result()
                     step(len(names) - len(unanswered(names, answers)), len(names))
@@ -70,6 +85,17 @@ def answer_all(
 def unanswered(names: Sequence[str], answers: Path) -> list[str]:
     """The cases without an outcome."""
     return [name for name in names if not (answers / name / OUTCOME).exists()]
+
+
+def has_begun(names: Sequence[str], answers: Path) -> bool:
+    """Whether a case was answered, if only too late."""
+    left = unanswered(names, answers)
+    return len(left) < len(names) or any(late_mark(answers / name).exists() for name in left)
+
+
+def late_mark(out: Path) -> Path:
+    """The file beside an answer's folder that stands for an answer that was late beside others."""
+    return out.with_name(f"{out.name}.{LATE}")
 
 
 def same_tool(note: Path, tool: Sequence[str], limit: float, *, begun: bool) -> None:
@@ -102,37 +128,50 @@ def fingerprint() -> str:
 
 def answer(
     case: Path, out: Path, tool: Sequence[str], limit: float, stop: threading.Event,
-    *, again: bool = False, alone: bool = True,
+    *, alone: bool = True,
 ) -> None:  # fmt: skip
     """Answer one case: copy it away, run the tool there, bring its folder back, and say how it ended.
 
-    Nothing is left of an answer that is late without having been `alone`; `again` says that there was one.
+    Of an answer that is late without having been `alone` only a mark is left, and the next one is told as given again.
 
     Raises:
         CancelledError: `stop` was set before the tool ended; nothing is left of the answer.
+        InputError: the tool cannot be started.
     """
     shutil.rmtree(out, ignore_errors=True)
+    mark = late_mark(out)
     with tempfile.TemporaryDirectory(prefix="hdfast-case-") as scratch:
         here = Path(scratch)
         shutil.copytree(case, here / "case")
-        places = {"campaign": str(here / "case" / "campaign.toml"), "out": str(here / "out")}
+        places = {"{campaign}": str(here / "case" / "campaign.toml"), "{out}": str(here / "out")}
         begin = time.monotonic()
-        fault, detail = _run([part.format(**places) for part in tool], here, limit, stop)
+        fault, detail = _run([_filled(part, places) for part in tool], here, limit, stop)
         seconds = time.monotonic() - begin
         if fault == LATE and not alone:
+            files.write_text(files.prepare(out.parent) / mark.name, "")
             return
         (here / "out").mkdir(exist_ok=True)
         shutil.copytree(here / "out", out)
-    ended = {"fault": fault, "detail": detail, "seconds": round(seconds, 3), "again": again}
+    ended = {"fault": fault, "detail": detail, "seconds": round(seconds, 3), "again": mark.exists()}
     files.write_json(out / OUTCOME, ended)
+    mark.unlink(missing_ok=True)
+
+
+def _filled(part: str, places: Mapping[str, str]) -> str:
+    for place, value in places.items():
+        part = part.replace(place, value)
+    return part
 
 
 def _run(command: Sequence[str], cwd: Path, limit: float, stop: threading.Event) -> tuple[str, str]:
     """Fault and detail of one run."""
-    process = subprocess.Popen(
-        command, cwd=cwd, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE,
-        start_new_session=True,
-    )  # fmt: skip
+    try:
+        process = subprocess.Popen(
+            command, cwd=cwd, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE,
+            start_new_session=True,
+        )  # fmt: skip
+    except OSError as error:
+        raise InputError(f"tool = {command[0]!r} cannot be started: {error.strerror}") from None
     complaint = _complaint(process, limit, stop)
     if complaint is None:
         if stop.is_set():

@@ -36,7 +36,7 @@ def mesh(
     error, slope = kinematic_error(p, angle, load, t)
     windup = angle / p.ratio - error - ring
     torque, tangent, energy = spring(p, windup)
-    factor, factor_slope = stiffness_factor(p, angle, ring)
+    factor, factor_slope = stiffness_factor(p, angle)
     remembered = 0.0
     if p.T_h != 0.0:
         remembered += slip(p, hidden[SLIDERS:], windup - hidden[WINDUP])

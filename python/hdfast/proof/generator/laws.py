@@ -62,10 +62,10 @@ def spring(p: Plant, windup: float) -> tuple[float, float, float]:
 
 
 @compiled
-def stiffness_factor(p: Plant, angle: float, ring: float) -> tuple[float, float]:
+def stiffness_factor(p: Plant, angle: float) -> tuple[float, float]:
     """Factor on the spring torque, and its slope over the motor angle."""
     phase = 2.0 * angle + p.psi_2
-    return 1.0 + p.eps_2 * cos(phase) + p.eps_o * cos(ring + p.psi_o), -2.0 * p.eps_2 * sin(phase)
+    return 1.0 + p.eps_2 * cos(phase), -2.0 * p.eps_2 * sin(phase)
 
 
 @compiled
@@ -127,9 +127,8 @@ def drag(p: Plant, speed: float, temperature: float) -> tuple[float, float]:
 
 @compiled
 def motor_torque(p: Plant, command: float, angle: float) -> float:
-    """Torque on the rotor [N m] from the commanded one: gain, limit, ripple, cogging."""
+    """Torque on the rotor [N m] from the commanded one: gain, ripple, cogging."""
     torque = (1.0 + p.gain_error) * command
-    torque = min(max(torque, -p.tau_limit), p.tau_limit)
     if p.r_2 != 0.0:
         torque *= 1.0 + p.r_2 * cos(2.0 * p.pole_pairs * angle + p.psi_r)
     if p.T_cog != 0.0:

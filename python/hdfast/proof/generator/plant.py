@@ -64,8 +64,7 @@ class Plant(NamedTuple):
     field_phase: Array
     thixotropy: float
     thixotropy_time: float
-    bristle: float
-    bristle_damping: float
+    bristle: float  # stiffness; in the linearisation alone
     # viscous: power law and temperature
     b_power: float
     power: float
@@ -76,8 +75,6 @@ class Plant(NamedTuple):
     phi_0: float
     eps_2: float
     psi_2: float
-    eps_o: float
-    psi_o: float
     T_h: float
     phi_h: float
     K_v: float
@@ -91,7 +88,6 @@ class Plant(NamedTuple):
     cog_order: float
     psi_cog: float
     tau_e: float
-    tau_limit: float
     # load side
     T_cl: float
     T_gravity: float
@@ -119,12 +115,12 @@ ABSENT: dict[str, Any] = {
     "te_extra": 0.0, "te_extra_order": 1.0, "te_extra_phase": 0.0, "te_load": 0.0, "te_load_phase": 0.0,
     "T_c": 0.0, "T_excess": 0.0, "omega_s": 3.0, "asymmetry": 0.0, "load_share": 0.0,
     "ripple": 0.0, "ripple_order": 2.0, "ripple_phase": 0.0,
-    "thixotropy": 0.0, "thixotropy_time": 1.0, "bristle": 0.0, "bristle_damping": 0.0,
+    "thixotropy": 0.0, "thixotropy_time": 1.0, "bristle": 0.0,
     "b_power": 0.0, "power": 3.0, "beta": 0.0,
-    "half_gap": 0.0, "delta_K": 0.0, "phi_0": 4.5e-5, "eps_2": 0.0, "psi_2": 0.0, "eps_o": 0.0, "psi_o": 0.0,
+    "half_gap": 0.0, "delta_K": 0.0, "phi_0": 4.5e-5, "eps_2": 0.0, "psi_2": 0.0,
     "T_h": 0.0, "phi_h": 4e-4, "K_v": 0.0, "tau_v": 0.5,
     "gain_error": 0.0, "pole_pairs": 4.0, "r_2": 0.0, "psi_r": 0.0,
-    "T_cog": 0.0, "cog_order": 24.0, "psi_cog": 0.0, "tau_e": 0.0, "tau_limit": 1e9,
+    "T_cog": 0.0, "cog_order": 24.0, "psi_cog": 0.0, "tau_e": 0.0,
     "T_cl": 0.0, "T_gravity": 0.0, "psi_gravity": 0.0, "T_external": 0.0, "f_external": 50.0,
     "detent": 0.0, "detent_width": 0.02, "detent_angle": 0.0, "stop_stiffness": 0.0, "stop_angle": 1e9,
     "slosh_inertia": 0.0, "slosh_frequency": 2.0, "slosh_damping": 0.05,

@@ -72,17 +72,14 @@ def inertial_torque(x: Array, inertia: float, step: float) -> Array:
 
 def responses(rig: Rig, drive: Drive, motions: list[Motion]) -> Iterator[list[Array]]:
     """Channels of each recording that this drive would show on the given motion."""
-    inertia = drive.plant.J_r + drive.plant.J_w
-    step = every(rig) * COARSE
     for m in motions:
         traces = impose(drive.plant, m.angle, m.speed, m.pull, m.load, m.temperature, m.start)
         clean = sensors.clean(traces, drive.faults, COARSE)
         clean["motor_torque"] = told_by_motion(rig, clean["motor_torque"])
         seen = {name: sampled(rig, x) for name, x in clean.items()}
-        wrong = seen["motor_angle"] - sampled(rig, m.angle)
-        out = [seen["motor_torque"] - (inertial_torque(wrong, inertia, step) if wrong.any() else 0.0)]
+        out = [seen["motor_torque"]]
         if not rig.motor_only:
-            out.append(seen["load_angle"] - wrong / drive.plant.ratio)
+            out.append(seen["load_angle"])
         if rig.has_output_torque:
             out.append(seen["output_torque"])
         yield out

@@ -19,8 +19,6 @@ class Faults(NamedTuple):
 
     eccentricity: float = 0.0  # of the load encoder [rad]
     eccentricity_phase: float = 0.0
-    motor_eccentricity: float = 0.0  # of the motor encoder [rad]
-    motor_eccentricity_phase: float = 0.0
     lowpass: float = 0.0  # time constant in the load-side channels [s]
     delay: float = 0.0  # of the load-side channels against the motor side [s]
     torque_delay: float = 0.0  # of the drive: the shaft feels the recorded torque this much later [s]
@@ -64,8 +62,7 @@ def clean(traces: Array, faults: Faults, step: float = GRID) -> dict[str, Array]
     """The four channels without noise, faults included; `traces` as of `stepping.run`, `step` [s] apart."""
     named = dict(zip(TRACES, traces, strict=True))
     t = np.arange(traces.shape[1]) * step
-    motor, load, output = named["motor_angle"], named["load_angle"], named["output_torque"]
-    torque = named["motor_torque"]
+    load, output, torque = named["load_angle"], named["output_torque"], named["motor_torque"]
     late = faults.delay - faults.skew * t
     if faults.delay != 0.0 or faults.skew != 0.0:
         load = np.interp(t - late, t, load)
@@ -77,9 +74,8 @@ def clean(traces: Array, faults: Faults, step: float = GRID) -> dict[str, Array]
         load = _lag(load, share)
         output = _lag(output, share)
     load = load * (1.0 + faults.scale) + faults.eccentricity * np.sin(load + faults.eccentricity_phase)
-    motor = motor + faults.motor_eccentricity * np.sin(motor + faults.motor_eccentricity_phase)
     return {
-        "motor_angle": motor,
+        "motor_angle": named["motor_angle"],
         "motor_torque": torque + faults.drift * (t - t.mean()),
         "load_angle": load,
         "output_torque": output,

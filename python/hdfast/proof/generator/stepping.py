@@ -12,7 +12,7 @@ import numpy as np
 
 from hdfast.proof.generator.compiled import compiled
 from hdfast.proof.generator.control import MEMORY, Controller, control
-from hdfast.proof.generator.hidden import ACTUAL, BRISTLE, HIDDEN, REST, WINDUP, mesh, resistance, rest, settle
+from hdfast.proof.generator.hidden import ACTUAL, HIDDEN, REST, WINDUP, mesh, resistance, rest, settle
 from hdfast.proof.generator.laws import (
     drag,
     friction_level,
@@ -72,7 +72,7 @@ def run(
                 command = control(c, memory, seen, asked, c.samples * STEP)
             hidden[ACTUAL] += (command - hidden[ACTUAL]) * min(STEP / (p.tau_e + HALF), 1.0)
             level = assemble(p, q, v, hidden, tau_load, temperature[k], t, work)
-            rub(p, level, hidden, v[WAVE], work, impulses, fresh)
+            rub(p, level, work, impulses, fresh)
             for j in range(4):
                 q[j] += HALF * (v[j] + fresh[j])
                 v[j] = fresh[j]
@@ -123,18 +123,10 @@ def assemble(
 
 
 @compiled
-def rub(p: Plant, level: float, hidden: Array, speed: float, work: Array, impulses: Array, fresh: Array) -> None:
+def rub(p: Plant, level: float, work: Array, impulses: Array, fresh: Array) -> None:
     """New speeds with dry friction at wave generator and payload; `impulses` [N m s] start from the last step's."""
     lower, main, right, by_wave, by_payload = work[0], work[1], work[2], work[3], work[4]
-    if p.bristle > 0.0 and level > 0.0:
-        spread = 1.0 + STEP * p.bristle * abs(speed) / level
-        right[WAVE] -= STEP * p.bristle * hidden[BRISTLE] / spread
-        main[WAVE] += STEP * (p.bristle * STEP / spread + p.bristle_damping)
-        level = 0.0
-        solve_chain(lower, main, right, fresh)
-        hidden[BRISTLE] = (hidden[BRISTLE] + STEP * fresh[WAVE]) / spread
-    else:
-        solve_chain(lower, main, right, fresh)
+    solve_chain(lower, main, right, fresh)
     bound_w, bound_p = STEP * level, STEP * p.T_cl
     if bound_w + bound_p == 0.0:
         return

@@ -21,11 +21,12 @@ FULL_WEAR = 5.0  # speed from which on thixotropic structure wears at its full r
 
 
 @compiled
-def settle(p: Plant, hidden: Array, angle: float, ring: float, load: float) -> None:
-    """Hidden states at rest; angles [rad], load torque [N m]."""
+def settle(p: Plant, hidden: Array, angle: float, ring: float, payload: float, load: float) -> None:
+    """Hidden states at rest; angles [rad], load torque [N m]. The sloshing mass hangs straight down in its payload."""
     hidden[:] = 0.0
     hidden[WINDUP] = angle / p.ratio - kinematic_error(p, angle, load, 0.0)[0] - ring
     hidden[REST] = 1.0
+    hidden[BOB] = payload
 
 
 @compiled

@@ -41,7 +41,7 @@ def impose(p: Plant, angle: Array, speed: Array, pull: Array, load: Array, tempe
     n = angle.size
     out = np.empty((7, n))
     q, v, hidden = start.copy(), np.zeros(2), np.zeros(HIDDEN)
-    settle(p, hidden, angle[0], q[0], load[0])
+    settle(p, hidden, angle[0], q[0], q[1], load[0])
     before = 0.0
     for k in range(n):
         t = k * COARSE

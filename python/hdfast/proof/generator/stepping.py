@@ -55,7 +55,7 @@ def run(
     out = np.empty((11, n))
     q, v, fresh, impulses = start.copy(), np.zeros(4), np.zeros(4), np.zeros(2)
     hidden, memory, work = np.zeros(HIDDEN), np.zeros(MEMORY), np.zeros((5, 4))
-    settle(p, hidden, q[WAVE], q[RING], load[0])
+    settle(p, hidden, q[WAVE], q[RING], q[PAYLOAD], load[0])
     command = 0.0
     for k in range(n):
         write(p, q, v, command, hidden, out[:, k])

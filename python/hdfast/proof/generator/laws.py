@@ -58,6 +58,8 @@ def spring(p: Plant, windup: float) -> tuple[float, float, float]:
         bend = tanh(x / p.phi_0)
         torque -= p.delta_K * p.phi_0 * bend
         tangent -= open_gap * p.delta_K * (1.0 - bend * bend)
+        bent = abs(x / p.phi_0)
+        energy -= p.delta_K * p.phi_0 * p.phi_0 * (bent + log(0.5 + 0.5 * exp(-2.0 * bent)))
     return torque, tangent, energy
 
 

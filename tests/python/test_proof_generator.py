@@ -15,7 +15,7 @@ from hdfast.proof.generator.certificate import likeness
 from hdfast.proof.generator.control import NO_NOTCH, Controller
 from hdfast.proof.generator.effects import EFFECTS, TWELVE, Drive
 from hdfast.proof.generator.equipment import draw_chain
-from hdfast.proof.generator.imposed import COARSE
+from hdfast.proof.generator.imposed import COARSE, impose
 from hdfast.proof.generator.linear import linearise, moved
 from hdfast.proof.generator.oracle import oracle
 from hdfast.proof.generator.plant import ABSENT, Plant, empty_arrays
@@ -45,9 +45,9 @@ def plant(**changes):
     return Plant(**{**values, **changes})
 
 
-def drive(p, push=SMOOTH_PUSH, load=0.0):
+def drive(p, push=SMOOTH_PUSH, load=0.0, angle=0.4):
     zero = np.zeros_like(T)
-    start = stepping.start_at_rest(p, 0.4, load)
+    start = stepping.start_at_rest(p, angle, load)
     out = stepping.run(p, OPEN, push, zero + load, zero + 20.0, zero, start)
     return dict(zip(stepping.TRACES + stepping.INNER, out, strict=True))
 
@@ -135,6 +135,42 @@ def test_exact_slip_elements_close_minor_loops():
     torque = [slip(p, elements, change) for change in np.diff(path, prepend=0.0)]
     assert torque[199] == pytest.approx(2.0)
     assert torque[-1] == pytest.approx(torque[199], abs=1e-12)
+
+
+def test_exact_a_sloshing_mass_hangs_still_until_the_drive_moves():
+    p = plant(slosh_inertia=1.0, slosh_frequency=3.0, slosh_damping=0.02)
+    begin, still = stepping.start_at_rest(p, 2.0, 0.0), np.zeros(2000)
+    driven = drive(p, push=0.0 * T, angle=2.0)
+    imposed = impose(p, still + 2.0, still, still, still, still + 20.0, begin[2:])
+    for speed in (driven["load_speed"], driven["payload_speed"], imposed[stepping.TRACES.index("load_speed")]):
+        assert np.max(np.abs(speed)) < 1e-9
+
+
+def test_exact_torque_of_the_spring_is_the_slope_of_its_energy():
+    from hdfast.proof.generator.laws import spring
+
+    p, step = plant(delta_K=1.2e4, phi_0=4e-5, half_gap=1e-5), 1e-7
+    for windup in (-3e-4, -2e-5, 3e-5, 1e-4, 1e-3):
+        below, above = (spring(p, windup + side)[2] for side in (-step, step))
+        assert (above - below) / (2.0 * step) == pytest.approx(spring(p, windup)[0], rel=1e-5)
+
+
+def test_exact_published_parameters_are_those_of_the_catalogues_laws():
+    """Compliances add up, two Maxwell branches share their stiffness, and breakaway counts from the sliding level."""
+    bare = Drive(plant(k_c=2e6, T_c=0.04), sensors.SOUND)
+    told = {
+        effect_id: EFFECTS[effect_id].parameters(EFFECTS[effect_id].on(bare, amplitude, shape))
+        for effect_id, amplitude, shape in (
+            ("load_compliance", 1e-5, {"c_c": 8.0}), ("viscoelastic", 1500.0, {"tau_v": 0.4}),
+            ("stribeck_friction", 0.01, {"omega_s": 4.0}), ("te_harmonic", 1e-5, {"te_extra_order": 6.0}),
+        )
+    }  # fmt: skip
+    assert told == {
+        "load_compliance": {"K_c": pytest.approx(1.0 / (1e-5 + 0.5e-6))},
+        "viscoelastic": {"K_v": 3000.0, "tau_short": 0.4},
+        "stribeck_friction": {"breakaway_ratio": pytest.approx(1.25), "omega_s": 4.0},
+        "te_harmonic": {"order": 6.0},
+    }
 
 
 def test_against_engine_same_model_same_parameters():

@@ -98,6 +98,7 @@ def label(
     recipe: Recipe, rig: Rig, named: list[Sized], minor: list[Sized], certificate: dict[str, Any]
 ) -> dict[str, Any]:
     """The label of a case with its certificate."""
+    drive = together(Drive(rig.plant, sensors.SOUND), named)
     return {
         "kind": list(recipe.kinds),
         "effects": [
@@ -107,7 +108,7 @@ def label(
                 "amplitude": s.amplitude,
                 "amplitude_over_mda": s.multiple,
                 "visibility": s.visibility,
-                "true_parameters": EFFECTS[s.id].parameters(s.amplitude, s.shape),
+                "true_parameters": EFFECTS[s.id].parameters(drive),
             }
             for s in named
         ],

@@ -31,6 +31,10 @@ def _no_shape(_: Generator) -> dict[str, Any]:
     return {}
 
 
+def _nothing_more(_: Plant) -> dict[str, float]:
+    return {}
+
+
 @dataclass(frozen=True)
 class Effect:
     """One effect.
@@ -44,7 +48,8 @@ class Effect:
         shape: draws the other fields.
         depends_on: state variables it follows.
         memory: "none", "rate_independent" or "fading".
-        published: name of the amplitude among the published parameters, and names of the shape's fields there.
+        published: fields whose values are published parameters, with the names they have there.
+        derived: further published parameters, from the plant with the effect.
         order: field of the shape that is an order per motor revolution, or a fixed order.
         needs_load_side: True where a motor-only recording cannot show it.
         inverse: True where the field is a stiffness and the amplitude the compliance added to it.
@@ -59,6 +64,7 @@ class Effect:
     depends_on: tuple[str, ...] = ()
     memory: str = "none"
     published: Mapping[str, str] = field(default_factory=dict)
+    derived: Callable[[Plant], dict[str, float]] = _nothing_more
     order: str | float | None = None
     needs_load_side: bool = False
     inverse: bool = False
@@ -73,10 +79,11 @@ class Effect:
             return drive._replace(plant=drive.plant._replace(**{self.amplitude: value, **shape}))
         return drive._replace(faults=drive.faults._replace(**{self.amplitude: value, **shape}))
 
-    def parameters(self, amplitude: float, shape: Shape) -> dict[str, float]:
-        """True parameters under their published names."""
-        values = {self.amplitude: 1.0 / amplitude if self.inverse else amplitude, **shape}
-        return {name: float(values[inner]) for inner, name in self.published.items() if inner in values}
+    def parameters(self, drive: Drive) -> dict[str, float]:
+        """True parameters, under their published names, of a drive with this effect."""
+        values = drive.plant._asdict() | drive.faults._asdict()
+        stated = {name: float(values[inner]) for inner, name in self.published.items()}
+        return stated | self.derived(drive.plant)
 
 
 def _phase(rng: Generator) -> float:
@@ -99,7 +106,8 @@ EFFECTS: dict[str, Effect] = {
         Effect("coulomb_friction", "motor", "T_c", 0.003, 0.1, depends_on=("direction", "motor_speed"),
                published={"T_c": "T_c"}),
         Effect("stribeck_friction", "motor", "T_excess", 0.003, 0.035, lambda r: {"omega_s": r.uniform(1.0, 10.0)},
-               ("motor_speed", "direction"), published={"omega_s": "omega_s"}),
+               ("motor_speed", "direction"), published={"omega_s": "omega_s"},
+               derived=lambda p: {"breakaway_ratio": 1.0 + p.T_excess / p.T_c} if p.T_c > 0.0 else {}),
         Effect("load_dependent_friction", "mesh", "load_share", 0.02, 0.25,
                depends_on=("abs_transmitted_torque", "direction"),
                published={"load_share": "c_drive"}, needs_load_side=True),
@@ -133,7 +141,8 @@ EFFECTS: dict[str, Effect] = {
         Effect("presliding_friction", "motor", "bristle", 0.2, 1.0,
                depends_on=("direction", "motor_speed"), memory="rate_independent", inverse=True),
         Effect("viscoelastic", "mesh", "K_v", 1500.0, 8000.0, lambda r: {"tau_v": r.uniform(0.15, 1.5)},
-               ("torsion",), "fading", {"K_v": "K_v", "tau_v": "tau_short"}, needs_load_side=True),
+               ("torsion",), "fading", {"tau_v": "tau_short"}, lambda p: {"K_v": 2.0 * p.K_v},
+               needs_load_side=True),  # the published stiffness is that of two equal branches
         Effect("soft_windup", "mesh", "delta_K", 5000.0, 1.6e4, lambda r: {"phi_0": r.uniform(3e-5, 6.5e-5)},
                ("torsion", "transmitted_torque"), published={"delta_K": "delta_K", "phi_0": "phi_0"},
                needs_load_side=True),

@@ -394,6 +394,8 @@ def test_exact_a_case_tells_nothing(case):
     text = (folder / "campaign.toml").read_text().lower()
     for word in ("ripple", "nuisance", "seed", "mda", "detect", 'kind = "single'):
         assert word not in text
+    stated = load_campaign(folder / "campaign.toml").data["drive"]
+    assert stated["phi_max"] == pytest.approx(200.0 / stated["k1"]["value"], rel=1e-3)
 
 
 def test_exact_the_same_seed_gives_the_same_bytes(case, tmp_path):

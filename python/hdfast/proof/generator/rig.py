@@ -70,8 +70,8 @@ class Rig:
 
     @property
     def windup_range(self) -> float:
-        """Windup that no recording leaves [rad]."""
-        return 200.0 / self.plant.k1
+        """Windup that no recording leaves, as the data sheet has it [rad]."""
+        return 200.0 / self.nominal["k1"]
 
     def noisier(self, factor: float) -> Rig:
         """The same rig with noise and encoder steps times `factor`."""

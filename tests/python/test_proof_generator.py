@@ -432,7 +432,7 @@ def test_exact_a_zero_that_no_campaign_states_is_no_evidence(bench):
 
 def test_exact_error_of_the_true_structure_below_a_corner_is_that_share_of_white_noise():
     noise = {"motor_angle": 0.0, "load_angle": 1e-5, "motor_torque": 2e-2, "output_torque": 0.5}
-    _, found = true_structure(noise)
+    found = true_structure(noise)[1]["oracle_heldout"]
     assert set(found) <= {"motor_torque", "te", "output_torque"}
     for name, level in (("motor_torque", 2e-2), ("te", 1e-5)):
         corner, rms = np.array(found[name])[-6:].T
@@ -443,6 +443,7 @@ def test_exact_error_of_the_true_structure_below_a_corner_is_that_share_of_white
 
 def test_exact_noise_of_the_motor_angle_reaches_the_torque_differentiated_twice():
     rig, found = true_structure({"motor_angle": 1e-6, "load_angle": 0.0, "motor_torque": 0.0, "output_torque": 0.0})
+    found = found["oracle_heldout"]
     corner, rms = np.array(found["motor_torque"])[-6:].T
     passed = [np.mean((low_passed(f) * (2.0 * np.pi * WHOLE) ** 2) ** 2) * 500.0 for f in corner]
     level = (rig.plant.J_r + rig.plant.J_w) * 1e-6
@@ -469,7 +470,12 @@ def true_structure(noise):
     noisy = {name: clean[name] + noise[name] * rng.standard_normal(t.size) for name in noise}
     noisy["motor_torque"] = 1.03 * noisy["motor_torque"] + 0.2
     missed = [[np.zeros(2000) for _ in channels(rig)]]
-    return rig, oracle(rig, [clean], [noisy], missed)["oracle_heldout"]
+    return rig, oracle(rig, [clean], [noisy], missed)
+
+
+def test_exact_scale_and_zero_of_the_torque_reading_are_no_error_of_the_true_structure():
+    _, found = true_structure(dict.fromkeys(sensors.CHANNELS, 0.0))
+    assert found["oracle_heldout_nrmse"] < 1e-9
 
 
 def test_exact_what_a_refit_misses_adds_to_the_noise_as_powers_do():

@@ -40,11 +40,12 @@ def oracle(
     error: dict[str, list[Array]] = {name: [] for name in noise}
     for true, seen, missed in zip(clean, noisy, mispredicted, strict=True):
         angle = _kept(rig, seen["motor_angle"] - true["motor_angle"])
-        for (name, (a, b)), own in zip(_compared(rig, true, seen).items(), missed, strict=True):
-            wrong = _up_to(own, every(rig) * COARSE, corners)
-            shares.append(float(np.hypot(np.std(b - a), wrong[-1])) / (float(np.std(b)) + TINY))
+        for (name, (a, b)), missing in zip(_compared(rig, true, seen).items(), missed, strict=True):
+            wrong = _up_to(missing, every(rig) * COARSE, corners)
             torque = name == "motor_torque"
-            below = _of_torque(rig, a, b, angle, corners) if torque else _up_to(b - a, 1.0 / rig.chain.rate, corners)
+            own = _unscaled(a, b) if torque else b - a
+            shares.append(float(np.hypot(np.std(own), wrong[-1])) / (float(np.std(b)) + TINY))
+            below = _of_torque(rig, own, angle, corners) if torque else _up_to(own, 1.0 / rig.chain.rate, corners)
             noise[name].append(below)
             error[name].append(np.hypot(below, wrong))
     return {
@@ -74,13 +75,18 @@ def _up_to(values: Array, step: float, corners: Array) -> Array:
     return _rms(np.abs(np.fft.rfft(values)[1:]), (frequency <= corners[:, None]).astype(float), values.size)
 
 
-def _of_torque(rig: Rig, clean: Array, noisy: Array, angle: Array, corners: Array) -> Array:
+def _unscaled(clean: Array, noisy: Array) -> Array:
+    """Noise of a torque without the scale and the zero of its reading, which a refit finds, shape (N,)."""
+    return np.asarray(noisy - np.polyval(np.polyfit(clean, noisy, 1), clean))
+
+
+def _of_torque(rig: Rig, noise: Array, angle: Array, corners: Array) -> Array:
     """Root mean square of the torque's noise and of what the angle's (N,) looks like, below each corner, shape (K,)."""
     inertia = rig.plant.J_r + rig.plant.J_w
-    frequency = np.fft.rfftfreq(clean.size, 1.0 / rig.chain.rate)[1:]
+    frequency = np.fft.rfftfreq(noise.size, 1.0 / rig.chain.rate)[1:]
     accelerated = inertia * (TURN * frequency) ** 2 * np.fft.rfft(angle)[1:]
-    own = np.fft.rfft(noisy - np.polyval(np.polyfit(clean, noisy, 1), clean))[1:]
-    return _rms(np.abs(own + accelerated), 1.0 / (1.0 + (frequency / corners[:, None]) ** (2 * ORDER)), clean.size)
+    own = np.fft.rfft(noise)[1:]
+    return _rms(np.abs(own + accelerated), 1.0 / (1.0 + (frequency / corners[:, None]) ** (2 * ORDER)), noise.size)
 
 
 def _rms(spectrum: Array, passed: Array, size: int) -> Array:

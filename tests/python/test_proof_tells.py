@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import json
+from collections import defaultdict
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from hdfast.proof import making
 from hdfast.proof.folders import Folders
+from hdfast.proof.generator import strata
 from hdfast.proof.generator.case import build
+from hdfast.proof.generator.equipment import draw_chain
 from hdfast.proof.generator.recipe import Bench, Recipe
 from hdfast.proof.seal import LABELS
 from tells import matrix, p_value, statistics
@@ -42,6 +46,20 @@ def test_exact_a_leaning_bench_is_no_tell_within_benches():
     cases = [{"bench": float(b), "noise": rng.standard_normal()} for b in bench]
     assert p_value(matrix(cases), truth, rng) <= LEVEL
     assert p_value(matrix(cases), truth, rng, bench) > LEVEL
+
+
+def test_exact_no_bench_and_no_rate_belongs_to_one_label():
+    """On each, several effects are concealed, and nothing; a campaign on any bench may get warm."""
+    benches, rates = defaultdict(set), defaultdict(set)
+    for recipe in strata.plan(300, 0):
+        concealed = tuple(sorted(recipe.effects))
+        benches[replace(recipe.bench, warm=False)].add(concealed)
+        rate = draw_chain(np.random.default_rng(recipe.seed), recipe.bench).rate
+        rates[recipe.bench.motor_only, rate].add(concealed)
+    assert {rate for motor_only, rate in rates if not motor_only} == {100.0, 500.0, 1000.0}
+    for labels in (*benches.values(), *rates.values()):
+        assert () in labels
+        assert len(labels) >= 3
 
 
 def test_exact_cases_of_one_bench_do_not_tell_whether_something_is_missing(tmp_path):

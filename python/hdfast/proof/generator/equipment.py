@@ -18,7 +18,7 @@ TURN = 2.0 * np.pi
 def draw_chain(rng: Generator, bench: Bench) -> Chain:
     """A sampling chain; noise white and 1/f.
 
-    100 to 1000 Hz without a load side, 500 or 1000 Hz with it, 100 Hz for a fast drive.
+    100 to 1000 Hz without a load side, 500 or 1000 Hz with it, 100 Hz for a fast drive, whatever it conceals.
     """
     usual = [100.0, 250.0, 500.0, 1000.0] if bench.motor_only else [500.0, 1000.0]
     rate = float(rng.choice([100.0] if bench.fast else usual))

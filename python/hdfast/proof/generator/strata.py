@@ -13,40 +13,52 @@ HIDDEN = (1.5, 2.0, 3.0, 3.0, 4.0)
 MOTOR = Bench(motor_only=True)
 STIFF = Bench(stiff=True)
 COARSE = Bench(noise=2.5)
+QUIET = Bench(noise=0.6)
+COARSE_MOTOR = Bench(motor_only=True, noise=2.0)
 FAST = Bench(fast=True)
+STEADY = Bench(programme="steady", load="none")
+STEADY_LOADED = Bench(programme="steady", load="constant")
+POOR = Bench(programme="poor")
+ONE_WAY = Bench(programme="one_way")
 
 # effect -> benches on which a refit swallows most of it
 ABSORBED: dict[str, tuple[Bench, ...]] = {
-    "coulomb_friction": (Bench(programme="one_way"),),
-    "stribeck_friction": (Bench(programme="poor"),),
-    "load_dependent_friction": (Bench(programme="one_way"), Bench(programme="poor")),
-    "load_side_friction": (Bench(programme="one_way"),),
-    "thermal_viscous": (Bench(programme="poor", warm=True),),
-    "hysteresis": (Bench(programme="poor"),),
-    "load_compliance": (Bench(programme="poor"),),
+    "coulomb_friction": (ONE_WAY,),
+    "stribeck_friction": (POOR,),
+    "load_dependent_friction": (ONE_WAY, POOR),
+    "load_side_friction": (ONE_WAY,),
+    "thermal_viscous": (replace(POOR, warm=True),),
+    "hysteresis": (POOR,),
+    "load_compliance": (POOR,),
 }
 
 # effect -> (ways of concealment, bench, amplitudes) beyond the absorbed ones
 OPEN: dict[str, tuple[tuple[str, Bench, tuple[float, ...]], ...]] = {
     "coulomb_friction": (("", MOTOR, (3.0, 8.0)), ("masked_by_controller", STIFF, (1.5, 3.0, 8.0))),
     "stribeck_friction": (("", MOTOR, (3.0, 8.0)), ("masked_by_controller", STIFF, (3.0, 8.0))),
-    "load_dependent_friction": (("", Bench(), (0.7, 3.0, 8.0)), ("masked_by_controller", STIFF, (3.0,))),
+    "load_dependent_friction": (
+        ("", Bench(), (0.7, 8.0)), ("", FAST, (3.0,)), ("masked_by_controller", STIFF, (3.0,)),
+    ),
     "load_side_friction": (("", MOTOR, (3.0,)), ("masked_by_controller", STIFF, (1.5, 3.0, 8.0))),
     "thermal_viscous": (("", replace(MOTOR, warm=True), (3.0, 8.0)), ("", Bench(warm=True), (0.7, 8.0))),
     "position_dependent_friction": (
-        ("", Bench(), (0.7, 1.5, 3.0, 3.0, 8.0)), ("", MOTOR, (3.0, 8.0)), ("masked_by_noise", COARSE, (1.5, 1.5, 1.5)),
+        ("", Bench(), (0.7, 1.5, 3.0, 3.0, 8.0)), ("", MOTOR, (3.0,)), ("", COARSE_MOTOR, (8.0,)),
+        ("masked_by_noise", COARSE, (1.5, 1.5, 1.5)),
     ),
-    "hysteresis": (("", Bench(), (0.7, 3.0, 8.0)), ("masked_by_noise", COARSE, (1.5,))),
-    "backlash": (("", Bench(), (0.7, 1.5, 3.0, 3.0, 8.0, 8.0)), ("masked_by_noise", COARSE, (1.5, 1.5, 1.5, 3.0))),
+    "hysteresis": (("", Bench(), (0.7, 3.0)), ("", QUIET, (8.0,)), ("masked_by_noise", COARSE, (1.5,))),
+    "backlash": (
+        ("", Bench(), (0.7, 1.5, 3.0, 8.0, 8.0)), ("", FAST, (3.0,)), ("masked_by_noise", COARSE, (1.5, 1.5, 1.5, 3.0)),
+    ),
     "mesh_stiffness_variation": (
-        ("", Bench(), (0.7, 1.5, 3.0, 3.0, 8.0, 8.0)), ("masked_by_noise", COARSE, (1.5, 1.5, 1.5, 3.0)),
+        ("", Bench(), (0.7, 1.5, 3.0, 8.0)), ("", FAST, (3.0,)), ("", QUIET, (8.0,)),
+        ("masked_by_noise", COARSE, (1.5, 1.5, 1.5, 3.0)),
     ),
     "te_harmonic": (
-        ("", Bench(), (0.7, 3.0, 8.0)), ("masked_by_noise", COARSE, (1.5, 1.5)),
+        ("", Bench(), (0.7, 3.0)), ("", STEADY_LOADED, (8.0,)), ("masked_by_noise", COARSE, (1.5, 1.5)),
         ("masked_by_sampling", FAST, (3.0, 3.0, 8.0, 8.0, 8.0)),
     ),
     "torque_ripple": (
-        ("", Bench(), (3.0,)), ("", MOTOR, (0.7, 1.5, 3.0, 3.0, 8.0, 8.0)),
+        ("", Bench(), (3.0,)), ("", MOTOR, (0.7, 1.5, 3.0, 3.0, 8.0)), ("", COARSE_MOTOR, (8.0,)),
         ("masked_by_controller", STIFF, (1.5, 3.0, 8.0)),
     ),
     "load_compliance": (("", Bench(), (0.7, 3.0, 8.0)), ("masked_by_noise", COARSE, (1.5,))),
@@ -76,15 +88,18 @@ SETS: tuple[dict[str, float], ...] = (
 )
 SENSORS = ("encoder_eccentricity", "sensor_lowpass", "sensor_delay", "clock_skew", "sensor_offset_drift")
 OUTSIDE = ("outside_detent", "outside_thixotropy", "outside_slosh", "outside_end_spring")
+FAST_SETS = (2, 19)  # of the thirty
+FAST_SENSOR, FAST_OUTSIDE = ("sensor_delay", 8.0), "outside_end_spring"
 TWINS: tuple[tuple[str, Bench], ...] = (
     ("coulomb_friction", MOTOR),
-    ("encoder_eccentricity", Bench(programme="steady", load="none")),
-    ("mesh_stiffness_variation", Bench(programme="steady", load="constant")),
-    ("ratio_error", Bench(programme="steady", load="none")),
+    ("encoder_eccentricity", STEADY),
+    ("mesh_stiffness_variation", STEADY_LOADED),
+    ("ratio_error", STEADY),
 )
+# every bench on which something is concealed, and no other: a bench must not say whether something is
 NULL_BENCHES = (
-    Bench(), Bench(), Bench(noise=2.0), Bench(programme="poor"), Bench(stiff=True), Bench(warm=True), Bench(noise=0.6),
-    MOTOR, MOTOR, replace(MOTOR, warm=True), replace(MOTOR, noise=2.0), Bench(programme="one_way"),
+    Bench(), MOTOR, FAST, MOTOR, COARSE, COARSE_MOTOR, POOR, replace(MOTOR, warm=True), STIFF, ONE_WAY,
+    Bench(), MOTOR, STEADY, STEADY_LOADED, replace(MOTOR, warm=True), Bench(warm=True), QUIET, replace(POOR, warm=True),
 )  # fmt: skip
 
 
@@ -100,17 +115,29 @@ def plan(count: int, seed: int) -> list[Recipe]:
 
 def _first_release() -> list[Recipe]:
     nulls = [_recipe(("null",), {}, NULL_BENCHES[k % len(NULL_BENCHES)]) for k in range(100)]
-    sets = [
-        _recipe(("set",), SETS[k % len(SETS)], Bench(warm="thermal_viscous" in SETS[k % len(SETS)])) for k in range(30)
+    sets = [_recipe(("set",), SETS[k % len(SETS)], _bench_of_set(k)) for k in range(30)]
+    sensors = [
+        _recipe(("sensor_only",), {i: m}, FAST if (i, m) == FAST_SENSOR else Bench())
+        for i in SENSORS
+        for m in (3.0, 8.0)
     ]
-    sensors = [_recipe(("sensor_only",), {i: m}, Bench()) for i in SENSORS for m in (3.0, 8.0)]
     outside = [
-        _recipe(("outside",), {i: m}, MOTOR if k < 4 and i in ("outside_detent", "outside_thixotropy") else Bench())
+        _recipe(("outside",), {i: m}, _bench_of_outside(i, k))
         for i in OUTSIDE
         for k, m in enumerate((8.0, 3.0, 3.0, 8.0, 8.0))
     ]
     twins = [_recipe(("undecidable",), {i: m}, bench) for i, bench in TWINS for m in (3.0, 3.0, 8.0, 8.0, 8.0)]
     return nulls + _singles() + sets + sensors + outside + twins
+
+
+def _bench_of_set(k: int) -> Bench:
+    return FAST if k in FAST_SETS else Bench(warm="thermal_viscous" in SETS[k % len(SETS)])
+
+
+def _bench_of_outside(effect_id: str, k: int) -> Bench:
+    if k == 4:
+        return FAST if effect_id == FAST_OUTSIDE else Bench()
+    return MOTOR if effect_id in ("outside_detent", "outside_thixotropy") else Bench()
 
 
 def _singles() -> list[Recipe]:

@@ -17,7 +17,7 @@ FLOORS: dict[str, tuple[Callable[[float], bool], str]] = {
 }
 
 
-FAULTS = ("crashed", "missing", "invalid")
+FAULTS = ("crashed", "missing", "invalid", "late")
 
 
 def main() -> int:

@@ -18,12 +18,14 @@ from hdfast.proof.generator.effects import EFFECTS
 from hdfast.proof.score import Answer
 from hdfast.proof.score.judge import judge
 from hdfast.recordings import load_campaign
+from hdfast.terms import terms
 
 RATE, RATIO, NOISE = 500.0, 100.0, 0.01
 SECTIONS = {
     "title": "recorded drive",
     "drive": {"base": "one_inertia", "ratio": RATIO, "J_m": {"value": 1e-4, "sigma": 0.05}, "B_m": 1e-4},
     "kinematic_error": {"orders": [], "cos": [], "sin": []},
+    "terms": [{"effect": "coulomb_friction", "parameters": {"T_c": {"value": 0.05, "sigma": 0.1}}}],
     "columns": {"motor_torque": {"name": "motor_torque", "scale": 1.0, "sigma": 0.05}},
 }
 
@@ -93,6 +95,22 @@ def test_exact_one_channel_changes_and_in_proportion(machine, one):
         np.testing.assert_allclose(double, 2.0 * once, rtol=5e-3, atol=1e-2 * np.abs(double).max())
     assert one.effect in EFFECTS
     assert one.place == EFFECTS[one.effect].place
+
+
+@pytest.mark.parametrize("one", INJECTIONS, ids=lambda one: f"{one.effect} on {one.channel}")
+def test_exact_labels_state_parameters_of_the_catalogue(one):
+    assert one.parameter in {parameter.name for parameter in terms()[one.effect].parameters}
+
+
+def test_exact_labels_state_values_as_the_catalogue_counts_them(machine):
+    assert injection("stribeck_friction").value(machine, 0.01) == pytest.approx(1.2)
+    assert injection("position_dependent_friction").value(machine, 0.01) == pytest.approx(0.2)
+    disc = {parameter.name: parameter.default for parameter in terms()["encoder_eccentricity"].parameters}
+    offset = injection("encoder_eccentricity", "load_angle").value(machine, 1e-4)
+    assert 2.0 * offset / disc["disc_diameter"] == pytest.approx(1e-4)
+    _, label = cases.injected(machine, injection("position_dependent_friction"), 3.0, np.random.default_rng(2))
+    (effect,) = label["effects"]
+    assert effect["true_parameters"] == {"friction_ripple": pytest.approx(effect["amplitude"] / 0.05)}
 
 
 def test_exact_a_motor_with_ripple_delivers_the_recorded_torque(machine):

@@ -88,7 +88,7 @@ def injected(
         "place": injection.place,
         "amplitude": amplitude,
         "amplitude_over_mda": size,
-        "true_parameters": {injection.parameter: amplitude},
+        "true_parameters": {injection.parameter: injection.value(machine, amplitude)},
         "shape": dict(shape),
     }
     told = {

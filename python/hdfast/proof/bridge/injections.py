@@ -14,9 +14,9 @@ import scipy
 from numpy.random import Generator
 
 from hdfast.checks import Floats
-from hdfast.proof.bridge.machine import Machine, Recorded
+from hdfast.proof.bridge.machine import DRY, Machine, Recorded
+from hdfast.terms import terms
 
-DRY = ("coulomb_friction", "stribeck_friction", "presliding_friction")
 TURN = 2.0 * np.pi
 
 Shape = Mapping[str, float]
@@ -30,7 +30,7 @@ class Injection:
         effect: id of the catalogue.
         place: of the effect.
         channel: what is changed.
-        parameter: of the catalogue, that is the amplitude in SI units.
+        parameter: of the catalogue.
         typical: an amplitude at which the change is small, for a machine.
         shape: draws what is fixed besides the amplitude.
         change: of the channel (n,) for a recording, an amplitude and a shape.
@@ -40,6 +40,7 @@ class Injection:
         swallowed: amplitude that the recordings' own nuisance may have, for a machine.
         depends_on: state variables.
         memory: kind of memory.
+        value: of the parameter, for a machine and an amplitude.
     """
 
     effect: str
@@ -55,6 +56,7 @@ class Injection:
     swallowed: Callable[[Machine], float] = lambda _: 0.0
     depends_on: tuple[str, ...] = ()
     memory: str = "none"
+    value: Callable[[Machine, float], float] = lambda _, amplitude: amplitude
 
     def applies(self, machine: Machine) -> bool:
         """Whether the machine records the channel, does not state the effect, and has what it needs."""
@@ -128,6 +130,16 @@ def _filtered(channel: str) -> Callable[[Recorded, float, Shape], Floats]:
     return change
 
 
+def _share_of_friction(machine: Machine, amplitude: float) -> float:
+    return amplitude / machine.sliding_torque
+
+
+def _offset_of_disc(_: Machine, amplitude: float) -> float:
+    """Offset [m] that gives this amplitude [rad] on a disc of the diameter that the diagnosis assumes."""
+    known = {p.name: p.default for p in terms()["encoder_eccentricity"].parameters}
+    return 0.5 * known["disc_diameter"] * amplitude
+
+
 def _sample(machine: Machine) -> float:
     return float(np.median(np.diff(machine.recordings[0].t)))
 
@@ -154,14 +166,16 @@ INJECTIONS = (
         lambda one, size, _: size * np.sign(one.speed) * (one.speed / 100.0) ** 2, depends_on=("motor_speed",),
     ),
     Injection(
-        "stribeck_friction", "motor", "motor_torque", "surplus", lambda m: 0.05 * _torque(m), _stribeck_speed,
+        "stribeck_friction", "motor", "motor_torque", "breakaway_ratio", lambda m: 0.05 * _torque(m), _stribeck_speed,
         lambda one, size, s: size * np.sign(one.speed) * np.exp(-((one.speed / s["omega_s"]) ** 2)),
         needs=("coulomb_friction",), depends_on=("direction", "motor_speed"),
+        value=lambda m, size: 1.0 + _share_of_friction(m, size),
     ),
     Injection(
-        "position_dependent_friction", "mesh", "motor_torque", "level", lambda m: 0.05 * _torque(m), _line(1.0, 2.0),
+        "position_dependent_friction", "mesh", "motor_torque", "friction_ripple", lambda m: 0.05 * _torque(m),
+        _line(1.0, 2.0),
         lambda one, size, s: size * np.sign(one.speed) * _turned(one, s), needs=DRY,
-        depends_on=("motor_phase", "direction"),
+        depends_on=("motor_phase", "direction"), value=_share_of_friction,
     ),
     Injection(
         "sensor_delay", "sensor", "motor_torque", "tau_y", _sample, _nothing, _late("motor_torque"), twins=LATE,
@@ -176,8 +190,9 @@ INJECTIONS = (
         depends_on=("motor_speed",), memory="fading",
     ),
     Injection(
-        "encoder_eccentricity", "sensor", "load_angle", "angle", lambda _: 1e-4, _phase,
+        "encoder_eccentricity", "sensor", "load_angle", "eccentricity", lambda _: 1e-4, _phase,
         lambda one, size, s: size * np.sin(one.columns["load_angle"] + s["psi"]), depends_on=("load_phase",),
+        value=_offset_of_disc,
     ),
     Injection(
         "clock_skew", "sensor", "load_angle", "skew", lambda _: 1e-4, _nothing,

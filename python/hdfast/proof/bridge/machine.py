@@ -21,6 +21,7 @@ from hdfast.health import Health
 from hdfast.recordings import Recording, load_campaign
 
 KEPT = ("title", "drive", "kinematic_error", "terms", "controller", "sensors")
+DRY = ("coulomb_friction", "stribeck_friction", "presliding_friction")
 REST_OF = {"motor_torque": "motor_torque", "load_angle": "te", "output_torque": "output_torque"}
 
 
@@ -71,6 +72,12 @@ class Machine:
     sensors: tuple[tuple[str, str], ...]
     ratio: float
     corner: float
+
+    @property
+    def sliding_torque(self) -> float:
+        """Sliding friction torque of the motor in a model that has dry friction [N m]."""
+        stated = next(one["parameters"]["T_c"] for one in self.sections["terms"] if one["effect"] in DRY)
+        return float(stated["value"] if isinstance(stated, Mapping) else stated)
 
     @property
     def fitted(self) -> list[Recorded]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-import math
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -25,6 +25,9 @@ REQUIRED = (
     "seed",
     "version",
 )
+NUMBERS = ("baseline_nrmse", "extended_nrmse", "noise_floor_nrmse")
+BAND = ("band_hz", "measured_std")
+LARGEST, LATEST = 1e100, 1e6  # of a number, and of a time [s]
 SHAPES: dict[str, Any] = {"effects": list, "where": dict | None, "fit": dict | None, "masking": list}
 
 
@@ -79,7 +82,7 @@ def read_answer(folder: Path, seconds: float = 0.0, fault: str = "", detail: str
         verdict = json.loads((folder / "verdict.json").read_text(encoding="utf-8"), parse_constant=_refuse)
     except FileNotFoundError:
         return Answer("missing", seconds=seconds, detail="no verdict.json")
-    except (OSError, ValueError) as error:
+    except (OSError, ValueError, RecursionError) as error:
         return Answer("invalid", seconds=seconds, detail=str(error))
     complaint = complain(verdict)
     return Answer("invalid", seconds=seconds, detail=complaint) if complaint else Answer("", verdict, seconds)
@@ -104,38 +107,67 @@ def complain(verdict: Any) -> str:
     complaints = [_of_effect(effect) for effect in verdict["effects"]]
     if any(complaints):
         return next(filter(None, complaints))
-    if not all(isinstance(row, dict) and isinstance(row.get("parameter"), str) for row in verdict["masking"]):
+    if not all(map(_is_displaced, verdict["masking"])):
         return f"masking = {shorten(verdict['masking'])}"
     where, heldout = verdict["where"] or {}, (verdict["fit"] or {}).get("heldout") or {}
-    for key, fits in (("orders", _is_number), ("windows", _is_window)):
+    for key, fits in (("orders", _is_number), ("windows", _is_window), ("depends_on", _is_text)):
         listed = where.get(key) or []
         if not isinstance(listed, list) or not all(map(fits, listed)):
             return f"where: {key} = {shorten(listed)}"
-    channels = heldout.get("channels") or {} if isinstance(heldout, dict) else None
-    if not isinstance(channels, dict) or not all(isinstance(own, dict) for own in channels.values()):
+    if not _is_heldout(heldout):
         return f"fit: heldout = {shorten(heldout)}"
     if verdict["verdict"] in CLAIMS and not verdict["effects"]:
         return f"{verdict['verdict']} without an effect"
     return ""
 
 
+def _is_text(value: Any) -> bool:
+    """Text that can be published: half a surrogate pair is JSON and no UTF-8."""
+    return isinstance(value, str) and value.isprintable()
+
+
 def _is_number(value: Any) -> bool:
-    return isinstance(value, int | float)
+    """Also of 1e400, which is JSON and no float."""
+    return isinstance(value, int | float) and abs(value) < LARGEST
+
+
+def _are_numbers(entry: Any, keys: Iterable[str]) -> bool:
+    """Whether an object states a number, null or nothing under each key."""
+    return isinstance(entry, dict) and all(entry.get(key) is None or _is_number(entry[key]) for key in keys)
+
+
+def _is_displaced(row: Any) -> bool:
+    return _are_numbers(row, ("extended",)) and _is_text(row.get("parameter"))
+
+
+def _is_heldout(value: Any) -> bool:
+    channels = value.get("channels") or {} if _are_numbers(value, NUMBERS) else None
+    return isinstance(channels, dict) and all(_are_numbers(own, BAND) for own in channels.values())
+
+
+def _are_parameters(value: Any) -> bool:
+    """Objects by name; what else stands under a name says nothing."""
+    if not isinstance(value, dict | None):
+        return False
+    stated = [entry for entry in (value or {}).values() if isinstance(entry, dict)]
+    return all(_are_numbers(entry, ("value", "sigma")) for entry in stated)
 
 
 def _is_window(value: Any) -> bool:
     """Begin and end [s], and the recording."""
-    return isinstance(value, list) and len(value) == 3 and all(map(_is_number, value[:2])) and isinstance(value[2], str)
+    if not isinstance(value, list) or len(value) != 3 or not _is_text(value[2]):
+        return False
+    return all(_is_number(end) and abs(end) < LATEST for end in value[:2])
 
 
 def _of_effect(effect: Any) -> str:
-    if not isinstance(effect, dict) or not isinstance(effect.get("effect"), str):
+    if not isinstance(effect, dict) or not _is_text(effect.get("effect")):
         return "an effect without id"
     probability, rivals, parameters = effect.get("probability"), effect.get("rivals", []), effect.get("parameters")
-    if not isinstance(probability, int | float) or not math.isfinite(probability) or not 0 <= probability <= 1:
-        return f"{effect['effect']}: probability = {probability!r}"
+    if not isinstance(probability, int | float) or not 0 <= probability <= 1:
+        return f"{effect['effect']}: probability = {shorten(probability)}"
     if effect.get("place") not in (*PLACES, None):
         return f"{effect['effect']}: place = {effect.get('place')!r}"
-    if not isinstance(rivals, list) or not all(isinstance(rival, str) for rival in rivals):
+    if not isinstance(rivals, list) or not all(map(_is_text, rivals)):
         return f"{effect['effect']}: rivals = {shorten(rivals)}"
-    return "" if isinstance(parameters, dict | None) else f"{effect['effect']}: parameters = {shorten(parameters)}"
+    return "" if _are_parameters(parameters) else f"{effect['effect']}: parameters = {shorten(parameters)}"

@@ -8,6 +8,7 @@ from typing import Any
 from hdfast.proof.score.answer import CLAIMS, Answer
 
 UNDECIDABLE_COSINE = 0.98
+MOST_BESIDE = 1  # ids beside the class that an answer may hold possible
 NAMED_FROM, MISSED_FROM = 1.5, 3.0
 RIGHT, RIGHT_CLASS, PARTLY, ABSTAINED, MISSED, WRONG = "right", "right_class", "partly", "abstained", "missed", "wrong"
 
@@ -50,6 +51,19 @@ class Case:
     def twins(self) -> set[str]:
         """Rivals that, by the certificate, these recordings cannot tell apart from the effect."""
         return {r["id"] for r in self.label["rivals"] if r["abs_cos"] > UNDECIDABLE_COSINE}
+
+    @property
+    def tells_class(self) -> bool:
+        """Whether the answer holds the effect and a twin possible, and hardly anything else."""
+        considered, ids = self.answer.considered, set(self.ids)
+        return (
+            self.stratum != "set"
+            and self.answer.kind in ("undecided", "found", "sensor")
+            and bool(considered & ids)
+            and bool(considered & self.twins)
+            and len(considered - ids - self.twins) <= MOST_BESIDE
+            and set(self.wrong_names) <= self.twins
+        )
 
     @property
     def claimed(self) -> bool:
@@ -99,12 +113,7 @@ def _outcome(case: Case) -> str:
         if answer.named:
             return WRONG
         return RIGHT if case.depends_rightly else _silence(case)
-    if (
-        case.twins
-        and ids & answer.considered
-        and answer.considered & case.twins
-        and set(case.wrong_names) <= case.twins
-    ):
+    if case.tells_class:
         return RIGHT if set(answer.named) == ids else RIGHT_CLASS
     if case.wrong_names:
         return WRONG

@@ -7,18 +7,22 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hdfast.proof.score.identification import SINGLE
 from hdfast.proof.score.intervals import calibration_error, calibration_floor, reliability_slope
 from hdfast.proof.score.judge import Case
 from hdfast.proof.score.value import Score, share, statistic
 
 LIMIT = 120.0
 BINS = 10
+COUNTED = "all cases whose answer has a name; right where it is concealed"
 
 
 def _stated(cases: list[Case]) -> list[tuple[float, float]]:
-    """Probability of the leading effect, and whether it is a true one; nulls count as not true."""
-    chosen = [c for c in cases if c.stratum in (*SINGLE, "set", "null") and c.answer.confidence is not None]
+    """Probability of the leading effect, and whether it is in the label.
+
+    That holds in every stratum: no name is right where nothing, or a law outside the list, is concealed, and of two
+    that nothing tells apart one is, as an answer says that gives each of them half. `unknown` is no name.
+    """
+    chosen = [c for c in cases if c.answer.confidence is not None]
     return [(float(c.answer.confidence or 0.0), float(c.answer.listed[0]["effect"] in c.ids)) for c in chosen]
 
 
@@ -48,7 +52,7 @@ def scores(cases: list[Case]) -> list[Score]:
         statistic("reliability slope", pairs, lambda x: reliability_slope(*_arrays(x)), "0.8-1.2",
                   lambda v: 0.8 <= v <= 1.2),
         statistic("calibration error", pairs, lambda x: calibration_error(*_arrays(x)), f"< {floor:.3f}",
-                  lambda v: v < floor, "mark: 95 % point for perfectly calibrated answers of these confidences"),
+                  lambda v: v < floor, f"{COUNTED}; mark: 95 % point for perfectly calibrated answers"),
         share("within the time", [s <= LIMIT and c.answer.fault != "late" for s, c in zip(seconds, cases, strict=True)],
               "all", lambda v: v == 1.0, f"{LIMIT:.0f} s per case"),
         statistic("seconds per case", seconds, lambda x: float(np.median(x)), note="median"),

@@ -5,7 +5,10 @@ import json
 import answers as made
 import numpy as np
 import pytest
+from hdfast.proof.bridge.injections import INJECTIONS
+from hdfast.proof.generator.effects import EFFECTS
 from hdfast.proof.score import Answer, read_answer, score
+from hdfast.proof.score.identification import GROUPS
 from hdfast.proof.score.intervals import bootstrap, calibration_floor, reliability_slope, wilson
 from hdfast.proof.score.judge import judge
 from hdfast.proof.score.localisation import overlap
@@ -175,6 +178,9 @@ def test_exact_a_named_nuisance_is_listed():
 def test_exact_overlap_of_windows():
     assert overlap([(0.0, 2.0, "a")], [(1.0, 3.0, "a")]) == pytest.approx(1 / 3)
     assert overlap([(0.0, 2.0, "a")], [(0.0, 2.0, "b")]) == 0.0
+    assert overlap([(0.0, 2.0, "a"), (1.0, 3.0, "a"), (5.0, 4.0, "a")], [(0.0, 3.0, "a")]) == 1.0
+    assert overlap([(0.0, 9e5, "a")], [(0.0, 4.5e5, "a")]) == 0.5
+    assert overlap([], []) == 1.0
 
 
 @pytest.mark.parametrize(
@@ -189,6 +195,18 @@ def test_exact_overlap_of_windows():
         ({"where": {"windows": [["a", 1, "x"]]}}, "windows = [['a', 1, 'x']]"),
         ({"where": {"windows": [[0.0, 1.0]]}}, "windows = [[0.0, 1.0]]"),
         ({"where": {"orders": [float("nan")]}}, "NaN"),
+        ({"where": {"orders": [10**400]}}, "orders"),
+        ({"where": {"windows": [[0.0, 1e7, "x"]]}}, "windows"),
+        ({"where": {"depends_on": "load_phase"}}, "depends_on = 'load_phase'"),
+        ({"where": {"depends_on": [["load_phase"]]}}, "depends_on"),
+        ({"fit": {"heldout": {"noise_floor_nrmse": "low"}}}, "heldout"),
+        ({"fit": {"heldout": {"baseline_nrmse": 10**400}}}, "heldout"),
+        ({"fit": {"heldout": {"channels": {"te": {"band_hz": "all"}}}}}, "heldout"),
+        ({"masking": [{"parameter": "B_m", "extended": 10**400}]}, "masking"),
+        ({"effects": [{"effect": "delay", "probability": 10**400}]}, "probability"),
+        ({"effects": [{"effect": "\ud800", "probability": 0.9}]}, "without id"),
+        ({"effects": [{"effect": "delay", "probability": 0.9, "parameters": {"x": {"value": "1"}}}]}, "parameters"),
+        ({"effects": [{"effect": "delay", "probability": 0.9, "parameters": {"x": {"sigma": [1]}}}]}, "parameters"),
         ({"fit": {"heldout": ["x"]}}, "heldout = ['x']"),
         ({"fit": {"heldout": {"channels": {"te": 1.0}}}}, "heldout"),
         ({"masking": [{"parameter": ["B_m"]}]}, "masking"),
@@ -207,6 +225,75 @@ def test_exact_schema_violations_are_invalid_answers(tmp_path, change, complaint
     assert complaint in answer.detail
 
 
+def test_exact_a_verdict_nested_beyond_reading_is_invalid(tmp_path):
+    (tmp_path / "verdict.json").write_text("[" * 100_000)
+    assert read_answer(tmp_path).fault == "invalid"
+
+
+def test_exact_numbers_beyond_every_float_are_invalid(tmp_path):
+    said = made.verdict("found", ["delay"], windows=[[0.0, 12345.0, "x"]])
+    (tmp_path / "verdict.json").write_text(json.dumps(said).replace("12345.0", "1e400"))
+    assert read_answer(tmp_path).fault == "invalid"
+
+
+def test_exact_a_name_where_a_law_outside_the_list_is_concealed_counts_against_calibration():
+    labels = {"law": made.label("outside", ["outside_detent"]), "told": made.label("outside", ["outside_detent"])}
+    answers = {
+        "law": Answer("", made.verdict("found", ["cogging"], 0.9)),
+        "told": Answer("", made.verdict("depends_on", ["unknown"], 0.98)),
+    }
+    found = made.by_name(score(labels, answers))["calibration error"]
+    assert found.count == 1
+    assert found.value == pytest.approx(0.9)
+
+
+def test_exact_half_each_for_two_that_nothing_tells_apart_is_calibrated():
+    labels = {
+        name: made.label("undecidable", [truth], rivals=[{"id": twin, "abs_cos": 0.999}])
+        for name, truth, twin in (("a", "ratio_error", "clock_skew"), ("b", "clock_skew", "ratio_error"))
+    }
+    said = Answer("", made.verdict("undecided", ["ratio_error"], 0.5, ["clock_skew"]))
+    assert made.by_name(score(labels, dict.fromkeys(labels, said)))["calibration error"].value == 0.0
+
+
+def test_exact_the_size_of_breakaway_is_what_exceeds_sliding():
+    label = made.label("single", ["stribeck_friction"])
+    label["effects"][0]["true_parameters"] = {"omega_s": 3.0, "breakaway_ratio": 1.2}
+    said = made.verdict("found", ["stribeck_friction"])
+    said["effects"][0]["parameters"] = {
+        "omega_s": {"value": 9.0, "sigma": 1.0}, "breakaway_ratio": {"value": 1.22, "sigma": 0.02},
+    }  # fmt: skip
+    found = made.by_name(score({"x": label}, {"x": Answer("", said)}))
+    for name in ("effect parameter", "effect parameter, friction"):
+        assert found[name].value == pytest.approx(np.log(0.22 / 0.2))
+    assert found["effect parameter: 90 % interval"].value == 1.0
+    assert found["effect parameter, actuator"].count == 0
+    label["effects"][0]["true_parameters"] = {"omega_s": 3.0}
+    assert made.by_name(score({"x": label}, {"x": Answer("", said)}))["effect parameter"].count == 0
+
+
+def test_exact_displaced_parameters_are_counted_and_drawn_again_by_case():
+    labels = {name: made.label("single", ["backlash"], baseline_true={"B_m": 1e-3, "k1": 1.0}) for name in "ab"}
+    answers = made.perfect(labels)
+    for name, factors in (("a", (1.1, 1.1)), ("b", (1.3, 1.3))):
+        answers[name].verdict["masking"] = [
+            {"parameter": "B_m", "extended": 1e-3 * factors[0]}, {"parameter": "k1", "extended": factors[1]},
+        ]  # fmt: skip
+    found = made.by_name(score(labels, answers))["displaced parameters"]
+    assert found.count == 2
+    assert found.value == pytest.approx(np.log([1.1, 1.3]).mean())
+    alone = {"a": labels["a"]}
+    found = made.by_name(score(alone, {"a": answers["a"]}))["displaced parameters"]
+    assert (found.low, found.high) == pytest.approx((np.log(1.1), np.log(1.1)))
+
+
+def test_exact_every_effect_is_in_one_group():
+    grouped = [effect for ids in GROUPS.values() for effect in ids]
+    assert len(grouped) == len(set(grouped))
+    named = {i for i in EFFECTS if not i.startswith(("outside_", "minor_"))} | {one.effect for one in INJECTIONS}
+    assert named <= set(grouped)
+
+
 def test_exact_the_card_is_plain_json():
     labels = made.campaign()
     card = score(labels, made.perfect(labels)).to_dict()
@@ -222,8 +309,18 @@ def test_exact_the_card_is_plain_json():
         (made.verdict("sensor", ["clock_skew"], 0.9), "wrong"),
         (made.verdict("undecided", ["clock_skew"], 0.5), "missed"),
         (made.verdict("sensor", ["sensor_delay"], 0.9, ["ratio_error", "clock_skew"]), "wrong"),
+        (made.verdict("undecided", ["ratio_error"], 0.5, ["clock_skew", "delay"]), "right_class"),
+        (made.verdict("undecided", ["ratio_error"], 0.5, ["clock_skew", "delay", "backlash"]), "missed"),
+        (made.verdict("no_evidence", ["ratio_error"], 0.5, ["clock_skew"]), "missed"),
+        (made.verdict("depends_on", ["ratio_error"], 0.5, ["clock_skew"]), "missed"),
     ],
 )
 def test_exact_classes_of_twins(answer, outcome):
     label = made.label("undecidable", ["ratio_error"], rivals=[{"id": "clock_skew", "abs_cos": 0.999}])
     assert judge("x", label, Answer("", answer)).outcome == outcome
+
+
+def test_exact_a_class_is_no_answer_to_a_set():
+    label = made.label("set", ["ratio_error", "backlash"], rivals=[{"id": "clock_skew", "abs_cos": 0.999}])
+    said = made.verdict("undecided", ["ratio_error"], 0.5, ["clock_skew"])
+    assert judge("x", label, Answer("", said)).outcome == "missed"

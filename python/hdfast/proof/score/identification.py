@@ -19,6 +19,7 @@ GROUPS = {
                  "presliding_friction"),
     "stiffness and hysteresis": ("hysteresis", "backlash", "soft_windup", "viscoelastic", "load_compliance",
                                  "mesh_stiffness_variation"),
+    "load torque": ("gravity_unbalance", "external_periodic_torque"),
     "geometry": ("te_harmonic", "te_load_dependence"),
     "actuator": ("torque_ripple", "torque_gain", "actuator_lag", "delay", "cogging"),
     "sensor": ("encoder_eccentricity", "sensor_lowpass", "sensor_delay", "clock_skew", "ratio_error",

@@ -8,13 +8,14 @@ from typing import Any
 
 import numpy as np
 
-from hdfast.proof.score.identification import SINGLE
+from hdfast.proof.score.identification import GROUPS, SINGLE
 from hdfast.proof.score.judge import RIGHT, Case
 from hdfast.proof.score.value import Score, share, statistic
 
 NINETY = 1.6448536269514722
 WORSE = 1.02
-COUNTS = ("order", "pole_pairs")
+NO_SIZES = ("order", "pole_pairs", "omega_s", "phi_0", "tau_short", "f_external")  # counts and shapes
+ABSENT_AT = {"breakaway_ratio": 1.0}  # where not 0
 WAVE = ("te_cos_", "te_sin_")
 TRUTH, NOISE = "oracle_heldout", "noise_heldout"
 
@@ -22,17 +23,21 @@ TRUTH, NOISE = "oracle_heldout", "noise_heldout"
 def scores(cases: list[Case]) -> list[Score]:
     """Scores of the cases whose effect was named rightly; the fit counts for every claim."""
     right = [c for c in cases if c.stratum in SINGLE and c.outcome == RIGHT and c.answer.named]
-    errors = [e for c in right if (e := _effect_error(c)) is not None]
+    sized = [(c.ids[0], error) for c in right if (error := _effect_error(c)) is not None]
+    errors = [error for _, error in sized]
     covered = [hit for c in right if (hit := _covered(c)) is not None]
-    displaced = [e for c in right for e in _displaced_errors(c)]
+    displaced = [e for c in right if (e := _displaced_errors(c))]
     claims = [c for c in cases if c.claimed and c.ids]
     fits = [fit for c in claims if (fit := _heldout(c, TRUTH)) is not None]
     own = "the tool's own figures; the floor is the error of the true structure, refitted, in the tool's band"
     noise = [fit for c in claims if NOISE in c.label and (fit := _heldout(c, NOISE)) is not None]
     return [
         statistic("effect parameter", errors, _median, "<= 10 %", lambda v: v <= 0.1, "median abs log ratio"),
+        *(statistic(f"effect parameter, {group}", [e for effect, e in sized if effect in ids], _median)
+          for group, ids in GROUPS.items()),
         share("effect parameter: 90 % interval", covered, "85-95 %", lambda v: 0.85 <= v <= 0.95),
-        statistic("displaced parameters", displaced, _median, "<= 10 %", lambda v: v <= 0.1, "median abs log ratio"),
+        statistic("displaced parameters", displaced, _median_of_all, "<= 10 %", lambda v: v <= 0.1,
+                  "median abs log ratio over the parameters of all cases; interval over cases"),
         statistic("held-out gap closed", _closed(fits), _median, ">= 80 %", lambda v: v >= 0.8, own),
         statistic("held-out gap closed, to the noise", _closed(noise), _median,
                   note="the same with the noise alone as floor, as before version 9 of the cases"),
@@ -45,16 +50,21 @@ def _median(values: list[float]) -> float:
     return float(np.median(values))
 
 
+def _median_of_all(cases: list[list[float]]) -> float:
+    return _median(list(chain(*cases)))
+
+
 def _pair(case: Case) -> tuple[float, float, float] | None:
-    """Estimate, its sigma and the truth of the first parameter that both sides state and that is no count.
+    """Estimate, its sigma and the truth of the first parameter that both sides state and that is a size.
 
     Of a line of the kinematic error, whose order alone is the same on both sides, it is the amplitude.
     """
     stated, effect = case.answer.listed[0].get("parameters") or {}, case.label["effects"][0]
     known = {name: entry for name, entry in stated.items() if _is_known(entry)}
     for name, true in effect["true_parameters"].items():
-        if name in known and name not in COUNTS:
-            return float(known[name]["value"]), float(known[name].get("sigma") or 0.0), float(true)
+        if name in known and name not in NO_SIZES:
+            absent = ABSENT_AT.get(name, 0.0)
+            return float(known[name]["value"]) - absent, float(known[name].get("sigma") or 0.0), float(true) - absent
     waves = [entry for name, entry in known.items() if name.startswith(WAVE)]
     if len(waves) != 2 or "amplitude" not in effect:
         return None
@@ -71,7 +81,7 @@ def _effect_error(case: Case) -> float | None:
     pair = _pair(case)
     if pair is None or pair[0] == 0.0 or pair[2] == 0.0:
         return None
-    return abs(math.log(abs(pair[0] / pair[2])))
+    return abs(math.log(abs(pair[0])) - math.log(abs(pair[2])))
 
 
 def _covered(case: Case) -> bool | None:
@@ -82,7 +92,7 @@ def _covered(case: Case) -> bool | None:
 def _displaced_errors(case: Case) -> list[float]:
     true: dict[str, float] = case.label.get("baseline_true", {})
     return [
-        abs(math.log(float(row["extended"]) / true[row["parameter"]]))
+        abs(math.log(row["extended"]) - math.log(true[row["parameter"]]))
         for row in case.answer.verdict["masking"]
         if row["parameter"] in true and isinstance(row.get("extended"), int | float) and row["extended"] > 0.0
     ]

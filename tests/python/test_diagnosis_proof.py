@@ -152,10 +152,19 @@ def test_exact_what_convinces_elsewhere_stands_unless_refuted(
     total: float, expected: float, margin: float, holds: bool
 ) -> None:
     """At least a quarter of its size is seen, and what speaks against the rest leaves the others convincing."""
-    weighed = proof(total, expected, margin)
+    weighed = replace(proof(total, expected, margin), p=1e-3)
     assert not weighed.shows
     assert weighed.holds == holds
     assert weighed.refutes == (expected > 8.0 and total < 0.0 and not holds)
+
+
+@pytest.mark.parametrize(
+    ("total", "margin", "p", "holds"),
+    [(-1.0, 11.5, 6e-3, False), (-1.0, 11.5, 1e-3, True), (1.0, 11.5, 6e-3, True), (-1.0, 21.5, 6e-3, True)],
+)
+def test_exact_what_is_spoken_against_and_not_singled_out_has_to_be_certain(total, margin, p, holds) -> None:
+    weighed = replace(proof(total, 5.0, margin), p=p)
+    assert weighed.holds == holds
 
 
 @pytest.mark.parametrize(
@@ -237,12 +246,18 @@ def test_exact_what_is_refused_goes_and_what_holds_without_it_stays(tmp_path, mo
     assert told["extended_nrmse"] < 0.1 * told["baseline_nrmse"]
 
 
-def test_exact_effects_that_do_not_hold_beside_the_others_go_one_by_one(monkeypatch):
+@pytest.mark.parametrize(
+    ("least", "told"),
+    [
+        (15.0, {"abc": {"a": -9.0, "b": 5.0, "c": -4.0}, "bc": {"b": 5.0, "c": 6.0}}),
+        (14.0, {"abc": {"a": 4.0, "b": 5.0, "c": 6.0}, "bc": {"b": 5.0, "c": 6.0}}),
+    ],
+)
+def test_exact_effects_that_do_not_hold_or_gain_little_beside_the_others_go_one_by_one(monkeypatch, least, told):
     """The weakest first: without it another one holds, or does not."""
     kinds = [SimpleNamespace(effect=name, label=name, refines=False) for name in "abc"]
     trials = [Trial(one, None, Gain(np.zeros(2), ERRORS), ()) for one in kinds]
     rounds = [Round(None, [], [], [], None, [one], one) for one in trials]
-    told = {"abc": {"a": -9.0, "b": 5.0, "c": -4.0}, "bc": {"b": 5.0, "c": 6.0}}
 
     def steps(held, found, lessers):
         every = told["".join(one.candidate.effect for one in found.accepted)]
@@ -250,7 +265,9 @@ def test_exact_effects_that_do_not_hold_beside_the_others_go_one_by_one(monkeypa
         return {one: SimpleNamespace(gain=own, holds=own.limited > 0.0) for one, own in gains.items()}
 
     def lessers_of(replay, found, parts, floor):
-        return [Lesser(f"less {one.candidate.effect}", None) for one in parts]
+        gains = {"a": least, "b": 15.0, "c": 15.0}
+        of = [one.candidate.effect for one in parts]
+        return [Lesser(f"less {one}", Gain(np.full(5, gains[one] / 5.0), ERRORS)) for one in of]
 
     monkeypatch.setattr(beside, "_lessers", lessers_of)
     monkeypatch.setattr(beside, "_steps", steps)

@@ -8,7 +8,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from hdfast.diagnosis.accept import convinces, repeats
+from hdfast.diagnosis.accept import convinces, repeats, strained
 from hdfast.diagnosis.evidence import Layout, Weights
 from hdfast.diagnosis.fitted import Fit
 from hdfast.diagnosis.lines import Line, snapped
@@ -146,6 +146,24 @@ def test_exact_a_gain_in_few_blocks_convinces_where_the_screen_singles_it_out(
     blocks: list[float], p: float, enough: bool
 ) -> None:
     assert convinces(Gain(np.array(blocks), (1.0, 1.0)), p) == enough
+
+
+@pytest.mark.parametrize(
+    ("own", "other", "gained", "names"),
+    [
+        (3.1, 0.5, 400.0, []),
+        (3.1, 0.5, 90.0, ["skew"]),
+        (7.0, 0.5, 400.0, ["skew"]),
+        (2.9, 0.5, 1.0, []),
+        (1.0, 4.0, 90.0, []),
+        (1.0, 4.0, 30.0, ["J_l"]),
+    ],
+)
+def test_exact_parameters_far_from_what_is_known_have_to_be_paid_for(own, other, gained, names):
+    """With a twentieth of the gain where they are the effect's own, with a fifth where it pulls others there."""
+    current = SimpleNamespace(structure=SimpleNamespace(names=["J_l"]), pulls=np.array([0.5]))
+    joint = SimpleNamespace(structure=SimpleNamespace(names=["J_l", "skew"]), pulls=np.array([other, own]))
+    assert strained(joint, current, Gain(np.full(100, gained / 100.0), (1.0, 1.0))) == names
 
 
 @pytest.mark.parametrize(

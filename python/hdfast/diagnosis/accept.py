@@ -24,7 +24,7 @@ GAIN_ERRORS, CHANCE, SLOW_CHANCE, SPARED = 2.0, 0.01, 0.025, 4.0
 FALL = 0.05
 NEAR_FLOOR = 1.3
 AMPLITUDE_SIGMAS = 2.0
-PRICE = 0.2
+PRICE, OWN_PRICE = 0.2, 0.05
 CERTAIN_ERRORS = 3.0
 RISE, TELLING, CERTAIN = 0.02, 8.0, 20.0
 USELESS = 1.5
@@ -93,7 +93,7 @@ def failed_rules(
         failed.append("A5 resolution")
     if special(candidate, joint):
         failed.append("A6 special case")
-    failed += [f"A4 {name}" for name in [*_at_bounds(candidate, joint), *_strained(joint, current, gained)][:1]]
+    failed += [f"A4 {name}" for name in [*_at_bounds(candidate, joint), *strained(joint, current, gained)][:1]]
     if not (failed or calmer(replay, joint, current) <= CALMER * gained.total):
         failed.append("A9 noise")
     if not failed and candidate.effect in TIMING and not of_its_own(replay, joint, current, rules.folds):
@@ -195,12 +195,13 @@ def _at_bounds(candidate: Candidate, fitted: Fit) -> list[str]:
     return [free.name for free in bounded if not free.low < free.from_coordinate(ends[free.name]) < free.high]
 
 
-def _strained(joint: Fit, current: Fit, gained: Gain) -> list[str]:
-    """Parameters far from what is known of them: the effect's own, and others that it pulls there for a small gain."""
+def strained(joint: Fit, current: Fit, gained: Gain) -> list[str]:
+    """Parameters far from what is known of them that the gain does not pay for, the effect's own less readily."""
     known = dict(zip(current.structure.names, current.pulls, strict=True))
-    strained = []
+    found = []
     for name, pull in zip(joint.structure.names, joint.pulls, strict=True):
         far = pull > max(FAR, known.get(name, 0.0) + 0.5)
-        if far and (name not in known or 0.5 * (pull**2 - known[name] ** 2) > PRICE * gained.total):
-            strained.append(name)
-    return strained
+        paid = PRICE * gained.total if name in known else OWN_PRICE * gained.limited
+        if far and 0.5 * (pull**2 - known.get(name, 0.0) ** 2) > paid:
+            found.append(name)
+    return found

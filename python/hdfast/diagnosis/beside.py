@@ -13,6 +13,9 @@ from hdfast.diagnosis.score import folds_near, noise_floor, nrmse
 from hdfast.diagnosis.select import Search, Trial
 from hdfast.diagnosis.together import side_by_side
 
+#: What several effects have to gain each, beside the others [nats].
+LEAST = 15.0
+
 
 def beside(replay: Replay, held: Replay, before: Proven, floor: float) -> tuple[Proven, dict[str, Lesser]]:
     """The search without those of several effects that do not hold beside the others, and its lessers.
@@ -34,7 +37,7 @@ def beside(replay: Replay, held: Replay, before: Proven, floor: float) -> tuple[
         trials = _of_their_own(found)
         lessers = dict(zip(trials, _lessers(replay, found, trials, floor), strict=True))
         steps = _steps(held, found, lessers)
-        failing = [one for one, step in steps.items() if not step.holds]
+        failing = [one for one, step in steps.items() if not step.holds or lessers[one].gain.limited < LEAST]
         if not failing:
             gains = {one.candidate.label: step.gain.limited for one, step in steps.items()}
             return (found, proof, gains | shown), {one.candidate.label: lesser for one, lesser in lessers.items()}

@@ -9,7 +9,7 @@ import numpy as np
 import scipy
 
 from hdfast.checks import Floats
-from hdfast.diagnosis.accept import USELESS
+from hdfast.diagnosis.accept import ALONE, CERTAIN, USELESS
 from hdfast.diagnosis.evidence import Layout, limited
 from hdfast.diagnosis.fitted import Fit
 from hdfast.diagnosis.replay import Replay
@@ -89,15 +89,18 @@ class Proof:
         """Whether the extended model stands.
 
         Recordings that can hardly show an effect, or show it at another size, leave standing what convinces on the
-        others by more than they speak against it; those that can tell next to nothing, what the screen singles out.
+        others by more than they speak against it, and what the screen does not single out there only if it is certain;
+        those that can tell next to nothing, what the screen singles out.
         """
         if self.shows:
             return True
         if self._worse or self.refutes:
             return False
         singled_out = self.expected.total < MUTE and self._rare
+        against = min(self.gain.limited, 0.0)
         needed = CONVINCING if self._powered else LIKELY
-        return singled_out or self.margin + min(self.gain.limited, 0.0) >= needed
+        needed = CERTAIN if against < 0.0 and self.p > ALONE else needed
+        return singled_out or self.margin + against >= needed
 
     @property
     def _smaller(self) -> bool:

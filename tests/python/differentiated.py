@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hdfast
 import numpy as np
-from termed import RUN, torque_steps
+from termed import torque_steps
 
 INITIAL = [f"initial_{state}" for state in hdfast.Model().states]
 OFFSETS = (-2.0, -1.0, 1.0, 2.0)
@@ -17,7 +17,8 @@ PRECISE = {"metrics": [], "rtol": 1e-12}
 #: Start, run and stop at a speed.
 AT_SPEED = PRECISE | {"scenario": START_STOP, "t_eval": np.linspace(0.0, 2.0, 81)}
 #: Steps of torque: stops, holds and releases where there is friction.
-AT_TORQUE = PRECISE | {"scenario": torque_steps(RUN, load=4.0), "t_eval": np.linspace(0.0, 0.8, 33)}
+STEPS = [(0.1, 0.16), (0.28, -0.15), (0.8, 0.0)]
+AT_TORQUE = PRECISE | {"scenario": torque_steps(STEPS, load=4.0), "t_eval": np.linspace(0.0, 0.8, 33)}
 
 
 def random_row(seed, **changes):

@@ -267,7 +267,10 @@ class LeftOut:
         return min(ridden, pitch - ridden), after
 
     def balance(self, t, x, directions):
-        """Rates with shafts sliding in given directions (0: held), and for each shaft its net torque and its band."""
+        """Rates with shafts sliding in given directions (0: held), and for each shaft its net torque.
+
+        The bands of what holds a shaft are functions: few moments ask for them, and only of a shaft that can stick.
+        """
         p = self.p
         rates = np.zeros(self.size)
         i = p["ratio"]
@@ -278,13 +281,12 @@ class LeftOut:
         slip = p["B_ml"] * (x[1] - p["s"] * x[3])
         net_m = torque - p["B_m"] * x[1] - slip - local_ratio * T_g - reactions[0]
         net_l = T_g - p["B_l"] * x[3] + p["s"] * slip - load - reactions[1]
+        holding = p["T_cl"] if "load_side_friction" in self.on else 0.0
         bands = [
-            [self.motor_friction(x, T_g, d, np.zeros(self.size)) for d in (-1, 1)],
-            [d * p["T_cl"] if "load_side_friction" in self.on else 0.0 for d in (-1, 1)],
+            lambda: [self.motor_friction(x, T_g, d, np.zeros(self.size)) for d in (-1, 1)],
+            lambda: [-holding, holding],
         ]
-        resisting = [self.motor_friction(x, T_g, directions[0], rates), 0.0]
-        if directions[1]:
-            resisting[1] = bands[1][(directions[1] + 1) // 2]
+        resisting = [self.motor_friction(x, T_g, directions[0], rates), directions[1] * holding]
         rates[0], rates[2] = x[1], x[3]
         rates[1] = (net_m - resisting[0]) / inertia if directions[0] else 0.0
         rates[3] = (net_l - resisting[1]) / far_inertia if directions[1] else 0.0
@@ -352,13 +354,13 @@ class LeftOut:
         _, nets, bands = self.balance(t, x, before)
         found = []
         for shaft in (0, 1):
-            speed, (low, high) = x[1 + 2 * shaft], bands[shaft]
+            speed = x[1 + 2 * shaft]
             if not sticky[shaft]:
                 found.append(1)
             elif speed != 0:
                 found.append(int(np.sign(speed)))
             else:
-                net = nets[shaft]
+                net, (low, high) = nets[shaft], bands[shaft]()
                 slack = 1e-9 * max(abs(low), abs(high))
                 held = low + slack < net < high - slack
                 found.append(0 if held else int(np.sign(net - 0.5 * (low + high))))
@@ -376,11 +378,11 @@ class LeftOut:
 
             def pulled(t, x, shaft=shaft):
                 _, nets, bands = self.balance(t, x, directions)
-                return bands[shaft][1] - nets[shaft]
+                return bands[shaft]()[1] - nets[shaft]
 
             def pushed(t, x, shaft=shaft):
                 _, nets, bands = self.balance(t, x, directions)
-                return nets[shaft] - bands[shaft][0]
+                return nets[shaft] - bands[shaft]()[0]
 
             for event in (stop,) if way else (pulled, pushed):
                 event.terminal = True

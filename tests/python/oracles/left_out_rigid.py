@@ -69,5 +69,4 @@ class RigidLeftOut(LeftOut):
         resisting(acceleration, way, rates)
         rates[0], rates[1], rates[2] = x[1], acceleration, x[3]
         rates[3] = at_rest + per_acceleration * acceleration
-        band = [resisting(0.0, d, np.zeros(self.size)) for d in (-1, 1)]
-        return rates, (net, 0.0), [band, (0.0, 0.0)]
+        return rates, (net, 0.0), [lambda: [resisting(0.0, d, np.zeros(self.size)) for d in (-1, 1)]]

@@ -18,14 +18,17 @@ def pytest_addoption(parser):
 
 def pytest_configure(config):
     settings.load_profile("new" if config.getoption("--long") else "same")
-    config.addinivalue_line("markers", "long: only with --long")
+    config.addinivalue_line("markers", "long: only with --long, or in another size with it")
 
 
 def pytest_collection_modifyitems(config, items):
-    if not config.getoption("--long"):
-        for item in items:
-            if "long" in item.keywords:
-                item.add_marker(pytest.mark.skip(reason="needs --long"))
+    """With --long, what takes it into account is marked as well: `-m long` leaves out what runs without it anyway."""
+    for item in items:
+        if config.getoption("--long"):
+            if "long" in item.fixturenames:
+                item.add_marker("long")
+        elif "long" in item.keywords:
+            item.add_marker(pytest.mark.skip(reason="needs --long"))
 
 
 @pytest.fixture(scope="session")
@@ -71,10 +74,18 @@ class Reference:
         return Run(result, result.metrics, result.samples, np.array(result.status) == "finished")
 
 
-@pytest.fixture(params=[Engine(), Reference()], ids=lambda backend: backend.name)
-def sweep(request):
-    """The same call against the engine and against the reference; `sweep.slow` tells plain Python."""
-    return request.param
+@pytest.fixture(params=[Engine, Reference], ids=lambda backend: backend.name)
+def sweep(request, long):
+    """The same call against the engine and against the reference; `sweep.slow` asks for few rows of the latter."""
+    backend = request.param()
+    backend.slow = backend.slow and not long
+    return backend
+
+
+@pytest.fixture
+def undrawn(monkeypatch):
+    """Pages have empty figures: drawing them takes most of their time."""
+    monkeypatch.setattr("hdfast.report.plots.svg", lambda figure: "")
 
 
 @pytest.fixture

@@ -97,7 +97,7 @@ def test_exact_commands_write_their_folder(command, files, path, tmp_path, capsy
 
 
 @pytest.mark.parametrize("command", ["compare", "calibrate"])
-def test_exact_angles_in_degrees_are_said_in_every_output(command, tmp_path, capsys):
+def test_exact_angles_in_degrees_are_said_in_every_output(command, tmp_path, capsys, undrawn):
     path = small_campaign.write(tmp_path)
     for number in range(4):
         table = dict(np.load(tmp_path / f"r{number}.npz"))
@@ -118,7 +118,7 @@ def test_exact_angles_in_degrees_are_said_in_every_output(command, tmp_path, cap
 
 
 @pytest.mark.parametrize("command", ["compare", "calibrate"])
-def test_exact_what_is_noted_of_a_recording_is_on_the_page(command, tmp_path):
+def test_exact_what_is_noted_of_a_recording_is_on_the_page(command, tmp_path, undrawn):
     path = small_campaign.write(tmp_path)
     table = dict(np.load(tmp_path / "r0.npz"))
     table["motor_torque"][700:703] = np.nan

@@ -38,7 +38,7 @@ def quiet(tmp_path_factory):
     folder = tmp_path_factory.mktemp("quiet")
     with pytest.MonkeyPatch.context() as patch:
         small_campaign.shorten_library(patch)
-        return diagnose(small_campaign.write(folder))
+        return diagnose(small_campaign.write(folder), threads=2)
 
 
 @pytest.fixture(scope="module")
@@ -117,7 +117,7 @@ def test_exact_what_passes_beside_a_special_case_that_goes_first_does_not_gain_l
     assert text.index("passes, but another goes first") < text.index("accepted")
 
 
-def test_exact_a_mismatch_without_a_name_shows_its_variables(unnamed):
+def test_exact_a_mismatch_without_a_name_shows_its_variables(unnamed, undrawn):
     assert unnamed.verdict == "depends_on"
     shown = cards(unnamed.content, unnamed.evidence, traces(unnamed.evidence))
     assert [card.title for card in shown][:3] == ["Where", "What it depends on best", "How much better"]
@@ -127,7 +127,7 @@ def test_exact_a_mismatch_without_a_name_shows_its_variables(unnamed):
     assert f"{100 * held['baseline_nrmse']:.1f} % → {100 * held['extended_nrmse']:.1f} %" in text
 
 
-def test_exact_what_rests_on_fitted_recordings_says_so_beside_the_errors(found):
+def test_exact_what_rests_on_fitted_recordings_says_so_beside_the_errors(found, undrawn):
     """Held-out recordings that do not reach an effect: a gain of theirs would read as a refusal."""
     nothing = Gain(np.zeros(20), (0.5, 0.5))
     silent = replace(found.evidence.proof, baseline=0.5, extended=0.5, gain=nothing, expected=nothing, margin=50.0)
@@ -139,7 +139,7 @@ def test_exact_what_rests_on_fitted_recordings_says_so_beside_the_errors(found):
     assert better.texts == ["it rests on the others"]
 
 
-def test_exact_bars_have_the_names_of_the_verdict(found, monkeypatch):
+def test_exact_bars_have_the_names_of_the_verdict(found, undrawn, monkeypatch):
     """A law of which its special case is left has that one's; what is too unlikely for one has none."""
     [standing] = found.evidence.standings
     law = replace(standing.trial, candidate=replace(standing.trial.candidate, effect="stribeck_friction"))
@@ -158,7 +158,7 @@ def test_exact_bars_have_the_names_of_the_verdict(found, monkeypatch):
     assert "Stribeck friction" not in bars
 
 
-def test_exact_gains_are_told_as_they_are_judged(found, page):
+def test_exact_gains_are_told_as_they_are_judged(found, page, undrawn):
     """No block counts for more than it needs to convince: one in which both models are shaken says nothing."""
     [standing] = found.evidence.standings
     gained, told = standing.trial.gain, found.effects[0]["evidence"]
@@ -171,7 +171,7 @@ def test_exact_gains_are_told_as_they_are_judged(found, page):
     assert better.texts[0] == f"Proof: a gain of {142.0 / 18.0:.1f} standard errors."
 
 
-def test_exact_an_undecided_page_begins_with_what_to_record_next(found):
+def test_exact_an_undecided_page_begins_with_what_to_record_next(found, undrawn):
     session = found.evidence.session
     contest = Contest(("coulomb_friction", NOTHING), (session.search.final, session.baseline))
     experiment = propose(session.replay, contest, np.random.default_rng(0)).to_dict()
@@ -184,7 +184,7 @@ def test_exact_an_undecided_page_begins_with_what_to_record_next(found):
         assert part in text
 
 
-def test_exact_files_keep_their_names(found):
+def test_exact_files_keep_their_names(found, undrawn):
     sentence = "motor_speed is not the rate of motor_angle"
     finding = {"file": "motor_speed_ladder.csv", "check": "clock", "severity": "note", "sentence": sentence}
     content = {**found.content, "health": [finding | {"t0": None, "t1": None}]}
@@ -216,7 +216,7 @@ def test_exact_a_parameter_that_the_extended_model_lacks_has_no_dot(found, monke
         return drawn(names, before, after, marked)
 
     monkeypatch.setattr(diagnosis_details, "pulls", noted)
-    diagnosis_page.page(replace(found, evidence=replace(found.evidence, session=swapped)))
+    diagnosis_page._parameters(found.content, replace(found.evidence, session=swapped))
     assert [name for name, distance in moved.items() if np.isnan(distance)] == ["coulomb_friction_T_c"]
 
 
@@ -247,9 +247,10 @@ def test_exact_rejected_recordings_are_shown_with_the_reason(tmp_path):
 
 
 def test_exact_command_writes_the_same_page_from_another_run(tmp_path, monkeypatch, capsys, quiet_page):
+    """On one thread instead of two."""
     small_campaign.shorten_library(monkeypatch)
     out = tmp_path / "out"
-    assert main(["diagnose", str(small_campaign.write(tmp_path)), "--out", str(out)]) == 0
+    assert main(["diagnose", str(small_campaign.write(tmp_path)), "--out", str(out), "--threads", "1"]) == 0
     assert str(out / "report.html") in capsys.readouterr().out
     names = {"report.html", "verdict.json", "extended_model.toml", "campaign.toml"}
     assert {path.name for path in out.iterdir()} == names

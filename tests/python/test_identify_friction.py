@@ -25,9 +25,11 @@ EXAMPLE = Path(__file__).parents[2] / "examples" / "shf-25-120.toml"
 
 
 def test_exact_ladder_with_load_and_temperature(long):
-    covered = []
+    covered, sensors = [], rig(1000.0 if long else 200.0)
     for seed in range(100 if long else 12):
-        recordings = friction(LAW, loads=(0.0, 20.0, -60.0), temperature=25.0, dwell_revolutions=2.0, seed=seed)
+        recordings = friction(
+            LAW, loads=(0.0, 20.0, -60.0), temperature=25.0, dwell_revolutions=2.0, sensors=sensors, seed=seed
+        )
         fit = identify.friction(recordings, ratio=121.0)
         for name, value in TRUTH.items():
             assert fit.estimates.named(name).value == pytest.approx(value, rel=0.02)

@@ -23,9 +23,8 @@ def check(bits, rate, seeds, revolutions=None):
     return tallies
 
 
-@pytest.mark.parametrize(("bits", "rate", "revolutions"), [(20, 100.0, 242), (20, 1000.0, 121)])
-def test_exact_round_trip_orders_and_coverage(bits, rate, revolutions):
-    check(bits, rate, 10, revolutions)
+def test_exact_round_trip_orders_and_coverage():
+    check(20, 100.0, 10, 242)
 
 
 @pytest.mark.long

@@ -16,8 +16,13 @@ SEEDS = 100
 WITHIN = {"k1": 0.01, "k3": 0.01, "k5": 0.01, "K1": 0.01, "K2": 0.01, "K3": 0.01, "loop_energy": 0.004}
 
 
-@pytest.mark.parametrize(("bits", "rate"), round_trips.SENSORS)
-@pytest.mark.parametrize("spring", ["polynomial", "piecewise"])
+CASES = [(spring, *sensor) for spring in ("polynomial", "piecewise") for sensor in round_trips.SENSORS]
+SLOW = [case for case in CASES if case[2] > 100.0 and case != ("polynomial", 20, 1000.0)]
+
+
+@pytest.mark.parametrize(
+    ("spring", "bits", "rate"), [pytest.param(*case, marks=[pytest.mark.long] * (case in SLOW)) for case in CASES]
+)
 def test_exact_round_trip_and_coverage(spring, bits, rate, long):
     seeds = SEEDS if long else 25
     tallies = round_trips.springs(spring, bits, rate, seeds)

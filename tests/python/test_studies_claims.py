@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import functools
+import runpy
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -80,9 +82,24 @@ EXPECTED = {
 }
 
 
+ROOT = Path(__file__).parents[2]
+
+
 @functools.cache
 def study(name):
     return STUDIES[name]()
+
+
+def verdicts(text):
+    """Item, what the article says and verdict of every line of the table."""
+    return [line.split("|")[1:4] for line in text.splitlines() if line.startswith("| S")]
+
+
+def test_regress_the_page_of_the_claims_is_current(monkeypatch):
+    for name, done in [(name, study(name)) for name in STUDIES]:
+        monkeypatch.setitem(STUDIES, name, lambda done=done: done)
+    written = runpy.run_path(str(ROOT / "tools" / "article.py"))["claims"]()
+    assert verdicts(written) == verdicts((ROOT / "docs" / "claims.md").read_text())
 
 
 @pytest.mark.parametrize("name", STUDIES)

@@ -43,6 +43,7 @@ def counted(report: Path) -> dict[str, int]:
     return totals
 
 
+@pytest.mark.long
 @pytest.mark.skipif(shutil.which("valgrind") is None, reason="valgrind is not installed: instructions are not counted")
 @pytest.mark.skipif("avx2" not in hdfast.build_info()["simd_available"], reason="recorded for the AVX2 path")
 def test_regress_instructions_of_a_step(tmp_path: Path) -> None:

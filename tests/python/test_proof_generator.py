@@ -236,6 +236,7 @@ def test_against_dense_least_squares_the_refit_with_priors(bench):
     np.testing.assert_allclose(lin.left(signature), signature - lin.columns @ exact, atol=1e-6)
 
 
+@pytest.mark.long
 def test_against_least_squares_the_refit_of_the_moved_plant(bench):
     """A softer windup shifts the resonance: the refit must follow it to where scipy's own steps end."""
     _, lin = bench

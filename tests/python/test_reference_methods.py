@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 
 import numpy as np
@@ -15,6 +16,7 @@ from hdfast.reference.stepper import attempt, dense_output
 METHOD_LIST = list(METHODS.values())
 
 
+@functools.cache
 def trees(order):
     """Rooted trees with `order` nodes as sorted tuples of their branches."""
     if order == 1:
@@ -140,6 +142,12 @@ def march(method, slope, steps):
     return dense
 
 
+@functools.cache
+def fine():
+    """Dense outputs of a run far finer than the compared ones."""
+    return march(METHODS["dop853"], ringing_drive(), 640)
+
+
 def spread(values):
     return math.sqrt(np.mean(np.square(values)))
 
@@ -151,12 +159,11 @@ def observed_order(errors, counts):
 @pytest.mark.parametrize("method", METHOD_LIST, ids=lambda m: m.name)
 def test_exact_convergence_on_the_drive(method):
     """Orders of step ends and of dense output inside the steps, against a far finer run."""
-    slope = ringing_drive()
-    fine = march(METHODS["dop853"], slope, 640)
+    slope, exact = ringing_drive(), fine()
 
     def error(step, x):
         t = step.t + x * step.h
-        truth = fine[min(int(t / fine[0].h), len(fine) - 1)].at(t)
+        truth = exact[min(int(t / exact[0].h), len(exact) - 1)].at(t)
         return (np.array(step.at(t)) - truth) / SIZES
 
     counts = {"bs3": [256, 512, 1024], "dop853": [48, 64, 80]}.get(method.name, [128, 256, 512])

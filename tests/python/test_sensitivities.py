@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import importlib
 import math
-import time
 
 import hdfast
 import numpy as np
@@ -250,22 +249,15 @@ def test_exact_dataset_holds_the_derivatives():
     assert data["d_te_pp"].attrs["units"] == "rad per unit of wrt"
 
 
-@pytest.mark.parametrize("metrics", [["te_rms", "peak_windup"], ["order_1", "speed_order_2"], None], ids=str)
-@pytest.mark.parametrize("terms", [[], pytest.param(["coulomb_friction"], marks=pytest.mark.long)], ids=str)
-def test_regress_cost_of_a_column(metrics, terms):
-    """A column of derivatives costs at most four times the values."""
-    wrt = ["J_l", "k1", "te_scale", "B_sp"]
-    options = {"model": hdfast.Model(terms=terms), "metrics": metrics, "threads": 1}
-    values = {"J_l": np.linspace(0.4, 0.6, 256)}
-    few = {"J_l": values["J_l"][::4]}
-
-    def cost(rows, **more):
-        start = time.process_time()
-        hdfast.sweep(rows, **options, **more)
-        return time.process_time() - start
-
-    ratios = [cost(few, sensitivities=wrt) / cost(values) for _ in range(5)]
-    assert sorted(ratios)[2] < 4.0, ratios
+@pytest.mark.parametrize("terms", [[], ["coulomb_friction"]], ids=str)
+def test_exact_derivatives_take_the_steps_of_the_values(terms):
+    """No more and no fewer; benches measure what a column costs in each."""
+    options = {"model": hdfast.Model(terms=terms)}
+    rows = {"J_l": np.linspace(0.4, 0.6, 8)}
+    plain = hdfast.sweep(rows, **options)
+    found = hdfast.sweep(rows, sensitivities=["J_l", "k1", "te_scale", "B_sp"], **options)
+    np.testing.assert_array_equal(found.steps, plain.steps)
+    np.testing.assert_array_equal(found.rejected, plain.rejected)
 
 
 @pytest.mark.parametrize(

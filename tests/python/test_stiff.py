@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import time
-
 import hdfast
 import numpy as np
 import pytest
@@ -109,16 +107,13 @@ def test_exact_methods_are_reported():
     assert set(hdfast.sweep({"J_l": [0.4, 0.5]}, method="bs3", metrics=[], rtol=1e-3).method) == {"bs3"}
 
 
-def test_regress_cost_of_bristles():
-    """LuGre friction at 300 r/min costs at most 20 times the plain model per simulated second."""
-    rows = {"J_l": np.linspace(0.4, 0.6, 64)}
-    scenario = hdfast.Scenario.start_stop(speed_rpm=300, start="speed_ramp", stop="brake", t_end=2.0)
+def test_regress_steps_of_bristles():
+    """LuGre friction at 300 r/min attempts 1.5 times the steps of the plain model; benches measure what one costs."""
 
-    def cost(terms):
-        start = time.process_time()
-        result = hdfast.sweep(rows, model=hdfast.Model(terms=terms), scenario=scenario, metrics=["te_rms"], threads=1)
-        assert result.finished.all()
-        return time.process_time() - start
+    def attempted(terms):
+        rows = {"J_l": np.linspace(0.4, 0.6, 8)}
+        found = hdfast.sweep(rows, model=hdfast.Model(terms=terms), scenario=START_STOP, metrics=["te_rms"])
+        assert found.finished.all()
+        return found.steps + found.rejected
 
-    ratios = [cost(["presliding_friction"]) / cost([]) for _ in range(5)]
-    assert sorted(ratios)[2] < 20.0, ratios
+    assert np.max(attempted(["presliding_friction"]) / attempted([])) < 2.0

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import signal
 import subprocess
 import sys
@@ -19,6 +20,12 @@ from hdfast.diagnosis.together import side_by_side
 from hdfast.recordings import load_campaign
 from processes import interruptible
 
+AT_A_TERMINAL = """
+import sys
+from hdfast.cli import main
+sys.stderr.isatty = lambda: True
+sys.exit(main(sys.argv[1:]))
+"""
 EXAMPLE = Path(__file__).parents[2] / "examples" / "concealed-friction" / "campaign.toml"
 
 
@@ -72,9 +79,12 @@ def test_exact_when_one_fails_the_others_end(replay: Replay) -> None:
 
 
 def test_exact_an_interrupted_diagnosis_ends_at_once_and_writes_nothing(tmp_path: Path) -> None:
-    command = [sys.executable, "-m", "hdfast.cli", "diagnose", str(EXAMPLE), "--out", str(tmp_path / "out")]
+    """In the midst of simulations for the first screening, as the bar that a terminal shows tells."""
+    command = [sys.executable, "-c", AT_A_TERMINAL, "diagnose", str(EXAMPLE), "--out", str(tmp_path / "out")]
     process = interruptible(command, stderr=subprocess.PIPE, stdout=subprocess.PIPE)
-    time.sleep(6.0)
+    shown = b""
+    while b"calibrated the nominal model" not in shown and process.poll() is None:
+        shown += os.read(process.stderr.fileno(), 4096)
     process.send_signal(signal.SIGINT)
     begin = time.monotonic()
     _, errors = process.communicate(timeout=60)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from hdfast import config
 from hdfast.tolerance.chunks import ranges
-from hdfast.tolerance.cluster import outcome, run_on_cluster
+from hdfast.tolerance.cluster import LOCAL_SETTINGS, outcome, run_on_cluster
 from hdfast.tolerance.store import MemoryStore
 from hdfast.tolerance.task import Task
 from test_tolerance_storage import contents
@@ -17,6 +17,9 @@ from toleranced import SMALL
 dask = pytest.importorskip("dask")
 distributed = pytest.importorskip("distributed")
 pytestmark = pytest.mark.filterwarnings("default")
+
+
+FAILURES = "distributed.scheduler.allowed-failures"
 
 
 @pytest.fixture
@@ -60,13 +63,16 @@ class Deadly:
         return self.task.poisoned(row, reason)
 
 
-def test_exact_a_row_that_kills_workers_is_found_by_halving():
+def test_exact_a_row_that_kills_workers_is_found_by_halving(monkeypatch):
+    """A task is given up after one death instead of three, each of which costs a start of a process."""
+    assert LOCAL_SETTINGS[FAILURES] == 2
+    monkeypatch.setitem(LOCAL_SETTINGS, FAILURES, 0)
     parsed = config.parse(SMALL)
     task = Task(parsed, parsed.plan(), ("te_pp",), 1)
     store = MemoryStore()
     with dask.config.set({"distributed.deploy.lost-worker-timeout": "10 ms"}):
         run_on_cluster(Deadly(task, 5), ranges(12, 4), store, lambda rows: None, workers=2)
-    assert store.poison == [(5, "KilledWorker: 3 workers died while running this row alone")]
+    assert store.poison == [(5, "KilledWorker: 1 workers died while running this row alone")]
     whole = task(0, 12).table.column("te_pp").to_numpy()
     good = np.arange(12) != 5
     assert np.array_equal(store.column("te_pp")[good], whole[good])

@@ -11,6 +11,13 @@ RUST_SOURCES := $(shell find rust -name '*.rs' 2>/dev/null) Cargo.toml $(wildcar
 TOOLS := $(VENV)/.tools
 DEPENDENCIES := $(VENV)/.dependencies
 SUBSET := out/proof-40
+# one thread per worker, or the workers wait for each other; what many threads do is asked for by the tests of it
+PYTEST := OPENBLAS_NUM_THREADS=1 HDFAST_NUM_THREADS=1 $(PY) -m pytest --numprocesses auto --maxprocesses 8 --dist worksteal
+# suites with tests that need --long and that CI has the time for; the longest first, for its fixtures are stolen last
+LONG := diagnosis_anchors diagnosis_nulls identify_kinematic_error engine_against_reference terms_rigid \
+  identify_stiffness proof_whole terms_oracles tolerance_storage diagnosis concealed_example invariants sensitivities \
+  memory identify_friction diagnosis_corners diagnosis_statistics proof_generator article instructions \
+  tolerance_cluster tolerance_rare
 EXTENSION := $(VENV)/.extension
 
 export VIRTUAL_ENV := $(CURDIR)/$(VENV)
@@ -26,7 +33,7 @@ help:
 	@echo "             and the diagnosis of a drive with concealed friction into out/diagnosis"
 	@echo "make test    set up, then the tests, lint and type check"
 	@echo "make test-whole     what takes longer: sweeps from Rust, for which the engine is built once more, a hundred"
-	@echo "             diagnoses of complete models, and those of single effects"
+	@echo "             diagnoses of complete models, those of single effects, and references in full size"
 	@echo "make proof-subset   set up, then forty blind cases, held against what they must not fall below"
 	@echo "make bench   set up, then the speed measurements"
 	@echo "make bench-peers   set up, then work-precision against other solvers, each in its own environment"
@@ -72,11 +79,11 @@ test: $(DEPENDENCIES)
 	@echo "Checking the sources while the extension is built ..."
 	@$(MAKE) --no-print-directory --jobs 2 --output-sync lint test-rust setup
 	$(PY) -m mypy.stubtest hdfast._core
-	$(PY) -m pytest --numprocesses auto --maxprocesses 8 --dist worksteal
+	$(PYTEST)
 
 test-whole: setup
 	cargo test --release --no-default-features
-	$(PY) -m pytest --long tests/python/test_diagnosis_nulls.py tests/python/test_diagnosis.py
+	$(PYTEST) --long -m long $(LONG:%=tests/python/test_%.py)
 
 proof-subset: setup
 	rm -rf $(SUBSET)

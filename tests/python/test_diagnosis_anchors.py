@@ -6,13 +6,17 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
+from functools import partial
+from pathlib import Path
 from typing import Any
 
 import hdfast
 import pytest
-from anchors import article
+from anchors import article, brfd
 from anchors.expected import DRY, EXPECTED, GRAVITY, HYSTERESIS, LATE, LOADED, ONE_SIDED, RIPPLE
+from hdfast.health import check
+from hdfast.recordings import load_campaign
 
 MET = {
     "emps": (DRY, ONE_SIDED, RIPPLE),
@@ -27,6 +31,12 @@ MET = {
     "article": (DRY,),
     "article_output": (DRY, LATE),
 }
+# the same machines from fewer samples or runs, in seconds
+SHORT = {
+    "brfd": partial(brfd.write, every=16, until=8.0),
+    "article_output": partial(article.write, late="output", repeats=1),
+}
+LONG = ("ur10e_j2", "bam_trajectory", "article")
 PUBLISHED = [name for name in MET if EXPECTED[name].heldout_percent is not None]
 ORDERED = ("emps", "ur10e_j1", "ur10e_j4", "kinova")
 QUIET_TWINS = ("emps", "ur10e_j1", "ur10e_j2", "ur10e_j4", "kinova", "bam", "brfd", "hej90", "tx40", "heads", "article")
@@ -34,20 +44,25 @@ QUIET_TWINS = ("emps", "ur10e_j1", "ur10e_j2", "ur10e_j4", "kinova", "bam", "brf
 Verdicts = Callable[[str], dict[str, Any]]
 
 
+def anchors(names: Iterable[str]) -> list[Any]:
+    return [pytest.param(name, marks=[pytest.mark.long] * (name in LONG)) for name in names]
+
+
 @pytest.fixture(scope="module")
-def diagnosed(tmp_path_factory: pytest.TempPathFactory) -> Verdicts:
+def diagnosed(tmp_path_factory: pytest.TempPathFactory, long: bool) -> Verdicts:
     """The verdict of an anchor, computed once."""
     found: dict[str, dict[str, Any]] = {}
 
     def of(name: str) -> dict[str, Any]:
         if name not in found:
-            found[name] = hdfast.diagnose(EXPECTED[name].write(tmp_path_factory.mktemp(name))).to_dict()
+            write = EXPECTED[name].write if long else SHORT.get(name, EXPECTED[name].write)
+            found[name] = hdfast.diagnose(write(tmp_path_factory.mktemp(name))).to_dict()
         return found[name]
 
     return of
 
 
-@pytest.mark.parametrize("name", MET)
+@pytest.mark.parametrize("name", anchors(MET))
 def test_against_known_effects(diagnosed: Verdicts, name: str) -> None:
     verdict = diagnosed(name)
     named = {effect["effect"] for effect in verdict["effects"]}
@@ -76,13 +91,19 @@ def test_exact_a_lag_that_owes_its_gain_to_other_parameters_is_not_named(diagnos
     assert {effect["effect"] for effect in diagnosed("kinova")["effects"]} == {"cogging"}
 
 
+def test_exact_held_samples_are_told(tmp_path: Path) -> None:
+    health = check(load_campaign(EXPECTED["hej90"].write(tmp_path)))
+    assert all("held_values" in [finding.check for finding in one.findings] for one in health.recordings)
+
+
+@pytest.mark.long
 def test_exact_held_samples_are_no_physics(diagnosed: Verdicts) -> None:
     verdict = diagnosed("hej90")
     assert not verdict["effects"]
     assert any(finding["check"] == "held_values" for finding in verdict["health"])
 
 
-@pytest.mark.parametrize("name", PUBLISHED)
+@pytest.mark.parametrize("name", anchors(PUBLISHED))
 def test_against_published_error_on_what_was_held_out(diagnosed: Verdicts, name: str) -> None:
     after = diagnosed(name)["fit"]["heldout"]["channels"]["motor_torque"]["extended_nrmse"]
     assert 100.0 * after <= EXPECTED[name].heldout_percent

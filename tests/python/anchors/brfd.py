@@ -9,6 +9,7 @@ ARTS-Laboratory, Dataset-Friction-Damper-with-Backlash, CC BY-SA 4.0.
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 
 import numpy as np
@@ -25,11 +26,15 @@ RUNS = {
 LOCKED = 1e9
 
 
-def write(folder: Path) -> Path:
-    """Linear spring and viscous damping; the middle amplitude at 0.5 Hz is held out."""
+def write(folder: Path, *, every: int = 1, until: float = math.inf) -> Path:
+    """Linear spring and viscous damping; the middle amplitude at 0.5 Hz is held out.
+
+    Of the recordings, which have 1 kHz, only one sample in `every` is taken, and only those up to a time [s].
+    """
     parts = []
     for name, role in RUNS.items():
         raw = read(f"brfd_{name}")
+        raw = {key: values[raw["t"] <= until][::every] for key, values in raw.items()}
         columns = {
             "t": raw["t"],
             "motor_angle": raw["x_m"],

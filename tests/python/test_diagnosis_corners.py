@@ -417,10 +417,18 @@ def test_exact_shares_stay_where_the_parameters_can_follow():
         assert shares[0] * candidate.free[0].value == pytest.approx(value)
 
 
-def test_exact_a_rival_that_cannot_be_simulated_in_the_place_of_a_name_is_none(tmp_path, monkeypatch):
-    small_campaign.shorten_library(monkeypatch)
-    campaign = load_campaign(small_campaign.write(tmp_path, ["coulomb_friction"], {"T_c": 0.05}))
-    done = session.run(campaign, session.usable(check(campaign)), 0, None, Stages())
+@pytest.fixture(scope="module")
+def done(tmp_path_factory):
+    """A search that has found friction."""
+    campaign = load_campaign(
+        small_campaign.write(tmp_path_factory.mktemp("friction"), ["coulomb_friction"], {"T_c": 0.05})
+    )
+    with pytest.MonkeyPatch.context() as patch:
+        small_campaign.shorten_library(patch)
+        return session.run(campaign, session.usable(check(campaign)), 0, None, Stages())
+
+
+def test_exact_a_rival_that_cannot_be_simulated_in_the_place_of_a_name_is_none(done, monkeypatch):
     before = next(one for one in done.search.rounds if one.accepted is not None)
     own = before.accepted
     twin = replace(own.candidate, effect="stribeck_friction", contains=())
@@ -444,10 +452,7 @@ def test_exact_a_rival_that_cannot_be_simulated_in_the_place_of_a_name_is_none(t
     assert "stribeck_friction" not in [one.effect for one in standing.rivals]
 
 
-def test_exact_where_no_drive_without_the_effect_can_be_simulated_the_one_before_it_stands(tmp_path, monkeypatch):
-    small_campaign.shorten_library(monkeypatch)
-    campaign = load_campaign(small_campaign.write(tmp_path, ["coulomb_friction"], {"T_c": 0.05}))
-    done = session.run(campaign, session.usable(check(campaign)), 0, None, Stages())
+def test_exact_where_no_drive_without_the_effect_can_be_simulated_the_one_before_it_stands(done, monkeypatch):
     simulated = Plant.mismatch
 
     def failing(plant, structure, coordinates):
@@ -460,10 +465,7 @@ def test_exact_where_no_drive_without_the_effect_can_be_simulated_the_one_before
     assert standing.lesser is next(one for one in done.search.rounds if one.accepted is not None).before
 
 
-def test_exact_what_an_effect_gains_beside_the_others_is_computed_once(tmp_path, monkeypatch):
-    small_campaign.shorten_library(monkeypatch)
-    campaign = load_campaign(small_campaign.write(tmp_path, ["coulomb_friction"], {"T_c": 0.05}))
-    done = session.run(campaign, session.usable(check(campaign)), 0, None, Stages())
+def test_exact_what_an_effect_gains_beside_the_others_is_computed_once(done):
     [taken] = done.search.accepted
     known = {taken.candidate.label: Lesser(done.baseline, taken.gain)}
     [standing] = stand(done.replay, done.search, done.floor, {}, known, np.random.default_rng(1))
@@ -498,7 +500,11 @@ def test_exact_an_amplitude_is_as_sure_as_it_is_at_the_effects_own_shape(monkeyp
 
 
 @pytest.mark.parametrize(
-    ("effect", "size"), [("load_side_friction", {"T_cl": 4.0}), ("gravity_unbalance", {"T_gravity": 4.0})]
+    ("effect", "size"),
+    [
+        ("gravity_unbalance", {"T_gravity": 4.0}),
+        pytest.param("load_side_friction", {"T_cl": 4.0}, marks=pytest.mark.long),
+    ],
 )
 def test_exact_a_load_that_turns_the_other_way_gets_the_same_answer(tmp_path, monkeypatch, effect, size):
     small_campaign.shorten_library(monkeypatch, ("load_side_friction", "gravity_unbalance", "hysteresis", "backlash"))

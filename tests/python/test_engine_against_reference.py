@@ -226,7 +226,7 @@ def test_against_reference_all_metrics(engine, reference, scenario, model, long)
     default = {parameter.name: parameter.default for parameter in hdfast.params(model)}
     default["J_l"] = scenario.pop("J_l", 0.5)
     names = ["J_m", "J_l", "B_m", "B_l", "B_ml", "B_sp", "te_scale", "k1" if model.spring == "polynomial" else "K1"]
-    rows = {name: default[name] * rng.uniform(0.8, 1.2, 12 if long else 2) for name in names}
+    rows = {name: default[name] * rng.uniform(0.8, 1.2, 12 if long else 1) for name in names}
     metrics = [name for name in hdfast.metrics() if not name.startswith("mode_")]
     metrics += ["order_2", "order_15", "speed_order_4"]
     options = {"model": model, "scenario": hdfast.Scenario.start_stop(**scenario), "metrics": metrics, "rtol": 1e-8}
@@ -241,11 +241,12 @@ def close(found, expected, rtol):
 
 
 @pytest.mark.parametrize("te_scale", [0.0, 1.0])
-def test_against_reference_modes(engine, reference, te_scale):
+def test_against_reference_modes(engine, reference, te_scale, long):
     """The mode after a torque step, and after the stop where no order line disturbs it."""
     events = ["start"] if te_scale else ["start", "stop"]
     metrics = [f"mode_{kind}_{event}" for event in events for kind in ("frequency", "decay", "amplitude")]
-    rows = {"J_l": np.array([0.25, 0.5, 0.6]), "te_scale": np.full(3, te_scale)}
+    inertias = np.array([0.25, 0.5, 0.6] if long else [0.6])
+    rows = {"J_l": inertias, "te_scale": np.full_like(inertias, te_scale)}
     found, expected = (run(rows, metrics=metrics, rtol=1e-8).metrics for run in (engine, reference))
     for name in metrics:
         np.testing.assert_allclose(
@@ -312,7 +313,7 @@ def random_rows(count, seed=12345):
 
 def test_against_scipy_errors_scale_with_rtol(engine, long):
     """Windup and speed errors on random rows against DOP853 at rtol 1e-12 fall with rtol from 1e-4 to 1e-10."""
-    count = 100 if long else 5
+    count = 100 if long else 3
     rows = random_rows(count)
     scenario = hdfast.Scenario.start_stop(
         start="speed_ramp", stop="brake", t_ramp=0.2, t_off=1.0, t_end=1.5, speed_rpm=100

@@ -156,6 +156,19 @@ def test_exact_simulate_is_one_row_of_a_sweep():
     assert "finished" in str(run)
 
 
+def test_exact_a_trajectory_is_sampled_again_at_other_times():
+    row, times = {"J_l": 0.4, "te_scale": 1.2}, [0.1, 0.35, 1.3]
+    run = hdfast.simulate(row, scenario=SHORT, t_eval=[0.0, 1.4], signals=["te"], metrics=["te_pp"])
+    again = run.sampled(times, ["omega_l", "te"])
+    direct = hdfast.sweep(row, scenario=SHORT, t_eval=times, signals=["omega_l", "te"], metrics=[])
+    assert list(again) == ["omega_l", "te"]
+    for name, values in again.items():
+        assert np.array_equal(values, direct[name][0])
+    assert (run.t.tolist(), list(run.signals)) == ([0.0, 1.4], ["te"])
+    with pytest.raises(hdfast.InputError, match=r"t = 1\.5 s is out of range"):
+        run.sampled([1.5], ["te"])
+
+
 def test_exact_simulate_takes_any_single_row():
     row = hdfast.defaults(1)
     assert np.array_equal(hdfast.simulate(row, scenario=SHORT)["te"], hdfast.simulate(scenario=SHORT)["te"])

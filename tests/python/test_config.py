@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import math
+import re
 from pathlib import Path
 
 import hdfast
@@ -153,13 +154,69 @@ def test_exact_unreadable_files(tmp_path):
         config.load(tmp_path)
 
 
-@settings(max_examples=100, deadline=None)
-@given(st.text(st.sampled_from('[]".=#\n _-1eJldrivtoencspu{},'), max_size=60))
-def test_exact_any_text_is_read_or_refused(text):
+WHOLE = """title = "x"
+[drive]
+ratio = 121
+spring = "polynomial"
+J_l = 0.6
+[kinematic_error]
+orders = [1, "120/121"]
+cos = [1e-5, 0.0]
+sin = [1e-5, 2e-5]
+[[terms]]
+effect = "coulomb_friction"
+parameters = { T_c = 0.03 }
+[sensors]
+load_angle = { resolution = 1e-5 }
+[scenario]
+kind = "start_stop"
+speed_rpm = 100
+load = [[0, 1], [0, 5]]
+stop = "coast"
+t_off = 1.0
+t_end = 2.0
+[tolerance.J_l]
+distribution = "uniform"
+relative = true
+lower = 0.9
+upper = 1.1
+[tolerance.B_m]
+distribution = "lognormal"
+sigma_log = 0.2
+[correlation]
+pairs = [["J_l", "B_m", 0.5]]
+[batches]
+size = 10
+[spec.te_pp]
+upper = 3e-4
+min_yield = 0.9
+[trajectories]
+signals = ["te"]
+step = 0.01
+[run]
+rows = 100
+sampling = "monte_carlo"
+metrics = ["te_rms"]
+"""
+TOKENS = re.findall(r"\w+|[^\w\s]|\s", WHOLE)
+OTHERS = ("", "nan", "inf", "-1", "0", '"x"', "true", "[]", "{}", "[[terms]]", "1979-05-27", "\n", "=", "J_l", "1e9")
+
+
+@settings(max_examples=150, deadline=None)
+@given(place=st.integers(0, len(TOKENS) - 1), other=st.sampled_from(OTHERS), twice=st.booleans())
+def test_exact_any_file_is_read_or_refused(place, other, twice):
+    text = "".join([*TOKENS[:place], TOKENS[place] if twice else "", other, *TOKENS[place + 1 :]])
     try:
-        config.parse(text)
-    except hdfast.ConfigError:
+        found = config.parse(text, "drive.toml")
+    except hdfast.ConfigError as error:
+        found, told, line = None, str(error), error.line
+    if found is None:
+        assert told.startswith("drive.toml")
+        assert line is None or 1 <= line <= text.count("\n") + 1
         return
+    assert set(found.table.names) <= set(found.nominal())
+    drawn = found.plan().draw(0, 3)
+    assert {name: values.shape for name, values in drawn.items()} == dict.fromkeys(found.tolerances, (3,))
 
 
 def tolerance(entry, nominal=2.0):

@@ -75,7 +75,7 @@ def test_exact_pictures_and_files_exist():
         assert (ROOT / path).exists(), path
 
 
-@pytest.mark.parametrize("target", ["setup", "demo", "test", "bench", "clean"])
+@pytest.mark.parametrize("target", ["setup", "demo", "lint", "test", "test-whole", "proof-subset", "bench", "clean"])
 def test_exact_make_targets_exist(target):
     assert re.search(rf"^{target}:", (ROOT / "Makefile").read_text(), re.MULTILINE)
 

@@ -19,6 +19,21 @@ PROBLEM = LinearGaussian()
 SEEDS = 200
 ENOUGH = int(stats.binom(SEEDS, 0.95).ppf(0.001))
 NAMES = list("abcdef")
+BOTH_TAILS = 2 * stats.norm.ppf(0.975)
+
+
+def independent(function, dimensions, count):
+    """Widths of first and total indices, (2, d), from so many independent base points, to first order."""
+    first, second = np.random.default_rng(1).random((2, 50_000, dimensions))
+    a, b = function(first), function(second)
+    mixed = np.array([function(np.where(np.arange(dimensions) == j, second, first)) for j in range(dimensions)])
+    spread = [np.std((b - np.mean(b)) * (mixed - a), axis=1), np.std(0.5 * (mixed - a) ** 2, axis=1)]
+    return BOTH_TAILS * np.array(spread) / np.var(a) / math.sqrt(count)
+
+
+def squared_correlation(share, count):
+    """Width of the interval of the square of a correlation of normal values, to first order in 1 / sqrt(count)."""
+    return BOTH_TAILS * 2.0 * math.sqrt(share) * (1.0 - share) / math.sqrt(count)
 
 
 @pytest.mark.parametrize(
@@ -29,13 +44,16 @@ NAMES = list("abcdef")
 def test_exact_sobol_indices_hold_in_95_percent_of_seeds(function, truth):
     first, total = truth
     dimensions = len(first)
-    hits = np.zeros((2, dimensions))
+    hits, widths = np.zeros((2, 2, dimensions))
     for seed in range(SEEDS):
         values = function(indices.saltelli_points(dimensions, 512, seed))
         found = indices.sobol_indices(values, NAMES[:dimensions], seed=seed, resamples=60)
         hits[0] += [e.covers(v) for e, v in zip(found.first.values(), first, strict=True)]
         hits[1] += [e.covers(v) for e, v in zip(found.total.values(), total, strict=True)]
+        widths += [[e.high - e.low for e in kind.values()] for kind in (found.first, found.total)]
     assert hits.min() >= ENOUGH, hits
+    wide = widths / SEEDS / independent(function, dimensions, 512)
+    assert wide.max() < 1.5, wide
 
 
 @pytest.mark.parametrize("base", [2, 5, 16, 40])
@@ -56,7 +74,6 @@ def test_exact_more_base_points_continue_the_first():
 
 
 def test_against_salib_on_the_same_samples():
-    pytest.importorskip("SALib")
     from SALib.analyze import morris, sobol
 
     problem = {"num_vars": 6, "names": NAMES, "bounds": [[0, 1]] * 6}
@@ -75,7 +92,8 @@ def test_against_salib_on_the_same_samples():
 
 
 def test_against_openturns_on_the_same_samples():
-    ot = pytest.importorskip("openturns")
+    import openturns as ot
+
     points = indices.saltelli_points(3, 512, 3).reshape(512, 5, 3)
     order = [0, 4, 1, 2, 3]  # OpenTURNS wants A, B, then A with one column of B after the other
     design = np.concatenate([points[:, k] for k in order])
@@ -93,11 +111,15 @@ def test_against_openturns_on_the_same_samples():
 
 def test_exact_shares_of_variance_from_rows_at_hand():
     hits = dict.fromkeys(PROBLEM.shares, 0)
+    wide = dict.fromkeys(PROBLEM.shares, 0.0)
     for seed in range(SEEDS):
         drawn = Plan(PROBLEM.tolerances, seed=seed).draw(0, 1000)
         for name, share in PROBLEM.shares.items():
-            hits[name] += sensitivity.variance_share(drawn[name], PROBLEM(drawn)).covers(share)
+            found = sensitivity.variance_share(drawn[name], PROBLEM(drawn))
+            hits[name] += found.covers(share)
+            wide[name] += (found.high - found.low) / squared_correlation(share, 1000) / SEEDS
     assert min(hits.values()) >= ENOUGH, hits
+    assert max(wide.values()) < 1.3, wide
 
 
 @pytest.mark.parametrize("batches", [40, 100])
@@ -115,6 +137,8 @@ def test_exact_shares_of_variance_from_rows_that_are_equal_in_a_batch(batches):
         truth = PROBLEM.shares[name]
         assert np.mean([share.value for share in shares]) == pytest.approx(truth, abs=0.05)
         assert sum(share.covers(truth) for share in shares) >= 0.85 * SEEDS
+        wide = np.mean([share.high - share.low for share in shares]) / squared_correlation(truth, batches)
+        assert wide < 2.5, (name, wide)  # what chance puts into the lines comes on top
 
 
 def test_exact_no_share_of_variance_from_no_more_batches_than_the_lines_leave_free():
@@ -124,12 +148,16 @@ def test_exact_no_share_of_variance_from_no_more_batches_than_the_lines_leave_fr
 
 
 def test_exact_rank_correlation_of_normal_values():
-    hits = 0
+    hits, width = 0, 0.0
     truth = 6 / math.pi * math.asin(2.0 / PROBLEM.sigma / 2)
     for seed in range(SEEDS):
         drawn = Plan(PROBLEM.tolerances, seed=seed).draw(0, 400)
-        hits += sensitivity.rank_correlation(drawn["a"], PROBLEM(drawn)).covers(truth)
+        found = sensitivity.rank_correlation(drawn["a"], PROBLEM(drawn))
+        hits += found.covers(truth)
+        width += (found.high - found.low) / SEEDS
     assert hits >= ENOUGH
+    bonett_and_wright = BOTH_TAILS * math.sqrt((1.0 + truth**2 / 2.0) / 397) * (1.0 - truth**2)
+    assert width == pytest.approx(bonett_and_wright, rel=0.05)
 
 
 def test_exact_nan_is_refused_everywhere():

@@ -27,17 +27,30 @@ def plans(sampling, **options):
 
 
 def coverage(sampling, rows, **options):
-    """In how many of 200 seeds the interval of each statistic holds the truth."""
-    hits = {}
+    """In how many of 200 seeds the interval of each statistic holds the truth, and its mean width."""
+    hits, widths = {}, {}
+
+    def note(name, low, truth, high):
+        hits[name] = hits.get(name, 0) + (low <= truth <= high)
+        widths[name] = widths.get(name, 0.0) + (high - low) / SEEDS
+
     for plan in plans(sampling, **options):
         values, groups = PROBLEM(plan.draw(0, rows)), plan.groups(0, rows)
         for share in SHARES:
             found = intervals.percentile(values if groups else np.sort(values), share, groups)
-            hits.setdefault(f"P{100 * share:g}", []).append(found.covers(PROBLEM.law.ppf(share)))
-        hits.setdefault("mean", []).append(intervals.mean(values, groups).covers(PROBLEM.mean))
+            note(f"P{100 * share:g}", found.low, PROBLEM.law.ppf(share), found.high)
+        found = intervals.mean(values, groups)
+        note("mean", found.low, PROBLEM.mean, found.high)
         verdict = limits.judge_values(LIMIT, values, np.ones(rows, dtype=bool), groups=groups)
-        hits.setdefault("yield", []).append(verdict.interval[0] <= 0.97 <= verdict.interval[1])
-    return {name: sum(found) for name, found in hits.items()}
+        note("yield", verdict.interval[0], 0.97, verdict.interval[1])
+    return hits, widths
+
+
+def independent(rows):
+    """Widths of the intervals of independent rows, to first order in 1 / sqrt(rows)."""
+    spread = {f"P{100 * p:g}": math.sqrt(p * (1 - p)) / PROBLEM.law.pdf(PROBLEM.law.ppf(p)) for p in SHARES}
+    spread |= {"mean": PROBLEM.sigma, "yield": math.sqrt(0.97 * 0.03)}
+    return {name: 2 * stats.norm.ppf(0.975) * value / math.sqrt(rows) for name, value in spread.items()}
 
 
 @pytest.mark.parametrize(
@@ -49,42 +62,53 @@ def coverage(sampling, rows, **options):
     ],
 )
 def test_exact_intervals_hold_in_95_percent_of_seeds(sampling, rows, options):
-    found = coverage(sampling, rows, **options)
+    found, widths = coverage(sampling, rows, **options)
     assert min(found.values()) >= ENOUGH, found
+    wide = {name: widths[name] / width for name, width in independent(rows).items()}
+    assert max(wide.values()) < 1.8, wide
 
 
 def test_exact_intervals_of_batches_hold():
     """Rows of a batch resemble each other: binomial intervals would be far too narrow here."""
     tolerances = tuple(replace(tolerance, batch_share=0.6) for tolerance in PROBLEM.tolerances)
-    hits, naive = 0, 0
+    hits, naive, width = 0, 0, 0.0
     for seed in range(SEEDS):
         plan = Plan(tolerances, seed=seed, batch_size=40)
         values = PROBLEM(plan.draw(0, 4000))
         held = values <= PROBLEM.law.ppf(0.9)
-        hits += intervals.share(held, plan.groups(0, 4000)).covers(0.9)
+        found = intervals.share(held, plan.groups(0, 4000))
+        hits += found.covers(0.9)
+        width += (found.high - found.low) / SEEDS
         naive += intervals.share(held).covers(0.9)
     assert hits >= ENOUGH - 6
     assert naive < 150
+    assert width < 2 * stats.norm.ppf(0.975) * math.sqrt(0.09 / 100)  # a batch tells at least as much as one row
 
 
 def test_exact_capability_holds_in_95_percent_of_seeds():
     upper, lower = PROBLEM.mean + 3.5 * PROBLEM.sigma, PROBLEM.mean - 4.5 * PROBLEM.sigma
     hits = {"one": 0, "two": 0, "large": 0}
+    widths = dict.fromkeys(hits, 0.0)
     for plan in plans("monte_carlo"):
-        values = PROBLEM(plan.draw(0, 200))
-        hits["one"] += statistics.capability(values, -math.inf, upper).cpk.covers(3.5 / 3)
-        hits["two"] += statistics.capability(values, lower, upper).cpk.covers(3.5 / 3)
-        hits["large"] += statistics.capability(PROBLEM(plan.draw(0, 6000)), -math.inf, upper).cpk.covers(3.5 / 3)
+        values, many = PROBLEM(plan.draw(0, 200)), PROBLEM(plan.draw(0, 6000))
+        for name, rows, low in (("one", values, -math.inf), ("two", values, lower), ("large", many, -math.inf)):
+            found = statistics.capability(rows, low, upper).cpk
+            hits[name] += found.covers(3.5 / 3)
+            widths[name] += (found.high - found.low) / SEEDS
     assert min(hits.values()) >= ENOUGH, hits
+    bissell = {n: 2 * stats.norm.ppf(0.975) * math.sqrt(1 / (9 * n) + (3.5 / 3) ** 2 / (2 * n)) for n in (200, 6000)}
+    assert widths == pytest.approx({"one": bissell[200], "two": bissell[200], "large": bissell[6000]}, rel=0.03)
 
 
 def test_exact_tolerance_intervals_cover_what_they_claim():
-    hits = 0
+    covered = []
     for plan in plans("monte_carlo"):
         values = PROBLEM(plan.draw(0, 300))
         low, high = PROBLEM.law.cdf(statistics.tolerance_interval(values, 0.95))
-        hits += high - low >= 0.95
+        covered.append(high - low)
+    hits = sum(share >= 0.95 for share in covered)
     assert hits >= ENOUGH, hits
+    assert np.mean(covered) == pytest.approx(1 - 2 * 4 / 301, abs=2e-3)  # from the 4th smallest to the 4th largest
 
 
 @pytest.mark.parametrize(
@@ -105,7 +129,8 @@ def test_exact_no_number_of_rows_covers_everything(coverage):
 
 
 def test_against_openturns_on_the_same_sample():
-    ot = pytest.importorskip("openturns")
+    import openturns as ot
+
     values = PROBLEM(Plan(PROBLEM.tolerances, seed=4).draw(0, 1000))
     sample = ot.Sample(values.reshape(-1, 1))
     assert statistics.sample_size(0.95) == ot.Wilks.ComputeSampleSize(0.95, 0.95, 0)

@@ -401,11 +401,10 @@ def test_exact_a_case_tells_nothing(case):
 
 def test_exact_the_same_seed_gives_the_same_bytes(case, tmp_path):
     recipe, folder, label = case
-    if recipe.bench.motor_only:
-        again = build(recipe, tmp_path / "again")
-        assert json.dumps(again) == json.dumps(label)
-        first, second = (checksums(f) for f in (folder, tmp_path / "again"))
-        assert first == second
+    again = build(recipe, tmp_path / "again")
+    assert json.dumps(again) == json.dumps(label)
+    first, second = (checksums(f) for f in (folder, tmp_path / "again"))
+    assert first == second
 
 
 def test_exact_plant_and_sensor_faults_share_no_name():

@@ -465,7 +465,6 @@ def test_exact_samples_that_are_left_out_throughout_set_the_effective_rate(run, 
 
 def test_exact_a_slow_raster_of_an_mdf_has_its_own_rate(run, tmp_path):
     """A load angle of 50 Hz on the times of a motor at 1 kHz says nothing of what is faster."""
-    pytest.importorskip("asammdf")
     from asammdf import MDF, Signal
 
     slow = {"load_angle": 20}

@@ -240,7 +240,6 @@ def test_against_differences_of_friction_with_a_cusp_at_rest():
 
 
 def test_exact_dataset_holds_the_derivatives():
-    pytest.importorskip("xarray")
     result = hdfast.sweep({"J_l": [0.5, 0.4]}, sensitivities=["J_l", "K_p"], t_eval=[0.5, 1.0], metrics=["te_pp"])
     data = result.to_xarray()
     np.testing.assert_array_equal(data["d_te"].sel(wrt="J_l"), result.sample_sensitivities["te"][..., 0])

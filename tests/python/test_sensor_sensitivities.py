@@ -231,7 +231,6 @@ def test_exact_rows_have_the_same_bits_in_any_company_and_end_early():
 
 
 def test_exact_dataset_holds_readings_and_their_derivatives():
-    pytest.importorskip("xarray")
     result = hdfast.sweep({"J_l": [0.5, 0.4]}, sensitivities=["J_l", "tau_y"], **BRIEF)
     data = result.to_xarray()
     np.testing.assert_array_equal(data["load_angle"], result.recorded["load_angle"])

@@ -87,7 +87,7 @@ def test_exact_an_angle_that_stays_does_not_drift(diagnosed: Verdicts) -> None:
     assert "sensor_offset_drift" not in named
 
 
-def test_exact_a_lag_that_owes_its_gain_to_other_parameters_is_not_named(diagnosed: Verdicts) -> None:
+def test_regress_a_lag_that_owes_its_gain_to_other_parameters_is_not_named(diagnosed: Verdicts) -> None:
     assert {effect["effect"] for effect in diagnosed("kinova")["effects"]} == {"cogging"}
 
 

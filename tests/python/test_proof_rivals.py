@@ -83,7 +83,7 @@ def test_exact_criterion_grows_by_the_logarithm_of_the_samples_for_a_parameter_t
         ("sparse_regression", "found", {"coulomb_friction", "stribeck_friction", "presliding_friction"}),
     ],
 )
-def test_exact_every_rival_answers_in_the_schema(calibrated, monkeypatch, name, verdict, named):
+def test_regress_every_rival_answers_in_the_schema(calibrated, monkeypatch, name, verdict, named):
     monkeypatch.setattr(forward_bic, "MOST_EFFECTS", 1)
     setup, known = calibrated
     said = as_dict(import_module(f"hdfast.proof.rivals.{name}").answer(setup, known), setup, known)

@@ -56,8 +56,8 @@ def test_regress_a_single_effect_is_named_with_its_size(tmp_path: Path, effect: 
     estimated = found.effects[0]["parameters"]
     for name, value in EFFECTS[effect].items():
         sigma = estimated[name]["sigma"]
-        assert estimated[name]["value"] == pytest.approx(value, rel=0.1, abs=2.0 * sigma)
-        assert sigma < 0.4 * value
+        assert abs(estimated[name]["value"] - value) < 3.0 * sigma
+        assert sigma < 0.1 * value
     errors = found.to_dict()["fit"]["heldout"]
     assert errors["extended_nrmse"] < 0.55 * errors["baseline_nrmse"]
 

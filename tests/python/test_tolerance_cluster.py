@@ -3,6 +3,8 @@ from __future__ import annotations
 import os
 import signal
 
+import dask
+import distributed
 import hdfast
 import numpy as np
 import pytest
@@ -14,9 +16,10 @@ from hdfast.tolerance.task import Task
 from test_tolerance_storage import contents
 from toleranced import SMALL
 
-dask = pytest.importorskip("dask")
-distributed = pytest.importorskip("distributed")
-pytestmark = pytest.mark.filterwarnings("default")
+pytestmark = [  # sockets of a killed worker that nobody closes
+    pytest.mark.filterwarnings("default::ResourceWarning"),
+    pytest.mark.filterwarnings("default::pytest.PytestUnraisableExceptionWarning"),
+]
 
 
 FAILURES = "distributed.scheduler.allowed-failures"

@@ -14,7 +14,7 @@ from typing import Any
 import hdfast
 import pytest
 from anchors import article, brfd
-from anchors.expected import DRY, EXPECTED, GRAVITY, HYSTERESIS, LATE, LOADED, ONE_SIDED, RIPPLE
+from anchors.expected import DRY, EXPECTED, GRAVITY, HYSTERESIS, LATE, LOADED, MEMORY, ONE_SIDED, RIPPLE
 from hdfast.health import check
 from hdfast.recordings import load_campaign
 
@@ -37,6 +37,30 @@ SHORT = {
     "article_output": partial(article.write, late="output", repeats=1),
 }
 LONG = ("ur10e_j2", "bam_trajectory", "article")
+MISSED = {  # what was expected of a machine and is not said of it; docs/diagnosis.md has more
+    ("ur10e_j1", RIPPLE): "listed, not named: at 100 Hz out of reach of a replay at most speeds",
+    ("ur10e_j1", "not_showable"): "no torque_gain is listed",
+    ("tx40", "not_showable"): "no torque_gain is listed",
+    ("heads", MEMORY): "undecided, on a baseline that does not follow it at all",
+    ("heads", "verdicts"): "undecided, on a baseline that does not follow it at all",
+    ("heads", "memory"): "undecided, on a baseline that does not follow it at all",
+    ("brfd", "memory"): "fading, for the low-pass that is named beside its hysteresis",
+    ("article", LATE): "the replayed motion has passed the sensors, which are all slow",
+}
+
+
+def asked(field: str, *, each: bool = False) -> list[Any]:
+    """Name and what is expected of every machine of which something is, those that do not meet it as failures."""
+    found = []
+    for name, expected in EXPECTED.items():
+        value = getattr(expected, field)
+        for one in value if each else [value] if value else []:
+            reason = MISSED.get((name, one)) or MISSED.get((name, field))
+            missed = [pytest.mark.xfail(reason=reason, strict=True, raises=AssertionError)] if reason else []
+            found.append(pytest.param(name, one, marks=[pytest.mark.long, *missed], id=name))
+    return found
+
+
 PUBLISHED = [name for name in MET if EXPECTED[name].heldout_percent is not None]
 ORDERED = ("emps", "ur10e_j1", "ur10e_j4", "kinova")
 QUIET_TWINS = ("emps", "ur10e_j1", "ur10e_j2", "ur10e_j4", "kinova", "bam", "brfd", "hej90", "tx40", "heads", "article")
@@ -72,6 +96,34 @@ def test_against_known_effects(diagnosed: Verdicts, name: str) -> None:
     assert not named & EXPECTED[name].must_not_name
 
 
+@pytest.mark.parametrize(("name", "either"), asked("must_name", each=True))
+def test_against_effects_expected_before_the_first_run(diagnosed: Verdicts, name: str, either: frozenset[str]) -> None:
+    assert {effect["effect"] for effect in diagnosed(name)["effects"]} & either
+
+
+@pytest.mark.parametrize(("name", "allowed"), asked("verdicts"))
+def test_against_verdicts_expected_before_the_first_run(
+    diagnosed: Verdicts, name: str, allowed: frozenset[str]
+) -> None:
+    assert diagnosed(name)["verdict"] in allowed
+
+
+@pytest.mark.parametrize(("name", "effects"), asked("not_showable"))
+def test_against_effects_that_a_machine_cannot_show(diagnosed: Verdicts, name: str, effects: frozenset[str]) -> None:
+    assert effects <= {one["effect"] for one in diagnosed(name)["not_showable"]}
+
+
+@pytest.mark.parametrize(("name", "torque"), asked("dry_friction"))
+def test_against_published_dry_friction(diagnosed: Verdicts, name: str, torque: float) -> None:
+    [size] = [one["parameters"]["T_c"]["value"] for one in diagnosed(name)["effects"] if one["effect"] in DRY]
+    assert size == pytest.approx(torque, rel=0.15)
+
+
+@pytest.mark.parametrize(("name", "memory"), asked("memory"))
+def test_against_known_memory(diagnosed: Verdicts, name: str, memory: str) -> None:
+    assert diagnosed(name)["where"]["memory"] == memory
+
+
 def test_against_the_bench_with_a_slow_sensor_at_its_output(diagnosed: Verdicts) -> None:
     effects = {effect["effect"]: effect for effect in diagnosed("article_output")["effects"]}
     late = effects["sensor_lowpass"]
@@ -96,11 +148,11 @@ def test_exact_held_samples_are_told(tmp_path: Path) -> None:
     assert all("held_values" in [finding.check for finding in one.findings] for one in health.recordings)
 
 
-@pytest.mark.long
-def test_exact_held_samples_are_no_physics(diagnosed: Verdicts) -> None:
-    verdict = diagnosed("hej90")
+@pytest.mark.parametrize(("name", "word"), asked("health"))
+def test_exact_held_samples_are_no_physics(diagnosed: Verdicts, name: str, word: str) -> None:
+    verdict = diagnosed(name)
     assert not verdict["effects"]
-    assert any(finding["check"] == "held_values" for finding in verdict["health"])
+    assert any(finding["check"] == f"{word}_values" for finding in verdict["health"])
 
 
 @pytest.mark.parametrize("name", anchors(PUBLISHED))

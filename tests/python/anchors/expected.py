@@ -36,7 +36,7 @@ class Expected:
         heldout_percent: largest error of the motor torque on the recordings held out.
         dry_friction: friction torque T_c at the motor [N m], to be met within 15 %.
         not_showable: effects that the recordings cannot show and the verdict lists as such.
-        health: a word that the health report has to contain.
+        health: what values are, as the health report has to say.
         memory: kind of memory found.
     """
 

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable
+from fractions import Fraction
 from functools import cached_property, partial
 from itertools import pairwise
 
@@ -214,7 +215,7 @@ class Metrics:
 
     def upsilon_min(self) -> float:
         """Smallest local ratio over one period of the kinematic error."""
-        turns = max([1] + [round(1 / (o % 1)) for o in self.problem.orders if o % 1 > 1e-9])
+        turns = math.lcm(*(Fraction(o).limit_denominator(1000).denominator for o in self.problem.orders))
         looks = 24 * turns * max(1, math.ceil(max(self.problem.orders, default=1.0)))
         grid = [2 * math.pi * turns * k / looks for k in range(-1, looks + 1)]
         values = [-self.drive.local_ratio(theta) for theta in grid]

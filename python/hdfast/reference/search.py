@@ -93,7 +93,7 @@ class Scan:
     def time_above(self, name: str, level: float, a: float, b: float) -> float:
         """Time [s] in [a, b] that the size of the signal exceeds `level`."""
         looks, function = self.window(a, b), self.functions[name]
-        total = 0.0
+        total = self.time_between_looks(name, level, looks)
         for j, k in pairwise(looks):
             t0, t1 = self.times[j], self.times[k]
             before, after = abs(self.columns[name][j]) > level, abs(self.columns[name][k]) > level
@@ -104,9 +104,33 @@ class Scan:
                 total += edge - t0 if before else t1 - edge
         return total
 
+    def time_between_looks(self, name: str, level: float, looks: list[int]) -> float:
+        """What excursions beyond `level`, or back, add that begin and end between two looks of one side."""
+        column, function = self.columns[name], self.functions[name]
+        total = 0.0
+        for i, j, k in zip(looks, looks[1:], looks[2:], strict=False):
+            sign = 1.0 if abs(column[j]) <= level else -1.0
+            before, here, after = (sign * (abs(column[look]) - level) for look in (i, j, k))
+            if not (before < here >= after and here <= 0.0):
+                continue
+
+            def beyond(t: float, sign: float = sign) -> float:
+                return sign * (abs(function(t)) - level)
+
+            t0, t1 = self.times[i], self.times[k]
+            top, height = summit(beyond, t0, t1)
+            if height > 0.0:
+                total += sign * (root(beyond, top, t1) - root(beyond, t0, top))
+        return total
+
 
 def peak(function: Function, a: float, b: float) -> float:
-    """Largest value of a function with one maximum in [a, b] (golden section)."""
+    """Largest value of a function with one maximum in [a, b]."""
+    return summit(function, a, b)[1]
+
+
+def summit(function: Function, a: float, b: float) -> tuple[float, float]:
+    """Where a function with one maximum in [a, b] has it, and how high it is (golden section)."""
     shrink = (math.sqrt(5.0) - 1.0) / 2.0
     low, high = b - shrink * (b - a), a + shrink * (b - a)
     f_low, f_high = function(low), function(high)
@@ -119,7 +143,7 @@ def peak(function: Function, a: float, b: float) -> float:
             a, low, f_low = low, high, f_high
             high = a + shrink * (b - a)
             f_high = function(high)
-    return max(f_low, f_high)
+    return (low, f_low) if f_low > f_high else (high, f_high)
 
 
 def root(function: Function, a: float, b: float) -> float:

@@ -7,11 +7,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import scipy
 
 from hdfast.checks import Floats
 from hdfast.tolerance.designs import interleaved_sobol
-from hdfast.tolerance.intervals import CONFIDENCE, Estimate
+from hdfast.tolerance.intervals import CONFIDENCE, Estimate, student
 
 RESAMPLES = 200
 SCRAMBLINGS = 16
@@ -76,7 +75,7 @@ def sobol_indices(
     weights /= weights.sum(axis=1, keepdims=True)
     first, total = _indices(table, np.full((1, count), 1.0 / count))
     firsts, totals = _indices(table, weights)
-    wide = _widening(parts, confidence)
+    wide = math.sqrt(parts / max(parts - 1, 1)) * student(parts, confidence)
     return Indices(_estimates(names, first[0], firsts, wide), _estimates(names, total[0], totals, wide))
 
 
@@ -86,13 +85,6 @@ def _indices(table: Floats, weights: Floats) -> tuple[Floats, Floats]:
     mean = weights @ (a + b) / 2.0
     variance = weights @ (a**2 + b**2) / 2.0 - mean**2
     return weights @ (b * (mixed - a)) / variance, 0.5 * (weights @ (a - mixed) ** 2) / variance
-
-
-def _widening(parts: int, confidence: float) -> float:
-    """Reach of an interval in standard deviations of a bootstrap of few parts; NaN of one part."""
-    if parts < 2:
-        return math.nan
-    return math.sqrt(parts / (parts - 1.0)) * float(scipy.special.stdtrit(parts - 1, 0.5 + confidence / 2.0))
 
 
 def _estimates(names: Sequence[str], value: Floats, resampled: Floats, widening: float) -> dict[str, Estimate]:
@@ -161,7 +153,7 @@ def morris_effects(points: Floats, values: Floats, names: Sequence[str], confide
     size = np.mean(np.abs(effects), axis=0)
     if walks > 1:
         spread = np.std(np.abs(effects), axis=0, ddof=1) / math.sqrt(walks)
-        reach = float(scipy.special.stdtrit(walks - 1, 0.5 + confidence / 2.0)) * spread
+        reach = student(walks, confidence) * spread
         deviation = np.std(effects, axis=0, ddof=1)
     else:
         reach = deviation = np.full(dimensions, np.nan)

@@ -96,10 +96,8 @@ def _make_one(folders: Folders, name: str, recipe: Recipe) -> None:
     try:
         label = build(recipe, scratch)
     except UnfitError as reason:
-        plain = replace(recipe, kinds=("single",) if recipe.kinds[0] == "undecidable" else recipe.kinds[:1])
-        bench = Bench(motor_only=recipe.bench.motor_only, warm=recipe.bench.warm)
         try:
-            label = build(replace(plain, bench=bench, seed=recipe.seed + 1), scratch)
+            label = build(_on_an_ordinary_bench(recipe), scratch)
         except UnfitError as again:
             raise InputError(
                 f"no draw makes a case of the set, not on an ordinary bench either ({again}): give another --seed"
@@ -107,6 +105,13 @@ def _make_one(folders: Folders, name: str, recipe: Recipe) -> None:
         label[INSTEAD_OF] = str(reason)
     scratch.rename(target)
     files.write_json(folders.sealed / PARTS / f"{name}.json", label)
+
+
+def _on_an_ordinary_bench(recipe: Recipe) -> Recipe:
+    kinds = ("single",) if recipe.kinds[0] == "undecidable" else recipe.kinds[:1]
+    bench = Bench(motor_only=recipe.bench.motor_only, warm=recipe.bench.warm)
+    like = None if recipe.like is None else _on_an_ordinary_bench(recipe.like)
+    return replace(recipe, kinds=kinds, bench=bench, seed=recipe.seed + 1, like=like)
 
 
 @contextmanager

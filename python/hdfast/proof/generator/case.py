@@ -51,26 +51,22 @@ def build(recipe: Recipe, folder: Path) -> dict[str, Any]:
 
 
 def _attempt(recipe: Recipe, folder: Path, rng: Generator) -> dict[str, Any]:
-    rig = draw_rig(rng, recipe)
+    model = recipe.model
+    rig = draw_rig(rng, model)
     bare = Drive(rig.plant, sensors.SOUND)
     fit = [k for k, run in enumerate(rig.runs) if run.role == "fit"]
     traces = [simulate(rig, bare, rig.runs[k], rng) for k in fit]
     motions = [motion(x, rig.runs[k], rig) for x, k in zip(traces, fit, strict=True)]
-    rig, lin, named = sized_within_limits(rig, bare, motions, recipe, rng)
-    full = together(bare, named)
+    rig, lin, named = sized_within_limits(rig, bare, motions, model, rng)
     files = [f"{x:08x}" for x in rng.integers(0, 2**32, len(rig.runs))]
-    refit = swallowed(lin, named)
-    check_size(lin, refit, named)
-    hidden = hiding(lin, refit) if named else {}
-    check_hiding(recipe, hidden)
-    certificate = hidden | likeness(lin, refit, named, [files[k] for k in fit])
-    check_likeness(recipe, named, certificate)
-    check_sampling(recipe, rig, motions, certificate["orders"])
-    if "masked_by_controller" in recipe.kinds:
+    full, certificate = together(bare, named), certified(model, lin, named, [files[k] for k in fit])
+    if "masked_by_controller" in model.kinds:
         certificate["speed_change"] = _speed_change(rig, full, traces, fit, rng)
         if certificate["speed_change"] > HIDDEN_MOTION:
-            raise UnfitError(f"{recipe}: the motion shows it")
-    minor = draw_nuisance(rng, lin, set(recipe.effects))
+            raise UnfitError(f"{model}: the motion shows it")
+    minor = draw_nuisance(rng, lin, set(model.effects))
+    if not recipe.effects:
+        named, full, certificate = [], bare, certified(recipe, lin, [], [files[k] for k in fit])
     full = together(full, minor)
     made = [record(rig, full, run, k, rng) for k, run in enumerate(rig.runs)]
     if not all(np.isfinite(values).all() for one in made for values in one.noisy.values()):
@@ -83,6 +79,22 @@ def _attempt(recipe: Recipe, folder: Path, rng: Generator) -> dict[str, Any]:
     for window in certificate["windows"]:
         window[2] += suffix
     return label(recipe, rig, named, minor, certificate)
+
+
+def certified(recipe: Recipe, lin: Linearisation, named: list[Sized], files: list[str]) -> dict[str, Any]:
+    """The certificate of a case that keeps the rules of its kinds.
+
+    Raises:
+        UnfitError: it does not.
+    """
+    refit = swallowed(lin, named)
+    check_size(lin, refit, named)
+    hidden = hiding(lin, refit) if named else {}
+    check_hiding(recipe, hidden)
+    certificate = hidden | likeness(lin, refit, named, files)
+    check_likeness(recipe, named, certificate)
+    check_sampling(recipe, lin, certificate["orders"])
+    return certificate
 
 
 def _floor(lin: Linearisation, named: list[Sized], full: Drive, made: list[Recorded]) -> dict[str, Any]:
@@ -173,14 +185,14 @@ def check_likeness(recipe: Recipe, named: list[Sized], certificate: dict[str, An
         raise UnfitError(f"{recipe}: cannot be told from {rival}")
 
 
-def check_sampling(recipe: Recipe, rig: Rig, motions: list[Motion], orders: list[float]) -> None:
+def check_sampling(recipe: Recipe, lin: Linearisation, orders: list[float]) -> None:
     """Hold a case against the rule of effects masked by sampling.
 
     Raises:
         UnfitError: no recording turns fast enough for a line to pass half the sampling rate.
     """
-    fastest = max(float(np.max(np.abs(m.speed))) for m in motions) / TURN
-    if "masked_by_sampling" in recipe.kinds and max(orders) * fastest <= 0.5 * rig.chain.rate:
+    fastest = max(float(np.max(np.abs(m.speed))) for m in lin.motions) / TURN
+    if "masked_by_sampling" in recipe.kinds and max(orders) * fastest <= 0.5 * lin.rig.chain.rate:
         raise UnfitError(f"{recipe}: line at {max(orders) * fastest:.0f} Hz")
 
 

@@ -43,9 +43,17 @@ class Recipe:
         effects: effect id -> amplitude in detectable amplitudes.
         seed: of every draw.
         bench: conditions of the recordings.
+        like: the recipe of a case with effects that everything but these is drawn for, of a case without any: neither
+            the bench nor the sensors may say which of the two it is.
     """
 
     kinds: tuple[str, ...]
     effects: Mapping[str, float]
     seed: int
     bench: Bench = field(default_factory=Bench)
+    like: Recipe | None = None
+
+    @property
+    def model(self) -> Recipe:
+        """The recipe that bench, sensors and motion are drawn for."""
+        return self.like or self

@@ -7,7 +7,7 @@
 //! The power basis loses a factor of about (1 + sqrt 2)^n of accuracy, 1e-9 at order 20.
 //! Fractional and higher orders are evaluated one by one.
 
-use crate::real::{Real, Scalar};
+use crate::real::{Real, Scalar, Task};
 
 /// The highest integer order that is summed as a polynomial.
 pub const MAX_POLYNOMIAL_ORDER: usize = 20;
@@ -121,15 +121,12 @@ impl<R: Real> Harmonics<R> {
             }
         }
         let [p, q, dp, r] = sums;
-        let mut value = sine.mul_add(q, p);
-        let mut slope = (-sine).mul_add(dp, r);
-        for &(order, a, b) in &self.singles {
-            let order = R::splat(order);
-            let (sine, cosine) = (order * angle).sin_cos();
-            value = a.mul_add(cosine, b.mul_add(sine, value));
-            slope = order.mul_add(b * cosine - a * sine, slope);
+        let value = sine.mul_add(q, p);
+        let slope = (-sine).mul_add(dp, r);
+        if self.singles.is_empty() {
+            return (value, slope);
         }
-        (value, slope)
+        R::apart(AddSingles { singles: &self.singles, angle, value, slope })
     }
 
     /// The second derivative of theta_e at a motor angle.
@@ -150,6 +147,31 @@ impl<R: Real> Harmonics<R> {
             curvature = curvature - order * order * (a * cosine + b * sine);
         }
         curvature
+    }
+}
+
+/// Adds the orders that are evaluated one by one to the error and its slope: in the loop around the evaluation, their sines
+/// would take registers from the sums of the others.
+struct AddSingles<'a, R> {
+    singles: &'a [(f64, R, R)],
+    angle: R,
+    value: R,
+    slope: R,
+}
+
+impl<R: Real> Task for AddSingles<'_, R> {
+    type Output = (R, R);
+
+    #[inline(always)]
+    fn run(self) -> (R, R) {
+        let Self { singles, angle, mut value, mut slope } = self;
+        for &(order, a, b) in singles {
+            let order = R::splat(order);
+            let (sine, cosine) = (order * angle).sin_cos();
+            value = a.mul_add(cosine, b.mul_add(sine, value));
+            slope = order.mul_add(b * cosine - a * sine, slope);
+        }
+        (value, slope)
     }
 }
 

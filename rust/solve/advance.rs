@@ -190,7 +190,7 @@ impl<'a, P: Path, M: Model<N>, T: Method, const N: usize> Advance<'a, P, M, T, N
         self.count(accepted, step, &trial);
         let arrived = (accepted & landing).to_bits() & self.occupied;
         self.set_aside(stiff & !arrived, rows);
-        self.fail(arrived, !accepted, step, &trial, rows);
+        self.fail(arrived, !verdict.accepted, step, &trial, rows);
         self.arrive(arrived, &trial, rows);
     }
 

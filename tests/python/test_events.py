@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from drives import linear
+from drives import linear, parameters
 from hdfast import Scenario
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -54,6 +54,15 @@ def test_against_short_steps_coupling_that_slips_at_a_peak():
     p = linear(coulomb_friction_T_c=5.0, T_slip=6.0, relief=0.1, T_external=5.8, f_external=7.0, psi=0.0)
     t = np.linspace(0.0, 1.0, 6)
     assert_as_in_short_steps(p, terms, torque_steps([(1.0, 0.0)]), t, ["windup", "theta_l"], 1e-5)
+
+
+def test_exact_event_in_a_step_of_no_length():
+    """A drive breaks away between two knots of a table that are one rounding apart."""
+    scenario = Scenario.torque_profile([0.0, 0.3, 0.1 * 3, 1.0], [0.0, 0.0, 1.0, 1.0])
+    t = np.linspace(0.0, 1.0, 11)
+    speed = simulate(parameters(), ["coulomb_friction"], scenario, t, ["omega_m"])[0]
+    np.testing.assert_allclose(speed[:4], 0.0, atol=1e-12)
+    assert np.all(speed[4:] > 0.0)
 
 
 def test_exact_reversal_without_friction_is_no_stop():

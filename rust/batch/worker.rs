@@ -142,7 +142,8 @@ impl<S: Scalar> Queue<'_, '_, S> {
     /// The next run that can be simulated; others are written off with their reason.
     fn assignment(&mut self) -> Option<Assignment<S>> {
         let job = self.shared.job;
-        loop {
+        // Bad rows could go on for seconds.
+        while !self.shared.cancelled.load(Ordering::Relaxed) {
             let run = self.next_index()?;
             self.in_flight.push(run);
             (job.parameters)(self.shared.place(run).0, &mut self.values);
@@ -158,6 +159,7 @@ impl<S: Scalar> Queue<'_, '_, S> {
                 }
             }
         }
+        None
     }
 
     fn direction(&self, run: usize) -> Option<Direction> {

@@ -123,6 +123,24 @@ print(waited / (1.0 + waited) * result.finished.mean())
     assert float(printed(code)) < 0.05  # of the time that the whole sweep would have taken
 
 
+def test_exact_interrupt_is_heeded_among_bad_rows():
+    code = """
+import _thread
+import numpy as np
+import hdfast
+
+rows = {"J_l": np.full(3_000_000, -1.0)}
+try:
+    hdfast.sweep(rows, metrics=[], threads=1, progress=lambda done, total: _thread.interrupt_main())
+except hdfast.Interrupted as caught:
+    counts = caught.result.status_counts()
+print(counts["bad_parameters"], counts["cancelled"])
+"""
+    bad, cancelled = map(int, printed(code).split())
+    assert bad + cancelled == 3_000_000
+    assert cancelled > 0
+
+
 def test_exact_rows_that_an_interrupt_leaves_without_some_derivatives_are_not_finished():
     code = """
 import _thread, threading

@@ -8,8 +8,8 @@ use crate::model::{Base, Drive, Harmonics, Model, Program, Row, Segment};
 use crate::real::{Real, Scalar};
 use std::sync::Arc;
 
-/// Steps that a row may leave memory for.
-const RECORDS_KEPT: usize = 1 << 14;
+/// Steps, and steps that may hold an extremum, that a row may leave memory for.
+const KEPT: usize = 1 << 14;
 
 /// What counts as the very start of a motion [s].
 const SETTLING: f64 = 0.5;
@@ -157,8 +157,9 @@ impl<S: Scalar, const N: usize> Seat<S, N> {
 
     /// Gives the memory back, as much of it as an ordinary row takes.
     pub fn into_memory(mut self) -> Memory<S, N> {
-        self.records.clear();
-        self.records.shrink_to(RECORDS_KEPT);
+        leave(&mut self.records);
+        leave(&mut self.candidates);
+        leave(&mut self.ranked);
         Memory { records: self.records, candidates: self.candidates, ranked: self.ranked, samples: self.samples }
     }
 
@@ -344,6 +345,12 @@ impl<S: Scalar, const N: usize> Seat<S, N> {
             lanes.set(lane, value);
         }
     }
+}
+
+/// Empties a list, and keeps no more memory than an ordinary row takes.
+fn leave<T>(list: &mut Vec<T>) {
+    list.clear();
+    list.shrink_to(KEPT);
 }
 
 /// Adds a state for which there is room: lanes that call for memory keep nothing in registers meanwhile.

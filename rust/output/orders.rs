@@ -120,8 +120,8 @@ fn changes(problem: &LeastSquares, orders: &[f64], samples: &Samples, found: &[f
 
 /// Cosine and sine of every order at every angle; integer orders by repeated rotation.
 fn waves(orders: &[f64], angles: &[f64]) -> Vec<(Vec<f64>, Vec<f64>)> {
-    let empty = (Vec::with_capacity(angles.len()), Vec::with_capacity(angles.len()));
-    let mut waves = vec![empty; orders.len()];
+    let room = || Vec::with_capacity(angles.len());
+    let mut waves: Vec<_> = orders.iter().map(|_| (room(), room())).collect();
     let whole = |order: f64| order.fract() == 0.0;
     let highest = orders.iter().copied().filter(|order| whole(*order)).fold(0.0, f64::max) as usize;
     let mut turns = vec![(1.0, 0.0); highest + 1];

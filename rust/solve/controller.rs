@@ -56,10 +56,10 @@ impl<R: Real<Lane = f64>> Controller<R> {
     }
 }
 
-/// Steps that end exactly on the next stop instead of just before it.
+/// Steps that end exactly on the next stop instead of just before it, none of them longer than the longest.
 #[inline(always)]
-pub fn fit_to_stop<R: Real>(step: R, remaining: R) -> (R, R::Mask) {
-    let landing = remaining.le(step * R::splat(1.01));
+pub fn fit_to_stop<R: Real>(step: R, remaining: R, longest: R) -> (R, R::Mask) {
+    let landing = remaining.le((step * R::splat(1.01)).min(longest));
     let halved = R::select(remaining.lt(step * R::splat(2.0)), remaining * R::splat(0.5), step);
     (R::select(landing, remaining, halved), landing)
 }
@@ -69,4 +69,17 @@ pub fn fit_to_stop<R: Real>(step: R, remaining: R) -> (R, R::Mask) {
 pub fn stuck<R: Real>(rejected: R::Mask, step: R, t: R) -> u64 {
     let resolution = (t + R::splat(1e-3)) * R::splat(8.0 * f64::EPSILON);
     (rejected & step.le(resolution)).to_bits()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::fit_to_stop;
+
+    #[test]
+    fn exact_no_step_is_longer_than_the_longest() {
+        assert_eq!(fit_to_stop(1.0, 1.005, f64::INFINITY), (1.005, true));
+        assert_eq!(fit_to_stop(1.0, 1.005, 1.0), (0.5025, false));
+        assert_eq!(fit_to_stop(1.0, 1.0, 1.0), (1.0, true));
+        assert_eq!(fit_to_stop(1.0, 2.5, 1.0), (1.0, false));
+    }
 }

@@ -119,7 +119,8 @@ impl<P: Path, M: Model<N>, T: Method, const N: usize> Advance<'_, P, M, T, N> {
     #[inline(always)]
     pub(super) fn next_step<const HELD: bool>(&mut self) -> (Plain<P>, <P::Lanes as Real>::Mask) {
         let wanted = if M::STICKS { self.stepper.follow_periods::<M>(self.step) } else { self.step };
-        let (step, landing) = fit_to_stop(wanted, self.stop - self.stepper.t);
+        let longest = Plain::<P>::splat(self.demand.max_step);
+        let (step, landing) = fit_to_stop(wanted, self.stop - self.stepper.t, longest);
         if !HELD || self.events.lanes == 0 {
             return (step, landing);
         }

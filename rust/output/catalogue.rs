@@ -1,8 +1,9 @@
 //! The metrics by name: the one table of what can be computed, in which unit, and what it needs.
 
+use super::energy::Damper;
 use super::signals::Signal;
 use crate::model::Base;
-use crate::solve::{ALL_STATES, Demand, Extreme, Integral, Mark, Watched};
+use crate::solve::{ALL_STATES, Demand, Extreme, Mark, Watched};
 use std::sync::LazyLock;
 
 /// A part of the motion.
@@ -81,7 +82,7 @@ pub enum Metric {
     /// Energy put in by motor and load.
     EnergyIn(Phase),
     /// Energy lost in one damper.
-    Loss(Integral, Phase),
+    Loss(Damper, Phase),
     /// Energy lost in terms.
     LossInTerms,
     /// What the energy balance lacks.
@@ -227,25 +228,25 @@ impl Metric {
                     format!("loss_motor{suffix}"),
                     "J",
                     format!("energy lost in B_m{when}"),
-                    Self::Loss(Integral::MotorLoss, phase),
+                    Self::Loss(Damper::Motor, phase),
                 ),
                 entry(
                     format!("loss_wave_generator{suffix}"),
                     "J",
                     format!("energy lost in B_ml{when}"),
-                    Self::Loss(Integral::WaveGeneratorLoss, phase),
+                    Self::Loss(Damper::WaveGenerator, phase),
                 ),
                 entry(
                     format!("loss_load{suffix}"),
                     "J",
                     format!("energy lost in B_l{when}"),
-                    Self::Loss(Integral::LoadLoss, phase),
+                    Self::Loss(Damper::Load, phase),
                 ),
                 entry(
                     format!("loss_mesh{suffix}"),
                     "J",
                     format!("energy lost in B_sp{when}"),
-                    Self::Loss(Integral::MeshLoss, phase),
+                    Self::Loss(Damper::Mesh, phase),
                 ),
             ]);
         }
@@ -306,7 +307,7 @@ impl Metric {
                 demand.integrands.speed = true;
             }
             Self::EnergyIn(_) | Self::Loss(..) | Self::LossInTerms | Self::EnergyResidual => {
-                demand.integrands.energy = true;
+                (demand.integrands.energy, demand.integrands.ring, demand.integrands.speed) = (true, true, true);
             }
             Self::TimeOutsideRange => demand.watched[Watched::Windup as usize] = true,
             Self::PeakWindup

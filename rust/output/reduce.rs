@@ -85,7 +85,7 @@ impl<'a, S: Scalar, const N: usize> Reduction<'a, S, N> {
             Metric::EnergyIn(phase) => {
                 self.integral(Integral::MotorPower, phase) - self.integral(Integral::LoadPower, phase)
             }
-            Metric::Loss(which, phase) => self.integral(which, phase),
+            Metric::Loss(damper, phase) => energy::lost_in(damper, self.seat, phase.marks()),
             Metric::EnergyResidual => {
                 without_derivative(energy::residual(self.seat, self.retrace, (self.end.0, &self.end.1)))
             }

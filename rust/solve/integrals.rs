@@ -4,7 +4,7 @@ use crate::model::{Constants, Rates};
 use crate::real::Real;
 
 /// How many quadratures there are.
-pub const INTEGRALS: usize = 12;
+pub const INTEGRALS: usize = 10;
 
 /// Gauss's rule of order 6 on [0, 1]: places and weights.
 pub const GAUSS: [(f64, f64); 3] =
@@ -32,10 +32,6 @@ pub enum Integral {
     MotorLoss,
     /// Power lost in B_ml.
     WaveGeneratorLoss,
-    /// Power lost in B_l.
-    LoadLoss,
-    /// Power lost in B_sp.
-    MeshLoss,
     /// Power taken by terms.
     TermPower,
 }
@@ -49,7 +45,7 @@ pub struct Integrands {
     pub ring: bool,
     /// Load speed and its square.
     pub speed: bool,
-    /// Powers.
+    /// Powers; what is lost in B_l and B_sp follows from the squares of their speeds.
     pub energy: bool,
 }
 
@@ -99,8 +95,6 @@ impl Integrands {
             put(Integral::LoadPower, weight * rates.load_torque, rates.omega_l);
             put(Integral::MotorLoss, weight * c.b_m * omega_m, omega_m);
             put(Integral::WaveGeneratorLoss, weight * c.b_ml * slip, slip);
-            put(Integral::LoadLoss, weight * c.b_l * rates.omega_l, rates.omega_l);
-            put(Integral::MeshLoss, weight * c.b_sp * rates.windup_rate, rates.windup_rate);
             put(Integral::TermPower, weight, rates.term_power);
         }
     }

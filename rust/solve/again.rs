@@ -152,7 +152,7 @@ impl<R: Real, M: Model<N>, const N: usize> Peaks<'_, R, M, N> {
     fn look(&mut self, share: R::Plain) -> R {
         let Self { stepper, start, step, wanted, .. } = self;
         let t = share.mul_add(*step, *start);
-        R::apart(Look::<R, M, N> { stepper, share, t, wanted: *wanted, model: PhantomData })
+        R::apart(Look::<R, M, N> { stepper, step: *step, share, t, wanted: *wanted, model: PhantomData })
     }
 }
 
@@ -208,6 +208,7 @@ fn around<R: Real>(looks: &[R; LOOKS], middle: usize) -> [Point<R>; 3] {
 /// What is wanted of the lanes is at an instant, a shaft sliding the way it moves.
 struct Look<'a, R: Real, M, const N: usize> {
     stepper: &'a mut Stepper<R, N>,
+    step: R::Plain,
     share: R::Plain,
     t: R::Plain,
     wanted: Wanted<R>,
@@ -219,10 +220,10 @@ impl<R: Real, M: Model<N>, const N: usize> Task for Look<'_, R, M, N> {
 
     #[inline(always)]
     fn run(self) -> R {
-        let Self { stepper, share, t, wanted, .. } = self;
+        let Self { stepper, step, share, t, wanted, .. } = self;
         stepper.t = t;
         for index in 0..N {
-            stepper.state[index] = value_at(&stepper.polynomials[index], R::constant(share));
+            stepper.state[index] = value_at(&stepper.polynomials[index], step, R::constant(share));
         }
         stepper.slide::<M>(every_lane::<R>());
         let rates = stepper.rates::<M>(R::constant(stepper.t), &stepper.state);

@@ -49,7 +49,7 @@ fn solve<T: Method>(steps: u32) -> (f64, f64, f64) {
         let trial = stepper.attempt::<TwoInertia, T, false>(step);
         if index + 1 == steps {
             stepper.interpolate::<TwoInertia, T>(step, ALL_STATES);
-            let inside = stepper.inside(SHARE, ALL_STATES)[2];
+            let inside = stepper.inside(step, SHARE, ALL_STATES)[2];
             return (trial.state[2], inside, stepper.t + SHARE * step);
         }
         stepper.commit::<TwoInertia, false>(true, step, &trial);

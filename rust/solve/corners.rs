@@ -128,7 +128,7 @@ impl<R: Real, M: Model<N>, const N: usize> FindTurns<'_, R, M, N> {
     /// Time and state after a share of the step.
     #[inline(always)]
     fn moment(&self, share: R::Plain) -> (R, [R; N]) {
-        let state = self.stepper.inside(R::constant(share), (1 << self.stepper.used::<M>()) - 1);
+        let state = self.stepper.inside(self.step, R::constant(share), (1 << self.stepper.used::<M>()) - 1);
         (R::constant(share.mul_add(self.step, self.stepper.t)), state)
     }
 

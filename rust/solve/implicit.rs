@@ -8,7 +8,7 @@
 use super::Method;
 use super::integrals::{GAUSS, INTEGRALS};
 use super::interpolant::ALL_STATES;
-use super::record::DENSE_TERMS;
+use super::record::value_at;
 use super::stepper::{Stepper, plain};
 use super::tableau::Rosenbrock;
 use crate::model::Model;
@@ -132,10 +132,7 @@ impl<R: Real, M: Model<N>, T: Method, const N: usize> Task for Integrate<'_, R, 
         for (share, weight) in GAUSS {
             let mut state = [R::zero(); N];
             for index in 0..N {
-                for power in (0..DENSE_TERMS).rev() {
-                    let term = stepper.polynomials[index][power];
-                    state[index] = state[index].mul_add_plain(R::Plain::splat(share), term);
-                }
+                state[index] = value_at(&stepper.polynomials[index], step, R::splat(share));
             }
             let t = step.mul_add(R::Plain::splat(share), stepper.t);
             let rates = stepper.rates::<M>(R::constant(t), &state);

@@ -28,13 +28,14 @@ impl<R: Real, const N: usize> Stepper<R, N> {
 
     /// The wanted states after a share of the step last interpolated; the others are NaN.
     #[inline(always)]
-    pub fn inside(&self, share: R, wanted: u64) -> [R; N] {
-        R::apart(Inside { polynomials: &self.polynomials, share, wanted })
+    pub fn inside(&self, step: R::Plain, share: R, wanted: u64) -> [R; N] {
+        R::apart(Inside { polynomials: &self.polynomials, step, share, wanted })
     }
 }
 
-struct Inside<'a, R, const N: usize> {
+struct Inside<'a, R: Real, const N: usize> {
     polynomials: &'a [[R; DENSE_TERMS]; N],
+    step: R::Plain,
     share: R,
     wanted: u64,
 }
@@ -46,7 +47,7 @@ impl<R: Real, const N: usize> Task for Inside<'_, R, N> {
     fn run(self) -> [R; N] {
         let mut state = [R::splat(f64::NAN); N];
         for index in (0..N).filter(|index| self.wanted >> index & 1 == 1) {
-            state[index] = value_at(&self.polynomials[index], self.share);
+            state[index] = value_at(&self.polynomials[index], self.step, self.share);
         }
         state
     }
@@ -95,11 +96,8 @@ impl<R: Real, M: Model<N>, T: Method, const N: usize> Task for Interpolate<'_, R
                     }
                 }
             });
-            let polynomial = &mut stepper.polynomials[index];
-            polynomial[0] = stepper.state[index];
-            for power in 1..DENSE_TERMS {
-                polynomial[power] = sums[power] * R::constant(step);
-            }
+            sums[0] = stepper.state[index];
+            stepper.polynomials[index] = sums;
         }
     }
 }

@@ -44,14 +44,14 @@ pub struct Record<S, const N: usize> {
 /// Highest degree of a dense output, plus one.
 pub const DENSE_TERMS: usize = 8;
 
-/// One step as a polynomial in the elapsed share of the step, ascending coefficients.
+/// One step as a polynomial in the elapsed share of the step.
 #[derive(Clone, Copy, Debug)]
 pub struct Dense<S, const N: usize> {
     /// Start of the step [s].
     pub t: f64,
     /// Length of the step [s].
     pub step: f64,
-    /// Coefficients per state.
+    /// Coefficients per state, see [`value_at`].
     pub coefficients: [[S; DENSE_TERMS]; N],
 }
 
@@ -60,20 +60,21 @@ impl<S: Scalar, const N: usize> Dense<S, N> {
     pub fn at(&self, share: S) -> [S; N] {
         let mut state = [S::zero(); N];
         for (number, polynomial) in state.iter_mut().zip(&self.coefficients) {
-            *number = value_at(polynomial, share);
+            *number = value_at(polynomial, self.step, share);
         }
         state
     }
 }
 
-/// The value of a polynomial after a share of the step.
+/// The value of a state after a share of the step, from its value at the start and the ascending coefficients of its
+/// change per time, from the linear one.
 #[inline(always)]
-pub fn value_at<R: Real>(polynomial: &[R; DENSE_TERMS], share: R) -> R {
-    let mut value = polynomial[DENSE_TERMS - 1];
-    for &coefficient in polynomial[..DENSE_TERMS - 1].iter().rev() {
-        value = value * share + coefficient;
+pub fn value_at<R: Real>(polynomial: &[R; DENSE_TERMS], step: R::Plain, share: R) -> R {
+    let mut pace = polynomial[DENSE_TERMS - 1];
+    for &coefficient in polynomial[1..DENSE_TERMS - 1].iter().rev() {
+        pace = pace.mul_add(share, coefficient);
     }
-    value
+    (pace * share).mul_add_plain(step, polynomial[0])
 }
 
 /// The numbers of one lane.

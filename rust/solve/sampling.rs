@@ -25,7 +25,7 @@ impl<P: Path, M: Model<N>, T: Method, const N: usize> Advance<'_, P, M, T, N> {
             self.stepper.interpolate::<M, T>(step, self.demand.sampled);
             while inside != 0 {
                 let share = (self.sample - P::Lanes::constant(self.stepper.t)) / P::Lanes::constant(step);
-                let state = self.stepper.inside(share, self.demand.sampled);
+                let state = self.stepper.inside(step, share, self.demand.sampled);
                 self.push_samples(inside, &state);
                 inside &= self.sample.plain().lt(trial.t).to_bits();
             }

@@ -46,7 +46,7 @@ pub struct Stepper<R: Real, const N: usize> {
     pub integrals: [R; INTEGRALS],
     pub watch: Watch<R>,
     pub(super) slopes: [[R; N]; SLOPES],
-    /// The step last interpolated, as polynomials in the elapsed share.
+    /// The step last interpolated, as polynomials in the elapsed share: see [`super::record::value_at`].
     pub(super) polynomials: [[R; DENSE_TERMS]; N],
     pub(super) starting: [R; INTEGRALS],
     pub(super) step_integrals: [R; INTEGRALS],

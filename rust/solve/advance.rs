@@ -174,7 +174,7 @@ impl<'a, P: Path, M: Model<N>, T: Method, const N: usize> Advance<'a, P, M, T, N
     /// One attempt in every lane.
     #[inline(always)]
     fn advance<const HELD: bool>(&mut self, rows: &mut impl Rows<Lane<P>, N>) {
-        self.refresh();
+        self.refresh::<HELD>();
         let (step, landing) = self.next_step::<HELD>();
         let mut trial = self.stepper.attempt::<M, T, HELD>(step);
         trial.t = Plain::<P>::select(landing, self.stop, trial.t);
@@ -187,7 +187,7 @@ impl<'a, P: Path, M: Model<N>, T: Method, const N: usize> Advance<'a, P, M, T, N
         self.stepper.commit::<M, HELD>(accepted, step, &trial);
         self.choose_step(step, verdict.factor, accepted & landing);
         self.settle_events::<HELD>(accepted, &trial);
-        self.count(accepted, step, &trial);
+        self.count::<HELD>(accepted, step, &trial);
         let arrived = (accepted & landing).to_bits() & self.occupied;
         self.set_aside(stiff & !arrived, rows);
         self.fail(arrived, !verdict.accepted, step, &trial, rows);
@@ -196,7 +196,7 @@ impl<'a, P: Path, M: Model<N>, T: Method, const N: usize> Advance<'a, P, M, T, N
 
     /// First slopes of lanes that begin a row or whose input has jumped.
     #[inline(always)]
-    fn refresh(&mut self) {
+    fn refresh<const HELD: bool>(&mut self) {
         if P::Lanes::DIFFERENTIATES && self.bent != 0 {
             self.stepper.refresh_tangents::<M>(<P::Lanes as Real>::Mask::from_bits(self.bent));
             self.bent = 0;
@@ -216,7 +216,7 @@ impl<'a, P: Path, M: Model<N>, T: Method, const N: usize> Advance<'a, P, M, T, N
             self.open_windows(lane);
         }
         if self.demand.record {
-            self.remember(self.stale, Plain::<P>::zero(), &rates);
+            self.remember::<HELD>(self.stale, Plain::<P>::zero(), &rates);
         }
         self.stale = 0;
     }

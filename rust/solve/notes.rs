@@ -11,17 +11,22 @@ use crate::real::{Mask, Path, Real, lanes_of};
 impl<P: Path, M: Model<N>, T: Method, const N: usize> Advance<'_, P, M, T, N> {
     /// Counts the attempt and records its end.
     #[inline(always)]
-    pub(super) fn count(&mut self, accepted: <P::Lanes as Real>::Mask, step: Plain<P>, trial: &Trial<P::Lanes, N>) {
+    pub(super) fn count<const HELD: bool>(
+        &mut self,
+        accepted: <P::Lanes as Real>::Mask,
+        step: Plain<P>,
+        trial: &Trial<P::Lanes, N>,
+    ) {
         let one = Plain::<P>::splat(1.0);
         self.attempts = self.attempts + one;
         self.accepted = self.accepted + Plain::<P>::select(accepted, one, Plain::<P>::zero());
         if self.demand.record {
-            self.remember(accepted.to_bits(), step, &trial.rates);
+            self.remember::<HELD>(accepted.to_bits(), step, &trial.rates);
         }
     }
 
     #[inline(always)]
-    pub(super) fn remember(&mut self, lanes: u64, step: Plain<P>, rates: &Rates<P::Lanes, N>) {
+    pub(super) fn remember<const HELD: bool>(&mut self, lanes: u64, step: Plain<P>, rates: &Rates<P::Lanes, N>) {
         for lane in lanes_of(lanes & self.occupied) {
             let record = Record {
                 t: self.stepper.t.get(lane),
@@ -30,7 +35,7 @@ impl<P: Path, M: Model<N>, T: Method, const N: usize> Advance<'_, P, M, T, N> {
                 alpha_m: rates.slope[1].plain().get(lane),
                 omega_l: rates.omega_l.plain().get(lane),
                 alpha_l: rates.alpha_l.plain().get(lane),
-                branch: self.branch(lane),
+                branch: if HELD { self.branch(lane) } else { Branch::default() },
             };
             if let Some(seat) = &mut self.seats[lane] {
                 seat.records.push(record);

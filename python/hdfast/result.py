@@ -46,9 +46,9 @@ class SweepResult:
         final_state: (M, S) last accepted state, columns as `states`.
         sensitivities: names of what derivatives were taken with respect to, W of them.
         metric_sensitivities: arrays (M, W) by metric name, derivatives in the metric's over the parameter's unit; NaN
-            for time_outside_range and energy_residual, which depend on where steps end, and for mode_*, which come from
-            an iterated fit. Windows, extrema and crossings move with the parameter, the samples of a fit do not change
-            in number.
+            for time_outside_range and energy_residual, which are found in plain numbers, and for mode_*, which come
+            from an iterated fit. Windows, extrema and crossings move with the parameter, the samples of a fit do not
+            change in number.
         sample_sensitivities: arrays (M, T, W) by signal name.
         recorded_sensitivities: arrays (M, T, W) by channel, of the readings before they are rounded, with noise and
             jitter held as they were drawn (`SensorStage.linearise`); empty without sensors.

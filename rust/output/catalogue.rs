@@ -309,7 +309,10 @@ impl Metric {
             Self::EnergyIn(_) | Self::Loss(..) | Self::LossInTerms | Self::EnergyResidual => {
                 (demand.integrands.energy, demand.integrands.ring, demand.integrands.speed) = (true, true, true);
             }
-            Self::TimeOutsideRange => demand.watched[Watched::Windup as usize] = true,
+            Self::TimeOutsideRange => {
+                demand.watched[Watched::Windup as usize] = true;
+                demand.outside = true;
+            }
             Self::PeakWindup
             | Self::InitialTePeak
             | Self::TePeak(_)

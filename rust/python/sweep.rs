@@ -113,6 +113,7 @@ pub fn sweep<'py>(
         integrands: Integrands::default(),
         watched: WatchList::default(),
         extremes: Vec::new(),
+        outside: false,
         record: false,
         find_stiff,
     };

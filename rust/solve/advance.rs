@@ -34,6 +34,8 @@ pub struct Demand {
     pub watched: WatchList,
     /// Their largest values over windows.
     pub extremes: Vec<Extreme>,
+    /// Whether the time outside the spring's range is counted.
+    pub outside: bool,
     /// Whether steps are recorded.
     pub record: bool,
     /// Whether stiff rows are set aside.
@@ -184,6 +186,7 @@ impl<'a, P: Path, M: Model<N>, T: Method, const N: usize> Advance<'a, P, M, T, N
         let accepted = verdict.accepted & !self.find_events::<HELD>(verdict.accepted, landing, step, &trial);
         self.take_samples(accepted, step, &trial);
         self.watch::<HELD>(accepted, step, &trial);
+        self.count_outside(accepted, step, &trial);
         self.stepper.commit::<M, HELD>(accepted, step, &trial);
         self.choose_step(step, verdict.factor, accepted & landing);
         self.settle_events::<HELD>(accepted, &trial);

@@ -125,23 +125,16 @@ struct FindTurns<'a, R: Real, M, const N: usize> {
 }
 
 impl<R: Real, M: Model<N>, const N: usize> FindTurns<'_, R, M, N> {
-    /// Time and state after a share of the step.
-    #[inline(always)]
-    fn moment(&self, share: R::Plain) -> (R, [R; N]) {
-        let state = self.stepper.inside(self.step, R::constant(share), (1 << self.stepper.used::<M>()) - 1);
-        (R::constant(share.mul_add(self.step, self.stepper.t)), state)
-    }
-
     #[inline(always)]
     fn margin(&self, share: R::Plain) -> R::Plain {
-        let (t, state) = self.moment(share);
+        let (t, state) = self.stepper.moment::<M>(self.step, share);
         M::rates(&self.stepper.drive(), t, &state).margin
     }
 
     /// The pieces of the laws on which the lanes are.
     #[inline(always)]
     fn pieces(&self, share: R::Plain) -> Pieces<R::Plain> {
-        let (t, state) = self.moment(share);
+        let (t, state) = self.stepper.moment::<M>(self.step, share);
         M::corners(&Drivetrain { pieces: None, ..self.stepper.drive() }, t, &state)
     }
 }

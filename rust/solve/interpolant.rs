@@ -31,6 +31,13 @@ impl<R: Real, const N: usize> Stepper<R, N> {
     pub fn inside(&self, step: R::Plain, share: R, wanted: u64) -> [R; N] {
         R::apart(Inside { polynomials: &self.polynomials, step, share, wanted })
     }
+
+    /// Time and state after a share of the step last interpolated.
+    #[inline(always)]
+    pub(super) fn moment<M: Model<N>>(&self, step: R::Plain, share: R::Plain) -> (R, [R; N]) {
+        let state = self.inside(step, R::constant(share), (1 << self.used::<M>()) - 1);
+        (R::constant(share.mul_add(step, self.t)), state)
+    }
 }
 
 struct Inside<'a, R: Real, const N: usize> {

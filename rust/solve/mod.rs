@@ -17,6 +17,7 @@ mod interpolant;
 mod linear;
 mod notes;
 mod occupancy;
+mod outside;
 mod record;
 mod replay;
 mod rodas;

@@ -144,9 +144,6 @@ impl<R: Real> Watch<R> {
                 self.propose(bottom, signal, -1.0, -dip, doubt, &mut candidate);
             }
         }
-        if self.list[Watched::Windup as usize] {
-            self.count_outside(accepted, step, rates.windup.plain(), c.phi_max.plain());
-        }
     }
 
     #[inline(always)]
@@ -173,18 +170,31 @@ impl<R: Real> Watch<R> {
         }
     }
 
-    /// Adds the time with the windup outside the spring's range, linear between the ends of the step.
+    /// Where a signal lies in the course of a step, at least and at most: between the control points of the cubic through
+    /// the ends of the step, give or take a doubt.
     #[inline(always)]
-    fn count_outside(&mut self, accepted: R::Mask, step: R::Plain, windup: R::Plain, limit: R::Plain) {
-        let zero = R::Plain::zero();
-        let start = self.now[Watched::Windup as usize].value.plain().abs() - limit;
-        let end = windup.abs() - limit;
-        let touched = accepted & zero.lt(start.max(end));
-        if touched.any() {
-            let beyond = start.max(zero) + end.max(zero);
-            let share = beyond / (start.abs() + end.abs());
-            self.outside = R::Plain::select(touched, step.mul_add(share, self.outside), self.outside);
-        }
+    pub(super) fn bounds<const N: usize>(
+        &self,
+        signal: Watched,
+        step: R::Plain,
+        rates: &Rates<R, N>,
+        c: &Constants<R>,
+    ) -> [R::Plain; 2] {
+        let Reading { value: start, rate: start_rate } = self.now[signal as usize];
+        let Reading { value: end, rate: end_rate } = Self::read(signal as usize, rates, c);
+        let lever = step * R::Plain::splat(1.0 / 3.0);
+        let (start, end) = (start.plain(), end.plain());
+        let (first, second) = (start_rate.plain().mul_add(lever, start), (-end_rate.plain()).mul_add(lever, end));
+        let low = start.min(end).min(first.min(second));
+        let high = start.max(end).max(first.max(second));
+        let doubt = (high - low) * R::Plain::splat(DOUBT);
+        [low - doubt, high + doubt]
+    }
+
+    /// Adds time spent outside the spring's range in the given lanes.
+    #[inline(always)]
+    pub(super) fn add_outside(&mut self, lanes: R::Mask, time: R::Plain) {
+        self.outside = R::Plain::select(lanes, self.outside + time, self.outside);
     }
 
     /// The ranges of a lane since the last call; the next window starts here. `lag` is the derivative of the time

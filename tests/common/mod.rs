@@ -104,6 +104,7 @@ impl Problem {
             integrands: Integrands::default(),
             watched: WatchList::default(),
             extremes: Vec::new(),
+            outside: false,
             record: false,
             find_stiff: self.find_stiff,
         };

@@ -267,7 +267,7 @@ impl Metric {
             entry(
                 "upsilon_min",
                 "1",
-                "smallest local ratio of the rigid gear over a motor revolution, with the load at the stop; a reversal with te_hysteresis is left out",
+                "smallest local ratio of the rigid gear over a period of the kinematic error, with the load at the stop; a reversal with te_hysteresis is left out",
                 Self::UpsilonMin,
             ),
         ]);

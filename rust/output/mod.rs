@@ -4,6 +4,7 @@ mod catalogue;
 mod crossings;
 mod energy;
 mod least_squares;
+mod local_ratio;
 mod mode;
 mod orders;
 mod probe;

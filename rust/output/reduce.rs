@@ -5,16 +5,13 @@ use super::crossings::{Wanted, crossing};
 use super::mode::{self, Mode};
 use super::orders::amplitudes;
 use super::steady::{Steady, steady};
-use super::{Signal, energy};
+use super::{Signal, energy, local_ratio};
 use crate::model::Layout;
-use crate::model::terms::Motion;
 use crate::real::Scalar;
 use crate::solve::{Integral, Mark, Retrace, Seat};
-use std::f64::consts::TAU;
 
 const RISE_LEVELS: (f64, f64) = (0.05, 0.95);
 const HALF: f64 = 0.5;
-const POINTS_PER_PERIOD: f64 = 32.0;
 
 /// A finished row on its way to numbers.
 pub struct Reduction<'a, S, const N: usize> {
@@ -91,7 +88,7 @@ impl<'a, S: Scalar, const N: usize> Reduction<'a, S, N> {
             }
             Metric::LossInTerms => energy::lost_in_terms(self.seat, self.retrace, (self.end.0, &self.end.1)),
             Metric::TimeOutsideRange => without_derivative(self.seat.outside),
-            Metric::UpsilonMin => self.upsilon_min(),
+            Metric::UpsilonMin => local_ratio::smallest(self.layout, self.seat, self.retrace),
         }
     }
 
@@ -187,29 +184,5 @@ impl<'a, S: Scalar, const N: usize> Reduction<'a, S, N> {
         let square =
             if self.seat.assignment.program.ring_on_load { Integral::OmegaLSquare } else { Integral::WindupRateSquare };
         (self.seat.integral(Mark::RingStart, Mark::RingEnd, square) / width).sqrt()
-    }
-
-    /// From points over a revolution at the set speed under the load at the stop, the steepest refined by one parabola.
-    fn upsilon_min(&self) -> S {
-        let highest = self.layout.orders.iter().copied().fold(1.0, f64::max).max(self.retrace.highest_order());
-        let points = POINTS_PER_PERIOD * highest;
-        let spacing = TAU / points.ceil();
-        let row = &self.seat.assignment.row;
-        let load_torque = self.seat.load_before(self.seat.time_of(Mark::Off));
-        let slope_at = |angle: S| {
-            let motion = Motion::of_motor(angle, row.omega_set, row.constants.inverse_ratio);
-            self.retrace.kinematic_error(&motion, load_torque).1
-        };
-        let slope = |angle: f64| slope_at(S::splat(angle));
-        let all = (0..points.ceil() as usize).map(|k| (k as f64 * spacing, slope(k as f64 * spacing)));
-        let by_slope = |left: &(f64, S), right: &(f64, S)| left.1.plain().total_cmp(&right.1.plain());
-        let (angle, steepest) = all.max_by(by_slope).unwrap_or((0.0, S::zero()));
-        let (before, after) = (slope(angle - spacing), slope(angle + spacing));
-        let bend = before - S::splat(2.0) * steepest + after;
-        let vertex = S::splat(angle) + S::splat(0.5 * spacing) * (before - after) / bend;
-        let vertex = vertex.max(S::zero()).min(S::splat(TAU));
-        let peak = if bend.plain() < 0.0 { slope_at(vertex) } else { steepest };
-        let refined = peak.max(slope(TAU));
-        row.constants.inverse_ratio - refined.max(steepest)
     }
 }

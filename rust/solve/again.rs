@@ -6,6 +6,7 @@ use super::seat::Seat;
 use super::stepper::Stepper;
 use super::watch::{Candidate, WATCHED};
 use super::{Integrands, Method};
+use crate::model::terms::Motion;
 use crate::model::{Harmonics, Layout, Model, Rates, Row, Segment};
 use crate::real::{Mask, Real, Task};
 use std::marker::PhantomData;
@@ -64,6 +65,19 @@ impl<R: Real, M: Model<N>, T: Method, const N: usize> Again<R, M, T, N> {
     /// Everything the equations pass through at the lanes' instants; a shaft slides the way it moves.
     pub fn rates(&mut self) -> Rates<R, N> {
         R::apart(Instants::<R, M, N> { stepper: &mut self.stepper, model: PhantomData })
+    }
+
+    /// The slopes of the kinematic error at motor angles, all lanes being of one row.
+    pub fn error_slopes(&self, speed: R::Lane, angles: &[f64], load_torque: R::Lane) -> Vec<f64> {
+        let mut slopes = Vec::with_capacity(angles.len());
+        for part in angles.chunks(R::LANES) {
+            let mut lanes = R::zero();
+            part.iter().enumerate().for_each(|(lane, &angle)| lanes.set(lane, R::Lane::splat(angle)));
+            let motion = Motion::of_motor(lanes, R::every(speed), self.stepper.constants.inverse_ratio);
+            let slope = self.stepper.kinematic_error(&motion, R::every(load_torque)).1.plain();
+            slopes.extend((0..part.len()).map(|lane| slope.get(lane)));
+        }
+        slopes
     }
 
     /// Takes the steps.

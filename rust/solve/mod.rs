@@ -14,6 +14,7 @@ mod extrema;
 mod implicit;
 mod integrals;
 mod interpolant;
+mod kinematics;
 mod linear;
 mod notes;
 mod occupancy;

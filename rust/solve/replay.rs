@@ -7,8 +7,8 @@ use super::seat::{Seat, Start};
 use super::stepper::Stepper;
 use super::watch::WATCHED;
 use super::{Integrands, Method};
-use crate::model::terms::{HIDDEN, Internals, Mesh, Motion};
-use crate::model::{Base, Corners, Drive, Drivetrain, Energies, Harmonics, Layout, Model, Pieces, Rates, Row, spring};
+use crate::model::terms::Motion;
+use crate::model::{Base, Drive, Drivetrain, Energies, Harmonics, Layout, Model, Pieces, Rates, Row, spring};
 use crate::real::{Path, Real, Scalar, Task};
 use std::marker::PhantomData;
 
@@ -30,10 +30,14 @@ pub trait Retrace<S: Scalar, const N: usize> {
     fn energies(&mut self, seat: &Seat<S, N>, t: f64, state: &[S; N]) -> Energies<S>;
     /// Which base model it is.
     fn base(&self) -> Base;
-    /// The kinematic error [rad] and its slope, terms included, of a drive that begins in a motion under a load torque.
-    fn kinematic_error(&self, motion: &Motion<S>, load_torque: S) -> (S, S);
+    /// The slope of the kinematic error, terms included, of a drive that begins at the set speed under a load torque.
+    fn error_slope(&self, seat: &Seat<S, N>, angle: S, load_torque: S) -> S;
+    /// The same at many motor angles, as many at once as there are lanes.
+    fn error_slopes(&mut self, seat: &Seat<S, N>, angles: &[f64], load_torque: S) -> Vec<f64>;
     /// Highest order per motor revolution that terms add to it.
     fn highest_order(&self) -> f64;
+    /// Orders per motor revolution at which what terms add to it repeats.
+    fn repeat_at(&self) -> Vec<f64>;
 }
 
 /// What stands in one lane of a path.
@@ -156,7 +160,8 @@ impl<'a, P: Path, M: Model<N>, T: Method, const N: usize> Replay<'a, P, M, T, N>
             _ => (row.theta_m0, number(0.0)),
         };
         let load_torque = seat.segment().load_torque(row).value;
-        let (error, slope) = self.kinematic_error(&Motion::of_motor(angle, speed, c.inverse_ratio), load_torque);
+        let motion = Motion::of_motor(angle, speed, c.inverse_ratio);
+        let (error, slope) = self.stepper.kinematic_error(&motion, load_torque);
         let follows = (c.inverse_ratio - slope) * speed;
         let mut full = match seat.assignment.start {
             Start::Given(full) => match seat.segment().drive {
@@ -225,33 +230,23 @@ impl<P: Path, M: Model<N>, T: Method, const N: usize> Retrace<Lane<P>, N> for Re
         M::BASE
     }
 
-    fn kinematic_error(&self, motion: &Motion<Lane<P>>, load_torque: Lane<P>) -> (Lane<P>, Lane<P>) {
-        Lane::<P>::apart(KinematicError { stepper: &self.stepper, motion, load_torque })
+    fn error_slope(&self, seat: &Seat<Lane<P>, N>, angle: Lane<P>, load_torque: Lane<P>) -> Lane<P> {
+        let row = &seat.assignment.row;
+        let motion = Motion::of_motor(angle, row.omega_set, row.constants.inverse_ratio);
+        self.stepper.kinematic_error(&motion, load_torque).1
+    }
+
+    fn error_slopes(&mut self, seat: &Seat<Lane<P>, N>, angles: &[f64], load_torque: Lane<P>) -> Vec<f64> {
+        self.again.load(seat, self.shared);
+        self.again.error_slopes(seat.assignment.row.omega_set, angles, load_torque)
     }
 
     fn highest_order(&self) -> f64 {
         self.stepper.terms.highest_order().plain()
     }
-}
 
-struct KinematicError<'a, S: Scalar, const N: usize> {
-    stepper: &'a Stepper<S, N>,
-    motion: &'a Motion<S>,
-    load_torque: S,
-}
-
-impl<S: Scalar, const N: usize> Task for KinematicError<'_, S, N> {
-    type Output = (S, S);
-
-    #[inline(always)]
-    fn run(self) -> Self::Output {
-        let Self { stepper: Stepper { harmonics, terms, .. }, motion, load_torque } = self;
-        let own = harmonics.value_and_slope(motion.theta_m);
-        let mut mesh = Mesh::new(own, S::zero(), load_torque);
-        let mut states = [S::zero(); HIDDEN];
-        terms.begin(motion, &mut states);
-        terms.mesh(motion, &mut mesh, &mut Internals::new(&states, Corners::new(None)));
-        (mesh.error, mesh.error_slope)
+    fn repeat_at(&self) -> Vec<f64> {
+        self.stepper.terms.repeat_at(self.stepper.constants.inverse_ratio)
     }
 }
 

@@ -127,6 +127,21 @@ macro_rules! catalog {
         }
 
         impl<S: Scalar> Terms<S> {
+            /// Orders per motor revolution at which what they add to the kinematic error repeats.
+            pub fn repeat_at(&self, inverse_ratio: S) -> Vec<f64> {
+                let mut index = 0;
+                let mut orders = Vec::new();
+                $(
+                    if self.is_on(index) {
+                        let order = super::$module::$term::repeats_at(self.values_of(index), inverse_ratio);
+                        orders.push(order.plain());
+                    }
+                    index += 1;
+                )*
+                let _ = index;
+                orders
+            }
+
             /// Lets the one with the least reserve jump.
             pub fn jump(&self, gear: &Gear<S>, gear_torque: S, states: &mut [S; HIDDEN]) {
                 let least = self.reserve(gear, gear_torque, states);
@@ -148,6 +163,7 @@ macro_rules! catalog {
     };
     (@states $states:ident $what:literal [$($term:ident $module:ident)*]) => {
         #[doc = $what]
+        #[inline(always)]
         pub fn $states(&self, motion: &Motion<R>, states: &mut [R; HIDDEN]) {
             let mut index = 0;
             $(

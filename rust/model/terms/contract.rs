@@ -374,6 +374,12 @@ pub trait Term {
     fn highest_order<R: Real>(p: &[R]) -> R {
         R::zero()
     }
+    /// The order per motor revolution at which what it adds to the kinematic error repeats; 0 where it is the same in every
+    /// revolution, or settles.
+    #[inline(always)]
+    fn repeats_at<R: Real>(p: &[R], inverse_ratio: R) -> R {
+        R::zero()
+    }
     /// Adds to the kinematic error.
     #[inline(always)]
     fn mesh<R: Real>(p: &[R], motion: &Motion<R>, mesh: &mut Mesh<R>, hidden: Hidden<R>) {}

@@ -40,6 +40,11 @@ impl Term for LocalFault {
     }
 
     #[inline(always)]
+    fn repeats_at<R: Real>(p: &[R], _inverse_ratio: R) -> R {
+        p[1]
+    }
+
+    #[inline(always)]
     fn mesh<R: Real>(p: &[R], motion: &Motion<R>, mesh: &mut Mesh<R>, _hidden: Hidden<R>) {
         let (sine, cosine) = p[1].mul_add(motion.theta_m, p[2]).sin_cos();
         let sharpness = R::splat(1.0) / (p[3] * p[3]);

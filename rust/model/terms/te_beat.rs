@@ -31,8 +31,13 @@ impl Term for TeBeat {
     }
 
     #[inline(always)]
-    fn mesh<R: Real>(p: &[R], motion: &Motion<R>, mesh: &mut Mesh<R>, _hidden: Hidden<R>) {
+    fn repeats_at<R: Real>(_p: &[R], inverse_ratio: R) -> R {
         let two = R::splat(2.0);
-        add_line(mesh, motion, (-two).mul_add(motion.inverse_ratio, two), p[0], p[1]);
+        (-two).mul_add(inverse_ratio, two)
+    }
+
+    #[inline(always)]
+    fn mesh<R: Real>(p: &[R], motion: &Motion<R>, mesh: &mut Mesh<R>, _hidden: Hidden<R>) {
+        add_line(mesh, motion, Self::repeats_at(p, motion.inverse_ratio), p[0], p[1]);
     }
 }

@@ -34,6 +34,11 @@ impl Term for TeHarmonic {
     }
 
     #[inline(always)]
+    fn repeats_at<R: Real>(p: &[R], _inverse_ratio: R) -> R {
+        p[0]
+    }
+
+    #[inline(always)]
     fn mesh<R: Real>(p: &[R], motion: &Motion<R>, mesh: &mut Mesh<R>, _hidden: Hidden<R>) {
         add_line(mesh, motion, p[0], p[1], p[2]);
     }

@@ -39,6 +39,11 @@ impl Term for TeLoadDependence {
     }
 
     #[inline(always)]
+    fn repeats_at<R: Real>(p: &[R], _inverse_ratio: R) -> R {
+        p[0]
+    }
+
+    #[inline(always)]
     fn mesh<R: Real>(p: &[R], motion: &Motion<R>, mesh: &mut Mesh<R>, _hidden: Hidden<R>) {
         let (cosine, sine) = (p[1] * mesh.load_torque, p[2] * mesh.load_torque);
         add_line(mesh, motion, p[0], cosine, sine);

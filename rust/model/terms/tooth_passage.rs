@@ -42,6 +42,11 @@ impl Term for ToothPassage {
     }
 
     #[inline(always)]
+    fn repeats_at<R: Real>(p: &[R], _inverse_ratio: R) -> R {
+        p[0]
+    }
+
+    #[inline(always)]
     fn mesh<R: Real>(p: &[R], motion: &Motion<R>, mesh: &mut Mesh<R>, _hidden: Hidden<R>) {
         let (one_sine, one_cosine) = p[2].sin_cos();
         let (both_sine, both_cosine) = p[4].sin_cos();

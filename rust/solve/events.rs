@@ -118,7 +118,10 @@ impl<P: Path, M: Model<N>, T: Method, const N: usize> Advance<'_, P, M, T, N> {
     /// The step of every lane, and whether it ends on a stop.
     #[inline(always)]
     pub(super) fn next_step<const HELD: bool>(&mut self) -> (Plain<P>, <P::Lanes as Real>::Mask) {
-        let wanted = if M::STICKS { self.stepper.follow_periods::<M>(self.step) } else { self.step };
+        let mut wanted = self.step;
+        if M::STICKS {
+            wanted = self.stepper.follow_pulses(self.stepper.follow_periods::<M>(wanted));
+        }
         let longest = Plain::<P>::splat(self.demand.max_step);
         let (step, landing) = fit_to_stop(wanted, self.stop - self.stepper.t, longest);
         if !HELD || self.events.lanes == 0 {

@@ -217,6 +217,16 @@ impl<R: Real, const N: usize> Stepper<R, N> {
         R::Plain::select(held, step.min(longest), step)
     }
 
+    /// Steps that turn the motor no farther than what acts over a short part of a revolution lets them.
+    #[inline(always)]
+    pub(super) fn follow_pulses(&self, step: R::Plain) -> R::Plain {
+        let Some(reach) = self.terms.reach(self.state[0]) else { return step };
+        let reach = reach.plain();
+        let (speed, acceleration) = (self.state[1].plain().abs(), self.slopes[0][1].plain().abs());
+        let root = speed.mul_add(speed, (acceleration + acceleration) * reach).sqrt();
+        ((reach + reach) / (speed + root)).min(step)
+    }
+
     /// Shafts that nothing dry resists turn round without an event.
     #[inline(always)]
     fn turn_freely<M: Model<N>>(&mut self, accepted: R::Mask, rates: &Rates<R, N>) {

@@ -41,6 +41,20 @@ def test_exact_terms_that_need_more_than_one_inertia_are_refused(term):
         hdfast.Model("one_inertia", terms=[term])
 
 
+@pytest.mark.parametrize(("order", "width"), [(240.0, 0.05), (60.0, 0.02), (2.0, 0.4)])
+def test_against_short_steps_no_pulse_is_run_over(order, width):
+    """Nothing but the pulses themselves would keep the steps of a rigid gear short."""
+    row = {"fault_height": 5e-6, "order": order, "fault_width": width}
+    scenario = hdfast.Scenario.start_stop(speed_rpm=100.0, t_off=0.6, t_end=0.7, run_window=(0.1, 0.6))
+    model = hdfast.Model("one_inertia", terms=["local_fault"])
+    metrics = ["speed_ripple_rms", "te_mean", "te_rms"]
+    own, short = (
+        hdfast.sweep(row, model=model, scenario=scenario, metrics=metrics, max_step=step) for step in (np.inf, 1e-5)
+    )
+    for name in metrics:
+        np.testing.assert_allclose(own[name], short[name], rtol=1e-3)
+
+
 def test_exact_dry_levels_of_both_sides_add():
     """A rigid shaft moves when the torque passes T_c + T_cl/i and not before; held, both carry the same share."""
     values = {"coulomb_friction_T_c": 0.03, "T_cl": 2.0}

@@ -43,15 +43,10 @@ macro_rules! catalog {
         const CORNER_COUNTS: [usize; COUNT] = [$(<super::$module::$term as Term>::CORNERS),*];
 
         /// Which of them the sustaining torque covers, as a set of bits.
-        const SUSTAINED: u64 = {
-            let all = [$(<super::$module::$term as Term>::SUSTAINED),*];
-            let (mut bits, mut index) = (0, 0);
-            while index < COUNT {
-                bits |= (all[index] as u64) << index;
-                index += 1;
-            }
-            bits
-        };
+        const SUSTAINED: u64 = bits([$(<super::$module::$term as Term>::SUSTAINED),*]);
+
+        /// Which of them steps could run over, as a set of bits.
+        const NARROW: u64 = bits([$(<super::$module::$term as Term>::NARROW),*]);
 
         impl<R: Real> Terms<R> {
             catalog!(@hook actuator(actuator: Actuator<R>) [$($term $module)*]);
@@ -123,6 +118,25 @@ macro_rules! catalog {
                 )*
                 let _ = index;
                 highest
+            }
+
+            /// How far [rad] the motor may turn from this angle without passing over what any of them does; absent where
+            /// none is narrow.
+            #[inline(always)]
+            pub fn reach(&self, theta_m: R) -> Option<R> {
+                if self.on & NARROW == 0 {
+                    return None;
+                }
+                let mut index = 0;
+                let mut least = R::splat(f64::INFINITY);
+                $(
+                    if <super::$module::$term as Term>::NARROW && self.is_on(index) {
+                        least = least.min(super::$module::$term::reach(self.values_of(index), theta_m));
+                    }
+                    index += 1;
+                )*
+                let _ = index;
+                Some(least)
             }
         }
 
@@ -250,6 +264,16 @@ catalog! {
 }
 
 const COUNT: usize = TERMS.len();
+
+/// Answers as a set of bits.
+const fn bits(all: [bool; COUNT]) -> u64 {
+    let (mut bits, mut index) = (0, 0);
+    while index < COUNT {
+        bits |= (all[index] as u64) << index;
+        index += 1;
+    }
+    bits
+}
 
 /// Where each term's corners begin: there is room for those of all terms.
 const FIRST_CORNERS: [usize; COUNT] = {

@@ -337,6 +337,8 @@ pub trait Term {
     const JUMPS: bool = false;
     /// Whether it acts by time alone, whatever the drive does.
     const BY_TIME: bool = false;
+    /// Whether it acts over so short a part of a revolution that steps could run over it.
+    const NARROW: bool = false;
     /// How many corners its law has.
     const CORNERS: usize = 0;
     /// Whether its friction at an even speed is the same at every angle, so that the sustaining torque covers it.
@@ -365,6 +367,11 @@ pub trait Term {
     #[inline(always)]
     fn frequency<R: Real>(p: &[R]) -> R {
         R::zero()
+    }
+    /// How far [rad] the motor may turn from this angle without passing over what it does.
+    #[inline(always)]
+    fn reach<R: Real>(p: &[R], theta_m: R) -> R {
+        R::splat(f64::INFINITY)
     }
     /// Shapes the motor torque.
     #[inline(always)]

@@ -4,6 +4,9 @@ use super::{Hidden, Mesh, Motion, Place, Term, TermInfo, TermParameter};
 use crate::model::Base;
 use crate::real::Real;
 
+/// Both slopes of a pulse in widths.
+const SLOPES: f64 = 4.0;
+
 /// See [`Term::INFO`].
 pub struct LocalFault;
 
@@ -33,6 +36,17 @@ impl Term for LocalFault {
         ],
         states: &[],
     };
+
+    const NARROW: bool = true;
+
+    /// A pulse's slopes on both sides; between the pulses, to the next one: an arc is longer than its chord.
+    #[inline(always)]
+    fn reach<R: Real>(p: &[R], theta_m: R) -> R {
+        let (_, cosine) = p[1].mul_add(theta_m, p[2]).sin_cos();
+        let square = R::splat(2.0) - (cosine + cosine);
+        let chord = square.max(R::zero()).sqrt();
+        (p[3] * R::splat(SLOPES)).max(chord) / p[1]
+    }
 
     #[inline(always)]
     fn highest_order<R: Real>(p: &[R]) -> R {

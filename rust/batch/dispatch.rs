@@ -13,13 +13,13 @@ use std::marker::PhantomData;
 /// A CPU path by name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SimdPath {
-    /// x86-64 with AVX-512: two vectors of eight, of models with terms one.
+    /// x86-64 with AVX-512: two vectors of eight; one for models with terms, rodas5p and derivatives.
     Avx512,
-    /// x86-64 with AVX2 and FMA: two vectors of four.
+    /// x86-64 with AVX2 and FMA: two vectors of four; one for rodas5p and derivatives.
     Avx2,
     /// One lane, with fused multiply-add where the CPU has it.
     Scalar,
-    /// Four lanes of plain code; NEON on aarch64.
+    /// Four lanes of plain code, NEON on aarch64; one for models with terms, rodas5p and derivatives.
     Portable,
 }
 
@@ -158,7 +158,7 @@ impl SimdPath {
     }
 }
 
-/// Lanes that run side by side on a path.
+/// Lanes of base models that run side by side on a path with an explicit method; other rows may have fewer.
 pub fn lanes_of_path(path: SimdPath) -> usize {
     match path {
         #[cfg(target_arch = "x86_64")]

@@ -8,7 +8,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 import small_campaign
-from hdfast.diagnosis import beside, diagnose, verdict
+from hdfast.diagnosis import accept, beside, diagnose, select, verdict
 from hdfast.diagnosis.holdout import Proof
 from hdfast.diagnosis.lesser import Lesser
 from hdfast.diagnosis.replay import Replay
@@ -278,3 +278,34 @@ def test_exact_effects_that_do_not_hold_or_gain_little_beside_the_others_go_one_
     assert (found.final, proof) == ("less a", "less a")
     assert shown == {"b": 5.0, "c": 6.0}
     assert {label: lesser.fit for label, lesser in lessers.items()} == {"b": "less b", "c": "less c"}
+
+
+def test_exact_a_first_effect_is_tried_where_the_screen_suspects_it_or_cannot_show_it() -> None:
+    def signature(effect: str) -> SimpleNamespace:
+        candidate = SimpleNamespace(effect=effect, label=effect, law=effect, variety=effect, contains=(), free=effect)
+        return SimpleNamespace(candidate=candidate, gain=9.0, bulk=9.0)
+
+    p = {"hysteresis": 0.04, "cogging": 0.2, "backlash": 0.5, "load_side_friction": 0.9}
+    found, seen = [signature(effect) for effect in p], SimpleNamespace(p=p)
+
+    def tried(*, first: bool) -> list[str]:
+        return [alike[0].candidate.effect for alike in select._shortlist(found, seen, first=first)]
+
+    assert tried(first=True) == ["hysteresis", "cogging", "load_side_friction"]
+    assert tried(first=False) == ["hysteresis"]
+
+
+@pytest.mark.parametrize(("p", "broken"), [(0.05, []), (0.06, [accept.SHORT])])
+def test_exact_what_the_screen_does_not_notice_is_left_to_the_held_out_recordings(monkeypatch, p, broken) -> None:
+    for rule in ("sizeable", "certain", "of_its_own"):
+        monkeypatch.setattr(accept, rule, lambda *_: True)
+    for rule in ("unresolved", "special"):
+        monkeypatch.setattr(accept, rule, lambda *_: False)
+    monkeypatch.setattr(accept, "strained", lambda *_: [])
+    monkeypatch.setattr(accept, "_at_bounds", lambda *_: [])
+    monkeypatch.setattr(accept, "calmer", lambda *_: 0.0)
+    candidate = SimpleNamespace(effect="cogging", label="cogging")
+    joint, replay = SimpleNamespace(mismatch=np.zeros(3)), SimpleNamespace()
+    gained, rules = Gain(np.full(20, 2.0), (0.1, 0.2)), accept.Rules(0.1, np.zeros(3, dtype=int))
+    seen = SimpleNamespace(p={"cogging": p})
+    assert list(accept.failed_rules(replay, joint, joint, candidate, gained, rules, seen)) == broken

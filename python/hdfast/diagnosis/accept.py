@@ -72,13 +72,14 @@ class Rules:
 def failed_rules(
     replay: Replay, joint: Fit, current: Fit, candidate: Candidate, gained: Gain, rules: Rules, seen: Screen
 ) -> tuple[str, ...]:
-    """The rules that an effect breaks, by name."""
+    """The rules that an effect breaks, by name; what the screen does not notice gains too little by itself."""
     if not np.isfinite(joint.mismatch).all():
         return (NO_MODEL,)
     failed = []
     slow = candidate.effect in DRIFTS or (candidate.effect in SLOW and len(replay.plant.units) > 1)
     p = seen.p.get(candidate.label, 1.0)
-    if not (repeats(gained, p, replay.layout.unit_of_block) if slow else convinces(gained, p)):
+    enough = repeats(gained, p, replay.layout.unit_of_block) if slow else convinces(gained, p)
+    if not enough or p > NOTICED:
         failed.append(SHORT)
     after, before = gained.nrmse
     waived = rules.waived(seen, candidate, before) and gained.total >= TELLING

@@ -215,7 +215,8 @@ def _try(
     if not starts:
         return Trial(candidate, current, gain(replay, current, current, rules.folds), (NO_MODEL,))
     fits = [fit(replay, structure, starts[0], None if contained else current)]
-    fits += [fit(replay, structure, start, fits[0]) for start in starts[1:]]
+    ahead = None if candidate.bends else fits[0]
+    fits += [fit(replay, structure, start, fits[0], ahead) for start in starts[1:]]
     joint = Metric.about(replay, current).best_fit(replay.layout, fits)
     gained = gain(replay, joint, current, rules.folds)
     return Trial(candidate, joint, gained, failed_rules(replay, joint, current, candidate, gained, rules, seen))

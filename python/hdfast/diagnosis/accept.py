@@ -78,8 +78,8 @@ def failed_rules(
     failed = []
     slow = candidate.effect in DRIFTS or (candidate.effect in SLOW and len(replay.plant.units) > 1)
     p = seen.p.get(candidate.label, 1.0)
-    enough = repeats(gained, p, replay.layout.unit_of_block) if slow else convinces(gained, p)
-    if not enough or p > NOTICED:
+    beyond_chance = repeats(gained, p, replay.layout.unit_of_block) if slow else convinces(gained, p)
+    if not beyond_chance or p > NOTICED:
         failed.append(SHORT)
     after, before = gained.nrmse
     waived = rules.waived(seen, candidate, before) and gained.total >= TELLING

@@ -65,7 +65,7 @@ def _attempt(recipe: Recipe, folder: Path, rng: Generator) -> dict[str, Any]:
         if certificate["speed_change"] > HIDDEN_MOTION:
             raise UnfitError(f"{model}: the motion shows it")
     minor = draw_nuisance(rng, lin, set(model.effects))
-    if not recipe.effects:
+    if recipe.like:
         named, full, certificate = [], bare, certified(recipe, lin, [], [files[k] for k in fit])
     full = together(full, minor)
     made = [record(rig, full, run, k, rng) for k, run in enumerate(rig.runs)]

@@ -96,6 +96,7 @@ TWINS: tuple[tuple[str, Bench], ...] = (
     ("mesh_stiffness_variation", STEADY_LOADED),
     ("ratio_error", STEADY),
 )
+MOTOR_NULLS, OTHER_NULLS = 34, 66
 
 
 def plan(count: int, seed: int) -> list[Recipe]:
@@ -124,7 +125,8 @@ def _first_release() -> list[Recipe]:
     concealing = _singles() + sets + sensors + outside + twins
     motor = [one for one in concealing if one.bench.motor_only]
     others = [one for one in concealing if not one.bench.motor_only]
-    alike = [motor[k % len(motor)] for k in range(34)] + [others[k * len(others) // 66] for k in range(66)]
+    alike = [motor[k % len(motor)] for k in range(MOTOR_NULLS)]
+    alike += [others[k * len(others) // OTHER_NULLS] for k in range(OTHER_NULLS)]
     return [Recipe(("null",), {}, 0, like.bench, like) for like in alike] + concealing
 
 

@@ -47,6 +47,10 @@ class Sections:
             text = Path(path).read_text(encoding="utf-8-sig")
         except FileNotFoundError:
             raise ConfigError(f"{path}: no such file") from None
+        except IsADirectoryError:
+            inside = sorted(file.name for file in Path(path).glob("*.toml"))
+            listed = f"it holds {', '.join(inside)}" if inside else "it holds no TOML file"
+            raise ConfigError(f"{path}: a folder, not a file ({listed[:400]})") from None
         except UnicodeDecodeError as error:
             raise ConfigError(f"{path}: not a UTF-8 text file ({error.reason})") from None
         except (OSError, ValueError) as error:

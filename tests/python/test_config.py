@@ -150,7 +150,10 @@ def test_exact_unreadable_files(tmp_path):
     (tmp_path / "binary.toml").write_bytes(b"\xff\xfe")
     with pytest.raises(hdfast.ConfigError, match="UTF-8"):
         config.load(tmp_path / "binary.toml")
-    with pytest.raises(hdfast.ConfigError, match=str(tmp_path)):
+    (tmp_path / "empty").mkdir()
+    with pytest.raises(hdfast.ConfigError, match=r"empty: a folder, not a file \(it holds no TOML file\)"):
+        config.load(tmp_path / "empty")
+    with pytest.raises(hdfast.ConfigError, match=r"a folder, not a file \(it holds binary\.toml\)"):
         config.load(tmp_path)
 
 

@@ -157,6 +157,14 @@ def test_exact_a_text_of_windows_is_read(tmp_path):
     assert found.notes == ("read as Windows-1252 text", "columns left out: Öl")
 
 
+@pytest.mark.parametrize("end", ["", "  "])
+def test_exact_a_last_line_that_does_not_end_may_be_cut_and_is_noted(end, tmp_path):
+    (tmp_path / "run.csv").write_text("t,motor_angle\n0,1.25\n1,2.5" + end)
+    found = load_table(tmp_path / "run.csv")
+    np.testing.assert_array_equal(found["motor_angle"], [1.25, 2.5])
+    assert found.notes == ("the last line has no line end: if the file was cut short, so may be its last number",)
+
+
 WRONG_TEXTS = [
     ("t,motor_angle\n0,1\n1,x\n", "line 3, column 'motor_angle': 'x' is not a number"),
     ("# c\nt,motor_angle\n0,1\n1,2,3\n", "line 4: 3 values, the header line has 2 names"),

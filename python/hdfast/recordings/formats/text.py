@@ -17,6 +17,8 @@ from hdfast.recordings.formats.source import Source, Wanted, check_memory, check
 from hdfast.recordings.units import known_unit
 
 SEPARATORS = (";", "\t", ",")
+LINE_END = r"\r\n|\r|\n"
+OPEN_END = "the last line has no line end: if the file was cut short, so may be its last number"
 MISSING = ("", "nan", "NaN", "NAN", "NA", "null")
 _NUMBER = re.compile(r"[+-]?(\d+([.,]\d*)?|[.,]\d+)([eE][+-]?\d+)?|[+-]?inf(inity)?", re.IGNORECASE)
 
@@ -41,7 +43,9 @@ def read(path: Path, wanted: Wanted) -> Source:
     """
     check_memory(path, "its lines of text", path.stat().st_size)
     text, notes = _decode(path)
-    every = re.split(r"\r\n|\r|\n", text.removeprefix("\ufeff"))
+    every = re.split(LINE_END, text.removeprefix("\ufeff"))
+    if _counts(every[-1]):
+        notes = (*notes, OPEN_END)
     lines = [(number, line) for number, line in enumerate(every, 1) if _counts(line)]
     layout = _layout(path, lines)
     body = [(number, line) for number, line in lines if number >= layout.first]

@@ -6,15 +6,16 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hdfast.diagnosis.band import Band, choose_band, low_pass
+from hdfast.diagnosis.band import Band, choose_band, low_pass, noise_density
 from hdfast.diagnosis.evidence import lay_out
-from hdfast.diagnosis.noise import floors
+from hdfast.diagnosis.noise import as_coarse, floors
 from hdfast.diagnosis.plant import Plant
 from hdfast.diagnosis.prepare import prepare
 from hdfast.diagnosis.session import warmed, with_heldout
 from hdfast.diagnosis.source import Source
 from hdfast.errors import InputError
 from hdfast.recordings.clock import period
+from hdfast.sensors import SensorFacts
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy import fft
@@ -57,6 +58,48 @@ def test_exact_what_is_held_out_without_a_temperature_has_that_of_what_was_fitte
     units = warmed([prepare(one, band, RATIO) for one in (warm, cold, own, without)])
     assert [np.mean(unit.temperature) for unit in units] == pytest.approx([34.0, 36.0, 20.0, 35.0])
     assert warmed([prepare(one, band, RATIO) for one in (source(1000.0), without)])[1].temperature is None
+    mixed = warmed([prepare(one, band, RATIO) for one in (source(1000.0), warm, own)])
+    assert [unit.temperature for unit in mixed] == [None, None, None]
+
+
+@pytest.mark.parametrize("noise", [0.0, 1e-4])
+@pytest.mark.parametrize("samples", [60, 2250])
+def test_exact_noise_of_an_angle_that_never_slows_is_not_its_travel(noise, samples):
+    t, step = np.arange(samples) / 500.0, 4.8e-5
+    angle = 36.0 * t + 0.02 * np.sin(30.0 * t) + noise * np.random.default_rng(0).standard_normal(samples)
+    found = noise_density(t, np.round(angle / step) * step)
+    off = found / ((step**2 / 12.0 + noise**2) * 2.0 / 500.0)
+    assert abs(np.log(off)) < np.log(4.0 if samples < 100 else 1.2)
+
+
+def test_exact_the_coarser_of_the_stated_and_the_shown_step_counts():
+    stated = {"load_angle": SensorFacts(resolution=6e-6, noise=1e-6), "motor_angle": SensorFacts(resolution=5e-5)}
+    shown = [replace(source(1000.0), steps={"load_angle": 4e-4, "motor_angle": 4e-5, "motor_torque": 1e-3})]
+    found = as_coarse(stated, shown)
+    assert {name: facts.resolution for name, facts in found.items()} == {"load_angle": 4e-4, "motor_angle": 5e-5}
+    assert found["load_angle"].noise == 1e-6
+
+
+def test_exact_what_a_bridged_gap_of_the_motor_sets_swinging_is_not_judged_on_the_load():
+    whole = source(1000.0)
+    gap = whole.recording["motor_angle"].copy()
+    gap[1500:1700] = np.nan
+    load = whole.recording["motor_angle"] / RATIO + 1e-4 * np.sin(whole.recording["t"])
+    torn = source(1000.0, motor_angle=gap, load_angle=load)
+    band = choose_band([torn], 1e-4)
+    unit = prepare(torn, band, RATIO)
+    late = (unit.t > 1.7) & (unit.t < 1.95)
+    assert not unit.judged["te"][late].any()
+    assert unit.judged["te"][(unit.t > 1.96) & (unit.t < 3.0)].all()
+    assert unit.judged["motor_torque"][late].any()
+
+
+def test_exact_where_the_load_torque_is_not_known_nothing_is_judged():
+    load = np.where(np.arange(4000) < 2400, 5.0, np.nan)
+    parts, _ = with_heldout([source(1000.0, load_torque=load)])
+    band = choose_band(parts, 1e-4)
+    judged = {one.role: prepare(one, band, RATIO).judged["motor_torque"].any() for one in parts}
+    assert judged == {"fit": True, "heldout": False}
 
 
 def test_exact_clocks_of_no_common_multiple_share_the_working_rate():

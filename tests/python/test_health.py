@@ -10,7 +10,7 @@ import pytest
 from collisions import collided
 from hdfast import health
 from hdfast.diagnosis.session import usable
-from hdfast.health import alignment, result, steps, timing
+from hdfast.health import alignment, nameplate, result, steps, timing
 from hdfast.health.subject import Subject
 from hdfast.recordings import load_campaign
 from hypothesis import given, settings
@@ -506,6 +506,18 @@ def test_exact_lattice_of_rounded_noise(step, seed):
     values = step * np.round(np.random.default_rng(seed).normal(0.0, 5.0, 400))
     assert steps.lattice(np.diff(values)) == pytest.approx(step, rel=1e-6)
     assert steps.lattice(np.diff(np.random.default_rng(seed).normal(0.0, 5.0, 400))) == 0.0
+
+
+def test_exact_steady_speeds_that_are_multiples_are_no_lattice():
+    speed = np.repeat([10.0, 20.0, 30.0, -10.0, -20.0, -30.0], 500)
+    angle = np.cumsum(speed) * 1e-3 + np.random.default_rng(2).normal(0.0, 1e-4, 3000)
+    assert steps.lattice(np.diff(angle)) == 0.0
+
+
+def test_exact_a_relative_sigma_of_zero_is_told():
+    text = TEXT.replace("B_ml = 6e-4", "B_ml = { value = 0, sigma = 0.5 }")
+    found = [one.sentence for one in nameplate.check(campaign([], text))]
+    assert any(sentence.startswith("B_ml = 0 has a relative sigma") for sentence in found)
 
 
 def test_against_lstsq_block_regression():

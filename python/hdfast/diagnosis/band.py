@@ -11,6 +11,7 @@ import scipy
 
 from hdfast.checks import Floats
 from hdfast.diagnosis.source import Source, fitted
+from hdfast.health.steps import lattice
 from hdfast.recordings.clock import period
 
 HIGHEST_RATE, CLOCK = 500.0, 0.01
@@ -137,11 +138,12 @@ def noise_density(clock: Floats, values: Floats) -> float:
     known = np.isfinite(values)
     t, own = clock[known], values[known]
     step = period(t)
-    quantised = _step(own) ** 2 / 12.0 * 2.0 * step
-    if len(t) < SEGMENT:
+    quantised = lattice(np.diff(own)) ** 2 / 12.0 * 2.0 * step
+    if len(t) < SHORTEST:
         return quantised
-    even = np.interp(np.arange(t[0], t[-1], step), t, own)
-    frequency, power = scipy.signal.welch(np.diff(even, 2), 1.0 / step, nperseg=SEGMENT, average="median")
+    second = np.diff(np.interp(np.arange(t[0], t[-1], step), t, own), 2)
+    length = min(SEGMENT, len(second))
+    frequency, power = scipy.signal.welch(second, 1.0 / step, nperseg=length, average="median")
     top = (frequency > TOP_SHARES[0] * 0.5 / step) & (frequency < TOP_SHARES[1] * 0.5 / step)
     differences = (2.0 * np.sin(np.pi * frequency[top] * step)) ** 4
     return max(quantised, float(np.median(power[top] / differences)))
@@ -191,9 +193,3 @@ def _thinned(spectrum: Floats, length: int, stride: int) -> Floats:
         else:
             found += spectrum[..., at : at + kept]
     return found / stride
-
-
-def _step(values: Floats) -> float:
-    """Smallest non-zero increment."""
-    increments = np.abs(np.diff(values[np.isfinite(values)]))
-    return float(np.min(increments[increments > 0.0], initial=np.inf)) if np.any(increments > 0.0) else 0.0

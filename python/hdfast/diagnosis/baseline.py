@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
 
+from hdfast.diagnosis.lateness import DELAY, MOTOR, lateness
 from hdfast.diagnosis.plant import REVERSAL, TORQUE_LEAD, TORQUE_SCALE, Free, Structure
 from hdfast.params import params
 from hdfast.recordings import Campaign
@@ -55,12 +57,9 @@ def baseline(campaign: Campaign, torque_spread: float, period: float) -> Structu
         positive = prior.value > 0.0 and not row.name.startswith(("te_", *SIGNED)) and "psi" not in row.name
         sigma = prior.sigma / prior.value if positive else prior.sigma
         free.append(Free(name, prior.value, float(sigma), positive, row.unit, low, high))
-    declared = campaign.drive.effects
-    stage = stage_of({name: _lasting(facts) for name, facts in campaign.sensors.items()}, declared)
-    for effect, channel in stage.effects:
-        names = [f"{channel}_{effect}_{parameter.name}" for parameter in terms()[effect].parameters]
-        fixed |= {name: float(stage.value(name)) for name in names}
-    return Structure(campaign.model, fixed, tuple(free), tuple(stage.effects))
+    sensors, read = _sensors(campaign, period)
+    fixed |= read
+    return Structure(campaign.model, fixed, (*free, *_open(campaign, read)), tuple(sensors))
 
 
 def with_resonance(campaign: Campaign, corner: float) -> Campaign:
@@ -83,6 +82,35 @@ def with_resonance(campaign: Campaign, corner: float) -> Campaign:
     return replace(campaign, drive=replace(campaign.drive, base="two_inertia"))
 
 
+def _sensors(campaign: Campaign, period: float) -> tuple[list[tuple[str, str]], dict[str, float]]:
+    """Effects of sensors that a replay passes through, and their parameters by long name; delays as `lateness` says."""
+    stage = stage_of({name: _lasting(facts) for name, facts in campaign.sensors.items()}, campaign.drive.effects)
+    effects = [pair for pair in stage.effects if pair[0] != DELAY]
+    found = {
+        name: float(stage.value(name))
+        for effect, channel in effects
+        for name in (f"{channel}_{effect}_{parameter.name}" for parameter in terms()[effect].parameters)
+    }
+    late = {channel: own for channel, own in lateness(campaign, period).items() if own > 0.0 and channel != MOTOR}
+    found |= {f"{channel}_{DELAY}_tau_y": own for channel, own in late.items()}
+    return [*((DELAY, channel) for channel in late), *effects], found
+
+
+def _open(campaign: Campaign, read: Mapping[str, float]) -> list[Free]:
+    """The parameters of declared effects of sensors that a sigma is stated of; of what is stated without, none."""
+    found = []
+    for declared in campaign.drive.effects:
+        if declared.channel is None:
+            continue
+        for parameter in terms()[declared.effect].parameters:
+            name = f"{declared.channel}_{declared.effect}_{parameter.name}"
+            value, sigma = read.get(name, 0.0), declared.sigma.get(parameter.name, 0.0)
+            if value != 0.0 and sigma > 0.0:
+                own = sigma / value if value > 0.0 else sigma
+                found.append(Free(name, value, float(own), value > 0.0, parameter.unit, *parameter.allowed))
+    return found
+
+
 def _lasting(facts: SensorFacts) -> SensorFacts:
     """What a sensor does to the signal beyond noise and rounding, which the weights stand for."""
-    return replace(facts, resolution=None, noise=None, averaged=None)
+    return replace(facts, resolution=None, noise=None, averaged=None, delay_s=None)

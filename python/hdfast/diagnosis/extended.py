@@ -6,6 +6,7 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
+from hdfast.diagnosis.lateness import DELAY
 from hdfast.diagnosis.plant import NUISANCE, TORQUE, TORQUE_SCALE, Structure
 from hdfast.drive_file import UNKNOWN
 from hdfast.params import params
@@ -56,13 +57,31 @@ def extended_model(
     listed += [
         _term(effect, everything, sigma, channel)
         for effect, channel in structure.sensors
-        if (effect, channel) not in facts
+        if (effect, channel) not in facts and effect != DELAY
     ]
+    listed += _delays(campaign, structure, values, sigma)
     listed += [{"effect": UNKNOWN, "parameters": dict(unnamed)}] if unnamed else []
     if listed:
         sections["terms"] = listed
     sections |= {name: dict(campaign.data[name]) for name in KEPT if name in campaign.data}
     return dump(sections | {"columns": {**campaign.data.get("columns", {}), TORQUE: _torque(campaign, values, sigma)}})
+
+
+def _delays(
+    campaign: Campaign, structure: Structure, values: Mapping[str, float], sigma: Mapping[str, float]
+) -> list[dict[str, Any]]:
+    """Declared delays, which the structure holds less what all channels share, and those that were found."""
+    declared = {one.channel: one.values["tau_y"] for one in campaign.drive.effects if one.effect == DELAY}
+    free = {one.name: one.value for one in structure.free}
+    found = []
+    for channel in dict.fromkeys([*declared, *(channel for effect, channel in structure.sensors if effect == DELAY)]):
+        name = f"{channel}_{DELAY}_tau_y"
+        if name in values:
+            shared = declared.get(channel, free[name]) - free[name]
+            found.append(_term(DELAY, {name: values[name] + shared}, sigma, channel))
+        elif channel in declared:
+            found.append(_term(DELAY, {name: declared[channel]}, {}, channel))
+    return found
 
 
 def _torque(campaign: Campaign, values: Mapping[str, float], sigma: Mapping[str, float]) -> dict[str, Any]:

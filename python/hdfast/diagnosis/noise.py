@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -14,6 +15,14 @@ from hdfast.recordings.clock import period
 from hdfast.sensors import SensorFacts
 
 COLUMNS = ("motor_angle", "load_angle", "motor_torque", "output_torque")
+
+
+def as_coarse(sensors: Mapping[str, SensorFacts], sources: Sequence[Source]) -> dict[str, SensorFacts]:
+    """What is stated of the sensors, with the step that recordings show where it is the larger one."""
+    return {
+        name: replace(facts, resolution=max(facts.resolution or 0.0, *(one.steps.get(name, 0.0) for one in sources)))
+        for name, facts in sensors.items()
+    }
 
 
 def floors(

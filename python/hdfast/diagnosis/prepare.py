@@ -195,7 +195,8 @@ def prepare(source: Source, band: Band, ratio: float) -> Unit:
         channel: bring(values, band.of(channel), math.inf if channel == "motor_torque" else widest)
         for channel, values in recorded.items()
     }
-    load = bring(recording["load_torque"]) if "load_torque" in recording else np.zeros_like(t)
+    loaded = "load_torque" in recording and bool(np.isfinite(recording["load_torque"]).any())
+    load = bring(recording["load_torque"]) if loaded else np.zeros_like(t)
     command = band.quiet(measured["motor_torque"])
     jittery = stride == 1 and _uneven(clock, step)
     density = FINE if jittery else band.density
@@ -206,7 +207,7 @@ def prepare(source: Source, band: Band, ratio: float) -> Unit:
     forgotten = round(REVERSED * band.rate / band.motion)
     judged = {"motor_torque": usable & _eroded(moving, forgotten)}
     resting = bool(np.all(np.abs(speed[t <= AT_REST]) <= min(slowest, RESTING * np.max(np.abs(speed)))))
-    settled = resting | (t >= min(LEAD_IN, 0.1 * t[-1]))
+    settled = (resting | (t >= min(LEAD_IN, 0.1 * t[-1]))) & _settled(clock, recording["motor_angle"], t, band)
     for channel, values in recorded.items():
         if channel not in judged:
             judged[channel] = settled & usable & _unbroken(clock, values, t, band)
@@ -300,6 +301,13 @@ def _unbroken(clock: Floats, values: Floats, t: Floats, band: Band) -> Mask:
     known = np.concatenate([clock[:1], clock[np.isfinite(values)], clock[-1:]])
     wide = np.flatnonzero(np.diff(known) > widest)
     return _away(t, known[wide], known[wide + 1], MARGIN / band.motion)
+
+
+def _settled(clock: Floats, angle: Floats, t: Floats, band: Band) -> Mask:
+    """Times (n,) at which what a bridged gap of the motor angle (m,) set swinging on the load has faded."""
+    known = clock[np.isfinite(angle)]
+    long = np.flatnonzero(np.diff(known) > MARGIN / band.motion)
+    return _away(t, known[long], known[long + 1] + LEAD_IN, 0.0)
 
 
 def _away(t: Floats, begin: Floats, end: Floats, margin: float) -> Mask:

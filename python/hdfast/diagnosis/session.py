@@ -15,11 +15,12 @@ from hdfast.diagnosis.candidate import Candidate
 from hdfast.diagnosis.evidence import lay_out
 from hdfast.diagnosis.fitted import Fit
 from hdfast.diagnosis.holdout import Proof
+from hdfast.diagnosis.lateness import MOTOR, lateness, on_time
 from hdfast.diagnosis.lesser import Lesser
 from hdfast.diagnosis.library import HIGHEST_INTEGER, Sizes, library
 from hdfast.diagnosis.lines import order_lines, several, snapped, tone_lines
 from hdfast.diagnosis.multistart import multistart
-from hdfast.diagnosis.noise import COLUMNS, floors, stated
+from hdfast.diagnosis.noise import COLUMNS, as_coarse, floors, stated
 from hdfast.diagnosis.plant import Plant, Structure
 from hdfast.diagnosis.prepare import Unit, prepare
 from hdfast.diagnosis.prove import proven
@@ -40,6 +41,7 @@ HELD = 0.7
 STIFF = 1e4
 GUARD = 0.05
 LAST_SHARE = 0.3
+LOAD = "load_torque"
 MOST_LINES = 6
 LESS = "for the proof, which proves less than recordings of another day"
 NOTHING_HELD = "no recording is held out"
@@ -102,7 +104,15 @@ class Setup:
 def usable(health: Health) -> list[Source]:
     """The recordings that the health checks leave, with the samples that may be judged."""
     return [
-        Source(item.name, item.recording, item.source.role, item.source.group, item.mask[item.timed], _news(item))
+        Source(
+            name=item.name,
+            recording=item.recording,
+            role=item.source.role,
+            group=item.source.group,
+            good=item.mask[item.timed],
+            news=_news(item),
+            steps=item.facts.resolution,
+        )
         for item in health
         if item.usable and item.recording is not None
     ]
@@ -131,13 +141,16 @@ def set_up(campaign: Campaign, sources: Sequence[Source], threads: int | None) -
     ratio = campaign.priors["ratio"].value
     inertia = turned(campaign, max(float(np.ptp(source.recording["t"])) for source in sources))
     named = any(one.role == "heldout" for one in campaign.recordings)
+    slowest = max(period(source.recording["t"]) for source in sources)
+    sources = on_time(sources, lateness(campaign, slowest)[MOTOR])
     sources, weaker = with_heldout(sources, NOTHING_LEFT if named else NOTHING_HELD)
     band = choose_band(sources, inertia)
     campaign = with_resonance(campaign, band.motion)
     units = warmed([prepare(source, band, ratio) for source in sources])
     channels = list(dict.fromkeys(channel for unit in units if unit.role == "fit" for channel in unit.measured))
-    floor = floors(fitted(sources), channels, band, campaign.sensors, ratio, inertia)
-    noise = stated(channels, campaign.sensors, ratio, floor)
+    sensors = as_coarse(campaign.sensors, fitted(sources))
+    floor = floors(fitted(sources), channels, band, sensors, ratio, inertia)
+    noise = stated(channels, sensors, ratio, floor)
 
     def replay(role: str) -> Replay:
         own = [unit.seen_on(channels) for unit in units if unit.role == role]
@@ -159,15 +172,17 @@ def set_up(campaign: Campaign, sources: Sequence[Source], threads: int | None) -
     held = replay("heldout") if any(unit.role == "heldout" for unit in units) else None
     if held is not None and not held.layout.size:
         held, weaker = None, UNPROVEN
-    slowest = max(period(source.recording["t"]) for source in sources)
     return Setup(campaign, judged, held, weaker, slowest)
 
 
 def warmed(units: Sequence[Unit]) -> list[Unit]:
-    """The recordings, of those held out also the ones without a temperature at the mean of those fitted."""
+    """The recordings, of those held out also the ones without a temperature at the mean of those fitted.
+
+    Where one of those fitted has none, no temperature counts.
+    """
     known = [float(np.mean(unit.temperature)) for unit in units if unit.role == "fit" and unit.temperature is not None]
-    if not known:
-        return list(units)
+    if len(known) < sum(unit.role == "fit" for unit in units):
+        return [replace(unit, temperature=None) for unit in units]
     usual = float(np.mean(known))
     return [
         replace(unit, temperature=np.full_like(unit.t, usual))
@@ -298,5 +313,6 @@ def with_heldout(sources: Sequence[Source], reason: str = NOTHING_HELD) -> tuple
 
 
 def _part(source: Source, rows: np.ndarray, role: str) -> Source:
-    columns = {name: own for name, values in source.recording.items() if np.isfinite(own := values[rows]).any()}
+    own = {name: values[rows] for name, values in source.recording.items()}
+    columns = {name: values for name, values in own.items() if name == LOAD or np.isfinite(values).any()}
     return replace(source, recording=columns, role=role, good=source.good[rows])

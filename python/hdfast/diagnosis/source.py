@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,6 +26,7 @@ class Source:
         group: label shared by recordings of one rig, day and temperature.
         good: which samples are usable.
         news: new values per second of a column that holds its values for several samples, the slowest; else infinite.
+        steps: smallest step by column, the larger of what is stated and what the values show.
     """
 
     name: str
@@ -34,6 +35,7 @@ class Source:
     group: str
     good: Mask
     news: float = math.inf
+    steps: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def rate(self) -> float:

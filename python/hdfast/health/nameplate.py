@@ -9,7 +9,7 @@ NAME = "drive"
 
 
 def check(campaign: Campaign) -> list[Finding]:
-    """Name the parameters that the default drive stands in for, and a ratio that the teeth contradict."""
+    """Name what the default drive stands in for, what is exact by mistake, and a ratio that the teeth contradict."""
     found = []
     filled = [name for name, prior in campaign.priors.items() if not prior.stated and prior.sigma > 0.0]
     if "ratio" not in campaign.drive.values:
@@ -19,6 +19,13 @@ def check(campaign: Campaign) -> list[Finding]:
         sentence = f"[drive] does not state {', '.join(filled)}; the default drive stands in with a wide prior"
         found.append(Finding(NAME, NOTE, sentence, value=len(filled)))
     drive = campaign.drive
+    exact = [name for name in drive.sigma if drive.values.get(name) == 0.0 and not name.startswith("te_")]
+    if exact:
+        sentence = (
+            f"{', '.join(exact)} = 0 has a relative sigma, which is 0 as well: it is taken as exactly 0; state the "
+            "value that is expected, or leave it out"
+        )
+        found.append(Finding(NAME, WARNING, sentence, value=len(exact)))
     if drive.teeth_disagree:
         stated, expected = drive.values["ratio"], drive.ratio_by_teeth
         sentence = f"ratio = {stated:g}, the teeth give {expected:g}; mend ratio, the teeth or the fixed member"

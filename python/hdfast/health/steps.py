@@ -14,6 +14,7 @@ FEWEST_CHANGES = 20
 LARGEST_COUNT = 1000
 OFF_LATTICE = 0.05
 LATTICE_SHARE = 0.9
+ROUNDED_SHARE = 0.05
 DIFFERENT = 1.1
 HELD_STEPS = 2.5
 HELD_SHARE = 0.5
@@ -42,7 +43,12 @@ def resolution(subject: Subject) -> None:
 
 
 def lattice(increments: Floats) -> float:
-    """The step of which the increments are whole multiples, 0 when there is none."""
+    """The step of which the increments are whole multiples, 0 when there is none.
+
+    At a few steady speeds increments of a fine sensor are multiples of one another, too, but they hardly differ from
+    those beside them, as rounded ones do by whole steps.
+    """
+    bends = np.abs(np.diff(increments[np.isfinite(increments)], 2))
     size = np.abs(increments[np.isfinite(increments)])
     size = size[size > 0.0]
     if size.size < FEWEST_CHANGES:
@@ -59,7 +65,8 @@ def lattice(increments: Floats) -> float:
     whole = np.round(counts)
     share = float(np.mean(np.abs(counts - whole) < OFF_LATTICE))
     several = size.size < increments.size or np.unique(whole).size > 1
-    return step if several and share > LATTICE_SHARE else 0.0
+    rounded = np.sum(bends > 0.5 * step) > ROUNDED_SHARE * size.size
+    return step if several and rounded and share > LATTICE_SHARE else 0.0
 
 
 def held(subject: Subject) -> None:

@@ -1,0 +1,53 @@
+"""How late columns are, as a campaign states it: a replay begins with the motor's motion, whose delay shifts all."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from hdfast.diagnosis.source import Source
+from hdfast.recordings import Campaign
+from hdfast.sensors import stage_of
+
+MOTOR, TORQUE = "motor_angle", "motor_torque"
+SEEN = (TORQUE, "load_angle", "output_torque")
+DELAY = "sensor_delay"
+
+
+def lateness(campaign: Campaign, period: float) -> dict[str, float]:
+    """Delay of the motor angle and of each compared column that is recorded [s], the least of them 0.
+
+    What all share is no delay to a replay. A mean over the interval before is half an interval late; of the motor
+    torque the fit finds that by itself.
+
+    Args:
+        campaign: the checked campaign.
+        period: between the samples of the slowest recording [s].
+    """
+    facts = {name: replace(own, averaged=None) for name, own in campaign.sensors.items()}
+    stage = stage_of(facts, campaign.drive.effects)
+    recorded = [name for name in SEEN if any(name in one for one in campaign.recordings)]
+    found = {
+        name: float(stage.value(f"{name}_{DELAY}_tau_y")) if (DELAY, name) in stage.effects else 0.0
+        for name in (MOTOR, *recorded)
+    }
+    means = {name for name, own in campaign.sensors.items() if own.averaged}
+    for name in recorded:
+        if name != TORQUE:
+            found[name] += 0.5 * period * ((name in means) - (MOTOR in means))
+    least = min(found.values())
+    return {name: late - least for name, late in found.items()}
+
+
+def on_time(sources: Sequence[Source], late: float) -> list[Source]:
+    """The recordings with their motor angle read as much earlier as it is late [s]."""
+    return [replace(one, recording=_earlier(one.recording, late)) for one in sources] if late > 0.0 else list(sources)
+
+
+def _earlier(recording: Mapping[str, np.ndarray], late: float) -> dict[str, np.ndarray]:
+    t, angle = recording["t"], recording[MOTOR]
+    known = np.isfinite(angle)
+    moved = np.interp(t, t[known] - late, angle[known])
+    return {**recording, MOTOR: np.where(known, moved, np.nan)}

@@ -1,0 +1,85 @@
+"""Delays as a campaign states them: what all channels share is none, the motor's own shifts its angle."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import simulated_recordings as simulated
+import small_campaign
+from hdfast.diagnosis import diagnose
+from hdfast.diagnosis.baseline import baseline
+from hdfast.diagnosis.lateness import lateness, on_time
+from hdfast.diagnosis.source import Source
+from hdfast.recordings import load_campaign
+
+PERIOD = 2e-3
+COLUMNS = {name: np.arange(100.0) for name in ("t", "motor_angle", "motor_torque", "load_angle")}
+DELAYED = '\n[[terms]]\neffect = "sensor_delay"\nchannel = "{}"\nparameters = {{ tau_y = {} }}\n'
+
+
+def late(sensors="", terms=""):
+    campaign = simulated.campaign([COLUMNS], simulated.TEXT + sensors + terms)
+    return {name: round(1e3 * value, 9) for name, value in lateness(campaign, PERIOD).items()}
+
+
+def test_exact_what_all_channels_share_is_no_delay():
+    every = "".join(f"{name} = {{ delay_s = 4e-3 }}\n" for name in ("motor_angle", "motor_torque", "load_angle"))
+    assert set(late("[sensors]\n" + every).values()) == {0.0}
+    assert set(late().values()) == {0.0}
+
+
+def test_exact_the_motors_delay_is_ahead_of_the_others():
+    assert late("[sensors]\nmotor_angle = { delay_s = 4e-3 }\n") == {
+        "motor_angle": 4.0,
+        "motor_torque": 0.0,
+        "load_angle": 0.0,
+    }
+    assert late(terms=DELAYED.format("motor_angle", 4e-3))["motor_angle"] == 4.0
+
+
+def test_exact_a_mean_is_half_an_interval_late():
+    mean = "{} = {{ averaged = true }}\n"
+    assert late("[sensors]\n" + mean.format("load_angle"))["load_angle"] == 1.0
+    both = late("[sensors]\n" + mean.format("load_angle") + mean.format("motor_angle"))
+    assert set(both.values()) == {0.0}
+    assert late("[sensors]\n" + mean.format("motor_angle")) == {
+        "motor_angle": 1.0,
+        "motor_torque": 1.0,
+        "load_angle": 0.0,
+    }
+
+
+def test_exact_a_late_angle_is_read_earlier():
+    t = np.arange(2000) / 1000.0
+    recording = {"t": t, "motor_angle": np.where(t == 1.0, np.nan, np.sin(5.0 * (t - 4e-3)))}
+    (found,) = on_time([Source("r", recording, "fit", "A", np.ones(2000, dtype=bool))], 4e-3)
+    inside = (t < 1.99) & (t != 1.0)
+    np.testing.assert_allclose(found.recording["motor_angle"][inside], np.sin(5.0 * t[inside]), atol=1e-4)
+    assert np.isnan(found.recording["motor_angle"][t == 1.0])
+
+
+def test_exact_a_declared_delay_is_fitted_within_its_sigma_and_kept_in_the_model(tmp_path, monkeypatch):
+    small_campaign.shorten_library(monkeypatch, ("sensor_delay", "coulomb_friction"))
+    path = small_campaign.write(tmp_path)
+    for one in path.parent.glob("r*.npz"):
+        columns = dict(np.load(one))
+        for name in ("motor_angle", "load_angle"):
+            columns[name] = np.interp(columns["t"] - 4e-3, columns["t"], columns[name])
+        np.savez(one, **columns)
+    text = path.read_text()
+    path.write_text(
+        text + DELAYED.format("motor_angle", 4e-3) + DELAYED.format("load_angle", "{ value = 7e-3, sigma = 0.5 }")
+    )
+    found = diagnose(path)
+    assert found.verdict == "no_evidence"
+    (tmp_path / "again.toml").write_text(found.model)
+    again = load_campaign(tmp_path / "again.toml").drive.effects
+    assert {one.channel: one.values["tau_y"] for one in again if one.effect == "sensor_delay"} == pytest.approx(
+        {"motor_angle": 4e-3, "load_angle": 4e-3}, rel=0.1
+    )
+    reread = baseline(
+        replace(load_campaign(tmp_path / "again.toml"), recordings=load_campaign(path).recordings), 0.05, PERIOD
+    )
+    assert ("sensor_delay", "motor_angle") not in reread.sensors

@@ -8,6 +8,7 @@ import round_trips
 from hdfast import Scenario, config, identify, simulate
 from hdfast.bench import SlipLoop, rig, stiffness
 from hdfast.errors import InputError
+from hdfast.identify import spring_fit
 from hdfast.identify.estimate import Estimate, mean
 from hdfast.report import identify_page
 from hdfast.sensors import SensorFacts, encoder
@@ -219,3 +220,37 @@ def test_exact_a_loop_without_noise_or_hysteresis():
 def test_exact_a_bench_refuses_a_drive_that_cannot_be(drive, text):
     with pytest.raises(InputError, match=text):
         stiffness(drive)
+
+
+@pytest.mark.parametrize(
+    ("torque", "corners", "text"),
+    [
+        (49.0, (14.0, 48.0), "and 0 above them .allowed: at least 8 each"),
+        (67.0, (14.0, 66.9), "and 0 above them .allowed: at least 8 each"),
+        (67.0, (30.0, 30.01), "below, 0 between"),
+        (67.0, (14.0, 14.0), r"corners\[1\] = 14 N m must be greater than corners\[0\] = 14 N m"),
+    ],
+)
+def test_regress_slopes_that_the_torque_on_the_spring_does_not_reach_are_refused(torque, corners, text):
+    made = stiffness(torque=torque, rate=8.0, sensors=rig(100.0))
+    with pytest.raises(InputError, match=text):
+        identify.stiffness(made.recording, ratio=121.0, law="piecewise", corners=corners)
+    if corners[0] < corners[1]:
+        fit = identify.stiffness(made.recording, ratio=121.0, corners=corners)
+        assert set(fit.numbers["laws"]) == {"odd", "full"}
+        assert any(note.startswith("no K1, K2, K3: corners = ") for note in fit.notes)
+
+
+def test_regress_a_slope_that_noise_hides_is_refused():
+    points = spring_fit.Points(*wavy_points())
+    start = spring_fit.odd(points, np.zeros(1))
+    with pytest.raises(InputError, match="K3 may be 0 or less at 90 %"):
+        spring_fit.piecewise(points, start, (14.0, 64.0))
+
+
+def wavy_points():
+    """A straight spring whose windup scatters by more than the stretch beyond 64 N m takes."""
+    torque = np.tile(np.linspace(-66.0, 66.0, 265), 2)
+    direction = np.repeat([1.0, -1.0], 265)
+    windup = (torque - direction) / 4e4 + 2e-4 * np.random.default_rng(1).standard_normal(530)
+    return windup, torque, direction, np.zeros(530, dtype=np.int64), np.ones(530)

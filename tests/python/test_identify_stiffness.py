@@ -254,3 +254,13 @@ def wavy_points():
     direction = np.repeat([1.0, -1.0], 265)
     windup = (torque - direction) / 4e4 + 2e-4 * np.random.default_rng(1).standard_normal(530)
     return windup, torque, direction, np.zeros(530, dtype=np.int64), np.ones(530)
+
+
+def test_regress_lost_motion_beyond_the_loop_is_not_known():
+    made = stiffness(rate=8.0, sensors=rig(100.0))
+    for rated in (1700.0, 1e5):
+        fit = identify.stiffness(made.recording, ratio=121.0, rated_torque=rated)
+        assert np.isnan(fit.estimates.named("lost_motion").value)
+        assert np.isfinite(fit.estimates.named("hysteresis_loss").value)
+        assert sum("lost_motion" in note and "is not known" in note for note in fit.notes) == 1
+        assert "<svg" in identify_page.page(fit)

@@ -264,3 +264,14 @@ def test_regress_lost_motion_beyond_the_loop_is_not_known():
         assert np.isfinite(fit.estimates.named("hysteresis_loss").value)
         assert sum("lost_motion" in note and "is not known" in note for note in fit.notes) == 1
         assert "<svg" in identify_page.page(fit)
+
+
+def test_exact_a_torque_that_lags_has_no_hysteresis():
+    """Two seconds at 2 N m/s: the branches change places, 4 N m each."""
+    made = stiffness(loop=SlipLoop(torque=0.0), sensors=rig(100.0)).recording
+    late = np.concatenate([np.zeros(200), made["load_torque"][:-200]])
+    base = {"terms": [{"effect": "hysteresis"}]}
+    fit = identify.stiffness({**made, "load_torque": late}, ratio=121.0, base=base)
+    assert fit.estimates.named("hysteresis_torque").value == pytest.approx(-4.0, rel=0.01)
+    assert any("hysteresis_torque is negative (90 %:" in note for note in fit.notes)
+    assert [item["effect"] for item in fit.model["terms"]] == ["hysteresis"]

@@ -9,7 +9,7 @@ import math
 import os
 import secrets
 import tempfile
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, BinaryIO
 
@@ -37,21 +37,22 @@ def prepare(folder: str | Path) -> Path:
     return path
 
 
-def prepare_results(folder: str | Path, campaign: str) -> Path:
-    """As `prepare`, for results beside a copy of their campaign; another one that is no copy is not written over.
+def prepare_results(folder: str | Path, campaign: str, own: Sequence[str] = RESULTS) -> Path:
+    """As `prepare`, for results beside their campaign file; a foreign one that differs is not written over.
 
     Args:
         folder: where results go.
         campaign: text of the campaign file.
+        own: files of which one tells that the folder holds earlier results.
 
     Raises:
         InputError: the folder cannot be written, or holds another campaign file and no results.
     """
     path = Path(folder)
     old = path / CAMPAIGN
-    if old.exists() and not any((path / name).exists() for name in RESULTS) and not _reads(old, campaign):
+    if old.exists() and not any((path / name).exists() for name in own) and not _reads(old, campaign):
         raise InputError(
-            f"out = {str(folder)!r} holds another {CAMPAIGN}, which the copy of this one would replace: name another"
+            f"out = {str(folder)!r} holds another {CAMPAIGN}, which would be replaced: name another folder"
         )
     return prepare(folder)
 

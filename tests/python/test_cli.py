@@ -232,6 +232,15 @@ def test_exact_bench_takes_dry_friction_from_the_file_and_names_what_it_leaves_o
         assert (said["truth"]["T_c"], said["left_out"]) == (level, ["hysteresis"])
 
 
+def test_regress_bench_does_not_write_over_a_campaign_file_that_it_did_not_make(small, tmp_path, capsys):
+    own = tmp_path / "own"
+    own.mkdir()
+    (own / "campaign.toml").write_text("# my own campaign")
+    assert main(["bench", "coastdown", str(small), "--out", str(own)]) == 2
+    assert "holds another campaign.toml" in capsys.readouterr().err
+    assert [(file.name, file.read_text()) for file in own.iterdir()] == [("campaign.toml", "# my own campaign")]
+
+
 def test_exact_module_is_the_command():
     found = subprocess.run([sys.executable, "-m", "hdfast", "--version"], capture_output=True, text=True, check=True)
     assert hdfast.__version__ in found.stdout
@@ -259,6 +268,14 @@ def test_exact_module_is_the_command():
         (["sweep", str(EXAMPLE), "--out", "/dev/null/x"], "cannot be written"),
         (["params", "--spring", "steel"], "steel"),
         (["bench", "coastdown"], "FILE.toml"),
+        (
+            ["bench", "stiffness", str(EXAMPLE), "--out", "x", "--torque", "67", "40", "67.0000001"],
+            "--torque = 67 is given more than once",
+        ),
+        (
+            ["bench", "stiffness", str(EXAMPLE), "--out", "x", "--torque-rate", "2", "2"],
+            "--torque-rate = 2 is given more than once",
+        ),
         (["params", "--terms", "coulom"], "did you mean 'coulomb_friction'? (see hdfast terms)"),
         (["terms", "back"], "did you mean 'backlash'?"),
     ],

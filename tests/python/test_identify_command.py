@@ -54,3 +54,20 @@ def test_exact_a_model_joins_the_drive_of_the_campaign_key_by_key(campaign, tmp_
     assert {name: found.drive[name] for name in known} == known
     assert found.drive["B_m"] == pytest.approx(1.2e-3 - 3e-4 - 0.2 / 121.0**2, rel=0.01)
     assert found.model.spring == "piecewise"
+
+
+@pytest.mark.parametrize("given", ["campaign", "model"])
+def test_regress_a_table_of_measured_values_is_found_from_the_copy(given, campaign, tmp_path, capsys, monkeypatch):
+    (tmp_path / "parts.csv").write_text("J_m\n2.9e-4\n3.0e-4\n3.1e-4\n")
+    stated = '[tolerance.J_m]\ndistribution = "empirical"\nfile = "parts.csv"\n'
+    campaign("fit", "fit")
+    options = ["--out", str(tmp_path / "elsewhere" / "out")]
+    if given == "campaign":
+        with (tmp_path / "campaign.toml").open("a") as stream:
+            stream.write(stated)
+    else:
+        (tmp_path / "model.toml").write_text(DRIVE.replace("{ value = 3.1e4, sigma = 0.1 }", "3.1e4") + stated)
+        options += ["--model", "model.toml"]
+    monkeypatch.chdir(tmp_path)
+    coast("campaign.toml", capsys, *options)
+    assert config.load(tmp_path / "elsewhere" / "out" / "model.toml").tolerances["J_m"].points == (2.9e-4, 3e-4, 3.1e-4)

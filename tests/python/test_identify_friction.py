@@ -12,6 +12,7 @@ import pytest
 from hdfast import config, identify
 from hdfast.bench import FrictionLaw, coastdown, friction, rig, startstop
 from hdfast.errors import InputError
+from hdfast.identify.coastdown import coast
 from hdfast.identify.friction import law_torque
 from hdfast.identify.left_out import DRY
 from hdfast.sensors import SensorFacts
@@ -297,3 +298,48 @@ def test_exact_tolerances_that_the_identified_drive_cannot_have_are_left_out():
 def test_exact_a_bench_refuses_what_cannot_be(make, text):
     with pytest.raises(InputError, match=text):
         make()
+
+
+def test_regress_a_reversed_torque_is_named_and_changes_nothing():
+    made = friction(FrictionLaw(T_s=0.03), sensors=rig(200.0))[0]
+    base = {"drive": {"B_m": 5e-4}, "terms": [{"effect": "coulomb_friction"}]}
+    fit = identify.friction({**made, "motor_torque": -made["motor_torque"]}, ratio=121.0, base=base)
+    text = " ".join(fit.notes)
+    assert "T_c_forward is negative (90 %:" in text
+    assert "the sign of motor_torque looks reversed" in text
+    assert "B is negative (90 %:" in text
+    assert "surely above zero" not in text
+    assert fit.model["drive"] == {"B_m": 5e-4, "ratio": 121.0}
+    assert fit.model["terms"] == base["terms"]
+
+
+def test_exact_a_torque_with_another_zero_is_named():
+    made = friction(FrictionLaw(T_s=0.03), sensors=rig(200.0))[0]
+    fit = identify.friction({**made, "motor_torque": made["motor_torque"] + 0.05}, ratio=121.0)
+    assert any("T_c_backward is negative" in note and "zero of motor_torque" in note for note in fit.notes)
+    assert "terms" not in fit.model
+
+
+def test_exact_a_coast_that_was_driven_has_no_dry_friction():
+    t = np.linspace(0.0, 1.0, 2001)
+    noise = 1e-4 * np.random.default_rng(3).standard_normal(len(t))
+    driven = {"t": t, "motor_angle": coast(t, 60.0, (-20.0, 3.0, 0.0)) + noise}
+    fit = identify.coastdown(driven, inertia=J, ratio=121.0, base={"terms": [{"effect": "coulomb_friction"}]})
+    assert fit.estimates.named("T_c").value == pytest.approx(-20.0 * J, rel=0.02)
+    assert any("T_c is negative (90 %:" in note and "was the motor driven?" in note for note in fit.notes)
+    assert [item["effect"] for item in fit.model["terms"]] == ["coulomb_friction"]
+
+
+def test_regress_one_speed_does_not_tell_dry_friction_from_viscous():
+    made = friction(FrictionLaw(T_s=0.03), speeds_rpm=(60.0, 60.0, 60.0), sensors=rig(200.0))
+    with pytest.raises(InputError, match=r"tell T_c_forward, T_c_backward, B apart \(allowed: speeds that differ"):
+        identify.friction(made, ratio=121.0)
+
+
+def test_regress_a_dip_below_the_slowest_speed_is_said_to_be_extrapolated():
+    """At 4 rad/s and more exp(-(w/3)^2) leaves 2 mN m of 10; of seed 1 the rest is not sure."""
+    for seed, effect in ((0, "stribeck_friction"), (1, "coulomb_friction")):
+        made = friction(speeds_rpm=(40, 60, 100, 150, 220, 320, 450, 600), sensors=rig(200.0), seed=seed)
+        fit = identify.friction(made, ratio=121.0)
+        assert any("T_s_excess is extrapolated: the slowest speed, 4.19 rad/s" in note for note in fit.notes)
+        assert [item["effect"] for item in fit.model["terms"]] == [effect]

@@ -148,3 +148,16 @@ def test_exact_tolerances_of_orders_that_are_not_there_go():
 def test_exact_a_bench_that_ends_early_is_refused():
     with pytest.raises(InputError, match="cannot be simulated"):
         startstop({"J_m": 1e-30}, scenario=Scenario.start_stop(t_end=1.0))
+
+
+@pytest.mark.parametrize(
+    ("orders", "per_turn", "turns", "lost"),
+    [([1, 9], 10, 40, "1, 9"), ([1, 11], 10, 40, "1, 11"), (["1/121", 1], 100, 1, "1/121")],
+)
+def test_regress_orders_that_a_run_cannot_tell_are_refused(orders, per_turn, turns, lost):
+    """Ten readings a turn show orders 9 and 11 as 1; one turn of 121 shows the output's as offset and slope."""
+    motor = 2.0 * np.pi * np.arange(per_turn * turns + 1) / per_turn
+    noise = 1e-6 * np.random.default_rng(2).standard_normal(len(motor))
+    run = {"t": 0.01 * np.arange(len(motor)), "motor_angle": motor, "load_angle": motor / 121.0 + noise}
+    with pytest.raises(InputError, match=f"orders {lost} cannot be told"):
+        identify.kinematic_error(run, ratio=121.0, orders=orders)

@@ -8,6 +8,7 @@ import round_trips
 from hdfast import Scenario, config, identify, simulate
 from hdfast.bench import SlipLoop, rig, stiffness
 from hdfast.errors import InputError
+from hdfast.identify import spring_fit
 from hdfast.identify.estimate import Estimate, mean
 from hdfast.report import identify_page
 from hdfast.sensors import SensorFacts, encoder
@@ -219,3 +220,58 @@ def test_exact_a_loop_without_noise_or_hysteresis():
 def test_exact_a_bench_refuses_a_drive_that_cannot_be(drive, text):
     with pytest.raises(InputError, match=text):
         stiffness(drive)
+
+
+@pytest.mark.parametrize(
+    ("torque", "corners", "text"),
+    [
+        (49.0, (14.0, 48.0), "and 0 above them .allowed: at least 8 each"),
+        (67.0, (14.0, 66.9), "and 0 above them .allowed: at least 8 each"),
+        (67.0, (30.0, 30.01), "below, 0 between"),
+        (67.0, (14.0, 14.0), r"corners\[1\] = 14 N m must be greater than corners\[0\] = 14 N m"),
+    ],
+)
+def test_regress_slopes_that_the_torque_on_the_spring_does_not_reach_are_refused(torque, corners, text):
+    made = stiffness(torque=torque, rate=8.0, sensors=rig(100.0))
+    with pytest.raises(InputError, match=text):
+        identify.stiffness(made.recording, ratio=121.0, law="piecewise", corners=corners)
+    if corners[0] < corners[1]:
+        fit = identify.stiffness(made.recording, ratio=121.0, corners=corners)
+        assert set(fit.numbers["laws"]) == {"odd", "full"}
+        assert any(note.startswith("no K1, K2, K3: corners = ") for note in fit.notes)
+
+
+def test_regress_a_slope_that_noise_hides_is_refused():
+    points = spring_fit.Points(*wavy_points())
+    start = spring_fit.odd(points, np.zeros(1))
+    with pytest.raises(InputError, match="K3 may be 0 or less at 90 %"):
+        spring_fit.piecewise(points, start, (14.0, 64.0))
+
+
+def wavy_points():
+    """A straight spring whose windup scatters by more than the stretch beyond 64 N m takes."""
+    torque = np.tile(np.linspace(-66.0, 66.0, 265), 2)
+    direction = np.repeat([1.0, -1.0], 265)
+    windup = (torque - direction) / 4e4 + 2e-4 * np.random.default_rng(1).standard_normal(530)
+    return windup, torque, direction, np.zeros(530, dtype=np.int64), np.ones(530)
+
+
+def test_regress_lost_motion_beyond_the_loop_is_not_known():
+    made = stiffness(rate=8.0, sensors=rig(100.0))
+    for rated in (1700.0, 1e5):
+        fit = identify.stiffness(made.recording, ratio=121.0, rated_torque=rated)
+        assert np.isnan(fit.estimates.named("lost_motion").value)
+        assert np.isfinite(fit.estimates.named("hysteresis_loss").value)
+        assert sum("lost_motion" in note and "is not known" in note for note in fit.notes) == 1
+        assert "<svg" in identify_page.page(fit)
+
+
+def test_exact_a_torque_that_lags_has_no_hysteresis():
+    """Two seconds at 2 N m/s: the branches change places, 4 N m each."""
+    made = stiffness(loop=SlipLoop(torque=0.0), sensors=rig(100.0)).recording
+    late = np.concatenate([np.zeros(200), made["load_torque"][:-200]])
+    base = {"terms": [{"effect": "hysteresis"}]}
+    fit = identify.stiffness({**made, "load_torque": late}, ratio=121.0, base=base)
+    assert fit.estimates.named("hysteresis_torque").value == pytest.approx(-4.0, rel=0.01)
+    assert any("hysteresis_torque is negative (90 %:" in note for note in fit.notes)
+    assert [item["effect"] for item in fit.model["terms"]] == ["hysteresis"]

@@ -13,6 +13,7 @@ from hdfast.bench import folder
 from hdfast.bench.rig import SENSORS, rig
 from hdfast.checks import MAX_SEED
 from hdfast.config import Config, load
+from hdfast.errors import InputError
 from hdfast.model import Model
 from hdfast.printing import json_text
 from hdfast.recordings import Recording
@@ -180,10 +181,20 @@ def _record(
     return bench.coastdown(law, inertia=inertia, **shared), truth
 
 
+def _differ(option: str, values: list[float]) -> None:
+    """Refuse values whose recordings would have one name."""
+    names = [f"{value:g}" for value in values]
+    twice = [name for name in names if names.count(name) > 1]
+    if twice:
+        raise InputError(f"{option} = {twice[0]} is given more than once (allowed: once; --loops makes more loops)")
+
+
 def _loops(
     options: argparse.Namespace, settings: Config, sensors: SensorStage
 ) -> tuple[list[Recording], dict[str, Any]]:
     """A recording for every torque at every rate; the truth is that of the largest torque."""
+    _differ("--torque", options.torque)
+    _differ("--torque-rate", options.torque_rate)
     found = {
         f"loop {torque:g} {rate:g}": bench.stiffness(
             settings.drive,

@@ -94,7 +94,7 @@ def parallel(found: Crossings, cut: float) -> NDArray[np.bool_]:
 
 
 def hysteresis_loss(found: Crossings) -> Estimate:
-    """Distance of the branches at zero torque [rad]."""
+    """Distance of the branches at zero torque [rad]; NaN where a branch does not pass it."""
     at_zero = _at(found, 0.0)
     up, down = at_zero[1.0], at_zero[-1.0]
     sigma = float(np.hypot(up[1], down[1]))
@@ -104,7 +104,7 @@ def hysteresis_loss(found: Crossings) -> Estimate:
 
 
 def lost_motion(found: Crossings, rated: float) -> Estimate:
-    """Windup between -4 % and +4 % of the rated torque, on the middle of the branches [rad]."""
+    """Windup between -4 % and +4 % of the rated torque, amid the branches [rad]; NaN where one does not pass both."""
     torque = LOST_MOTION_SHARE * rated
     sides = [_at(found, sign * torque) for sign in (1.0, -1.0)]
     middle = [0.5 * (side[1.0][0] + side[-1.0][0]) for side in sides]
@@ -115,12 +115,18 @@ def lost_motion(found: Crossings, rated: float) -> Estimate:
 
 
 def _at(found: Crossings, torque: float) -> dict[float, tuple[float, float, int]]:
-    """(windup, its standard deviation, degrees of freedom) of each branch at a torque, from a parabola around it."""
+    """(windup, its standard deviation, degrees of freedom) of each branch at a torque, from a parabola around it.
+
+    NaN, not extrapolated, where the branch does not pass the torque.
+    """
     result = {}
     window = 0.06 * float(np.ptp(found.top))
     for direction in (1.0, -1.0):
         chosen = found.direction == direction
         x, y = found.torque[chosen] - torque, found.windup[chosen]
+        if not np.min(x) <= 0.0 <= np.max(x):
+            result[direction] = (np.nan, np.nan, 0)
+            continue
         while np.sum(np.abs(x) < window) < 8 and window < np.ptp(found.top):
             window *= 1.5
         near = np.abs(x) < window

@@ -12,7 +12,7 @@ import scipy
 from hdfast import checks
 from hdfast.checks import Floats
 from hdfast.errors import InputError
-from hdfast.identify.estimate import Estimates, estimate
+from hdfast.identify.estimate import Estimate, Estimates, estimate
 from hdfast.identify.fit import Fit
 from hdfast.identify.left_out import coulomb
 from hdfast.identify.nonlinear import fit
@@ -81,7 +81,7 @@ def coastdown(
     else:
         for j, (name, unit) in enumerate((("T_c", "N m"), ("B", "N m s/rad"))):
             estimates.append(estimate(name, found.values[j] * j_total, unit, found.sigma[j] * j_total, found.freedom))
-        sections["drive"] = _share(float(found.values[1]) * j_total, base, i, notes)
+        sections["drive"] = _share(estimates[-1], base, i, notes)
         sections["terms"], decided = coulomb(estimates[-2], notes)
     notes.append(f"angle residual {np.std(found.residuals):.3g} rad rms over {len(runs)} coasts")
     return Fit(
@@ -174,10 +174,10 @@ def _first_guess(t: Floats, angle: Floats) -> tuple[float, float]:
     return max(abs(float(line[2])), 1e-3), max(float(line[1]), float(angle[-1] / t[-1]))
 
 
-def _share(total: float, base: Mapping[str, Any] | None, ratio: float | None, notes: list[str]) -> dict[str, Any]:
+def _share(seen: Estimate, base: Mapping[str, Any] | None, ratio: float | None, notes: list[str]) -> dict[str, Any]:
     from hdfast.identify.friction import viscous_share
 
     if ratio is None:
         notes.append("ratio is not given: the model file holds nothing new")
         return {}
-    return viscous_share(total, base, ratio, notes)
+    return viscous_share(seen, base, ratio, notes)

@@ -5,12 +5,14 @@ from __future__ import annotations
 import argparse
 import tomllib
 from collections.abc import Callable, Mapping
+from pathlib import Path
 from typing import Any
 
 from hdfast import identify
 from hdfast.config import load as load_config
 from hdfast.errors import ConfigError, InputError
 from hdfast.identify.fit import Fit, joined, plain
+from hdfast.identify.tolerances import located
 from hdfast.printing import json_text
 from hdfast.recordings import gather, load_campaign
 
@@ -97,7 +99,7 @@ def _identify(options: argparse.Namespace) -> Fit:
     columns = _columns(options.column)
     recordings, base, source, notes = _inputs(options.input, columns)
     if options.model is not None:
-        model = tomllib.loads(load_config(options.model).text)
+        model = located(tomllib.loads(load_config(options.model).text), Path(options.model).parent)
         base = base | model | {"drive": joined(plain(base.get("drive", {})), plain(model.get("drive", {})))}
     fit = _fit(options, recordings, {"base": base, "source": source})
     fit.notes.extend(notes)
@@ -138,7 +140,7 @@ def _inputs(paths: list[str], columns: Mapping[str, Any]) -> tuple[list[Any], di
     notes = [f"{item.name}: held out, not used" for item in campaign.recordings if item.role != "fit"]
     if not chosen:
         chosen, notes = campaign.recordings, ["every recording is held out: all are used"]
-    return chosen, dict(campaign.data), campaign.text, notes
+    return chosen, located(campaign.data, Path(paths[0]).parent), campaign.text, notes
 
 
 def _columns(entries: list[str]) -> dict[str, Any]:

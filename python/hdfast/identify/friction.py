@@ -12,7 +12,7 @@ from hdfast.checks import Floats
 from hdfast.errors import InputError
 from hdfast.identify.estimate import Estimate, Estimates, estimate
 from hdfast.identify.fit import Fit, plain
-from hdfast.identify.left_out import dry_friction
+from hdfast.identify.left_out import dry_friction, negative, negative_text
 from hdfast.identify.nonlinear import NonlinearFit, fit
 from hdfast.identify.plateaus import Plateaus, plateaus
 from hdfast.params import params
@@ -66,12 +66,20 @@ def friction(
             f"{len(means.speed)} constant speeds do not give {', '.join(names)} (allowed: at least {len(names)} speeds)"
         )
     plain = _fit(means, names, i)
+    untold = [name for name, sigma in zip(names, plain.sigma, strict=True) if plain.freedom and np.isinf(sigma)]
+    if untold:
+        raise InputError(
+            f"{len(means.speed)} constant speeds do not tell {', '.join(untold)} apart (allowed: speeds that differ)"
+        )
     dipped_names = [*names, "T_s_excess", "omega_s"]
     dipped = _fit(means, dipped_names, i) if len(means.speed) > len(dipped_names) + 2 else None
     kept = dipped is not None and dipped.bic < plain.bic - 2.0 and dipped.values[-2] > 0.0
+    kept = kept and dipped is not None and bool(np.isfinite(dipped.sigma).all())
     found, names = (dipped, dipped_names) if kept and dipped is not None else (plain, names)
     if not kept:
         notes.append("no Stribeck dip: it does not lower BIC, or there are too few speeds")
+    elif (slowest := float(np.min(np.abs(means.speed)))) > found.values[-1]:
+        notes.append(f"T_s_excess is extrapolated: the slowest speed, {slowest:.3g} rad/s, is above omega_s")
     few = int(np.sum(means.turns < 1.0))
     if few:
         notes.append(f"{few} speeds cover less than a revolution: their torque holds a part of the ripple")
@@ -164,14 +172,22 @@ def _model(
     estimates: list[Estimate], base: Mapping[str, Any] | None, ratio: float, notes: list[str]
 ) -> tuple[dict[str, Any], dict[str, Any]]:
     by_name = {item.name: item.value for item in estimates}
-    drive = viscous_share(by_name["B"], base, ratio, notes)
+    damping = next(item for item in estimates if item.name == "B")
+    drive = viscous_share(damping, base, ratio, notes)
     backward = by_name.get("T_c_backward", by_name["T_c_forward"])
     mean = 0.5 * (by_name["T_c_forward"] + backward)
     return drive, {"T_c": mean, "asymmetry": (by_name["T_c_forward"] - backward) / (2.0 * mean) if mean else 0.0}
 
 
-def viscous_share(total: float, base: Mapping[str, Any] | None, ratio: float, notes: list[str]) -> dict[str, Any]:
-    """Section [drive] for a viscous damping at the motor [N m s/rad] of which only the sum is seen."""
+def viscous_share(seen: Estimate, base: Mapping[str, Any] | None, ratio: float, notes: list[str]) -> dict[str, Any]:
+    """Section [drive] for a viscous damping at the motor [N m s/rad] of which only the sum is seen.
+
+    A sum that is surely negative changes no damping.
+    """
+    if negative(seen):
+        notes.append(f"no viscous damping: {negative_text(seen)}")
+        return {"ratio": ratio}
+    total = seen.value
     defaults = {row.name: row.default for row in params()}
     known = plain((base or {}).get("drive", {}))
     shares = {name: float(known.get(name, defaults[name])) for name in ("B_ml", "B_l")}

@@ -16,6 +16,7 @@ from hdfast.errors import InputError
 from hdfast.identify import orders as domain
 from hdfast.identify.estimate import Estimate, Estimates, estimate
 from hdfast.identify.fit import Fit
+from hdfast.identify.least_squares import untold
 from hdfast.identify.orders import Design, Run
 from hdfast.identify.selection import Selection, select
 from hdfast.model import Model
@@ -116,6 +117,7 @@ class _Solution:
         self.coefficients: Floats = whole[fixed:]
         level = np.array([domain.density(self.residuals, problem.runs, value) for value in values])
         gram = problem.by_run.gram.sum(axis=0)[np.ix_(columns, columns)]
+        _check_told(untold(gram)[fixed:], orders)
         self.sigma: Floats = np.sqrt(np.repeat(level, 2) * np.diag(np.linalg.pinv(gram, rcond=1e-12))[fixed:])
         self.rms = float(np.sqrt(np.mean(np.concatenate(self.residuals) ** 2)))
         self.direction_difference = self._by_direction(problem, columns, fixed)
@@ -134,6 +136,15 @@ class _Solution:
             whole = part.solve(columns)[fixed:]
             found[direction] = whole[0::2] + 1j * whole[1::2]
         return np.asarray(0.5 * np.abs(found[1.0] - found[-1.0]))
+
+
+def _check_told(open_coefficients: NDArray[np.bool_], orders: list[Fraction]) -> None:
+    lost = [str(order) for order, pair in zip(orders, open_coefficients.reshape(-1, 2), strict=True) if pair.any()]
+    if lost:
+        raise InputError(
+            f"orders {', '.join(lost)[:200]} cannot be told in these recordings from each other or from an offset and "
+            "a scale error (allowed: a run over several of their periods, not read at whole parts of them)"
+        )
 
 
 def _runs(recordings: list[Recording], ratio: float, highest: float) -> list[Run]:

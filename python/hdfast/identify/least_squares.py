@@ -5,8 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hdfast.checks import Floats
+
+UNTOLD = 1e-12  # eigenvalue of scaled normal equations, over the largest: they are hardly more exact
+SHARE = 1e-3  # of a coefficient in a direction that the data leave open
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,3 +43,10 @@ def fit(columns: Floats, data: Floats) -> LinearFit:
     weighted = q * (residuals / (1.0 - leverage))[:, None]
     covariance = inverse @ (weighted.T @ weighted) @ inverse.T
     return LinearFit(scaled / length, covariance / np.outer(length, length), residuals, len(data) - columns.shape[1])
+
+
+def untold(gram: Floats) -> NDArray[np.bool_]:
+    """Coefficients (p,) that normal equations (p, p) do not tell apart from others, or from zero."""
+    scale = np.sqrt(np.maximum(np.diag(gram), 1e-300))
+    size, direction = np.linalg.eigh(gram / np.outer(scale, scale))
+    return np.asarray(np.any(np.abs(direction[:, size < UNTOLD * size[-1]]) > SHARE, axis=1))

@@ -13,6 +13,7 @@ DIPPING = ("stribeck_friction", "presliding_friction")
 HYSTERETIC = ("hysteresis", "maxwell_slip")
 GAUSSIAN = 2.0  # shape of the fitted dip exp(-(w/omega_s)^2)
 LOBES = 2.0  # order of the ripple that starts tell
+CLEAR = 5.0  # standard deviations below zero: no chance
 
 Decision = tuple[list[dict[str, Any]], set[str]]  # entries of a test, and the effects that it decides on, found or not
 
@@ -31,16 +32,21 @@ def dry_friction(estimates: Sequence[Estimate], notes: list[str]) -> Decision:
     """Terms of a friction ladder: dry level with its dip, asymmetry, share of the load; only what differs from zero.
 
     The engine's asymmetry acts on the whole dry level, dip and share of the load included. Where no deviation is known,
-    nothing is decided.
+    nothing is decided, nor where a level is negative.
     """
     known = {item.name: item for item in estimates}
     forward = known["T_c_forward"]
     backward = known.get("T_c_backward", forward)
     level = 0.5 * (forward.value + backward.value)
     found = []
+    below = [item for item in (forward, backward) if negative(item)]
+    if below:
+        wrong = "sign of motor_torque looks reversed" if level < 0.0 else "zero of motor_torque looks shifted"
+        notes.append(f"no dry friction: {negative_text(below[0])}: the {wrong}")
+        return [], set()
     decided = _told(forward, *DRY) | (_told(backward, "asymmetric_friction") if "T_c_backward" in known else set())
     if level > 0.0 and _sure(forward) and _sure(backward):
-        if "omega_s" in known:
+        if "omega_s" in known and _sure(known["T_s_excess"]):
             ratio = 1.0 + known["T_s_excess"].value / level
             dip = {"breakaway_ratio": ratio, "omega_s": known["omega_s"].value, "stribeck_shape": GAUSSIAN}
             found.append(entry("stribeck_friction", T_c=level, **dip))
@@ -52,6 +58,8 @@ def dry_friction(estimates: Sequence[Estimate], notes: list[str]) -> Decision:
     share = known.get("c_L")
     if share is not None:
         decided |= _told(share, "load_dependent_friction")
+        if negative(share):
+            notes.append(f"no load-dependent friction: {negative_text(share)}")
         if share.value > 0.0 and _sure(share):
             found.append(entry("load_dependent_friction", c_drive=share.value, c_back=share.value))
     if "beta" in known:
@@ -75,7 +83,9 @@ def coulomb(torque: Estimate, notes: list[str]) -> Decision:
 def _no_friction(torque: Estimate) -> str:
     if not math.isfinite(torque.sigma):
         return "dry friction is not known: its deviation is not"
-    return f"no dry friction: it does not differ from zero at {100.0 * CONFIDENCE:.0f} %"
+    if negative(torque):
+        return f"no dry friction: {negative_text(torque)}: was the motor driven?"
+    return f"no dry friction: it is not surely above zero at {100.0 * CONFIDENCE:.0f} %"
 
 
 def breakaway(
@@ -128,8 +138,11 @@ def hysteresis(estimates: Estimates, phi_max: float, notes: list[str]) -> Decisi
     4 T_h (phi_max - phi_h).
     """
     torque, energy = estimates.named("hysteresis_torque"), estimates.named("loop_energy")
+    if negative(torque):
+        notes.append(f"no hysteresis: {negative_text(torque)}: does the torque lag load_angle?")
+        return [], set()
     if torque.value <= 0.0 or not _sure(torque):
-        notes.append(f"no hysteresis: its torque does not differ from zero at {100.0 * CONFIDENCE:.0f} %")
+        notes.append(f"no hysteresis: its torque is not surely above zero at {100.0 * CONFIDENCE:.0f} %")
         return [], _told(torque, *HYSTERETIC)
     windup = phi_max - energy.value / (4.0 * torque.value)
     if not 0.0 < windup < phi_max:
@@ -139,13 +152,23 @@ def hysteresis(estimates: Estimates, phi_max: float, notes: list[str]) -> Decisi
     return [entry("hysteresis", T_h=torque.value, phi_h=windup, beta=1.0, loop_sharpness=1.0)], set(HYSTERETIC)
 
 
+def negative(item: Estimate) -> bool:
+    """Whether a number is farther below zero than chance takes it."""
+    return item.value < -CLEAR * item.sigma
+
+
+def negative_text(item: Estimate) -> str:
+    """Says that a number is negative."""
+    return f"{item.name} is negative ({100.0 * CONFIDENCE:.0f} %: {item.low:.3g} .. {item.high:.3g} {item.unit})"
+
+
 def _sure(item: Estimate) -> bool:
     return item.low > 0.0 or item.high < 0.0
 
 
 def _told(item: Estimate, *effects: str) -> set[str]:
-    """The effects that a number decides on: none without a deviation."""
-    return set(effects) if math.isfinite(item.sigma) else set()
+    """The effects that a number decides on: none without a deviation, none where it is negative."""
+    return set(effects) if math.isfinite(item.sigma) and not negative(item) else set()
 
 
 def _order(declared: Sequence[Mapping[str, Any]]) -> float:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -59,6 +60,11 @@ def loops(recordings: Any, ratio: float | None, columns: Any, rated: float, note
         found = crossings(windup, torque, resolution(recording, "load_angle", windup, notes))
         pair = branches.branches(found)
         losses = (energy(pair, found), branches.hysteresis_loss(found), branches.lost_motion(found, rated))
+        notes += [
+            f"{recording.name}: {item.name} ({item.meaning}) is not known: a branch does not pass that torque"
+            for item in losses
+            if math.isnan(item.value)
+        ]
         travelled = float(np.sum(np.abs(np.diff(torque[np.linspace(0, len(torque) - 1, 201).astype(int)]))))
         listed.append(Loop(recording.name, column, travelled / float(t[-1] - t[0]), found, pair, losses))
     return sorted(listed, key=lambda loop: -loop.size)

@@ -10,13 +10,15 @@ import numpy as np
 import scipy
 
 from hdfast.checks import Floats
+from hdfast.identify.least_squares import untold
 
 
 @dataclass(frozen=True, eq=False)
 class NonlinearFit:
     """Parameters (p,), standard deviations (p,), residuals (n,), degrees of freedom, BIC.
 
-    Without a degree of freedom the residuals tell nothing and the standard deviations are infinite.
+    Without a degree of freedom the residuals tell nothing and the standard deviations are infinite; so are those of
+    parameters that the residuals do not tell apart.
     """
 
     values: Floats
@@ -41,9 +43,11 @@ def fit(residual: Callable[[Floats], Floats], start: Any, *, correlation: float 
     count = len(found.fun)
     freedom = count - len(first)
     variance = float(found.fun @ found.fun) / max(freedom, 1)
-    covariance = np.linalg.pinv(found.jac.T @ found.jac) * variance * correlation
+    gram = found.jac.T @ found.jac
+    covariance = np.linalg.pinv(gram) * variance * correlation
     bic = count / correlation * np.log(max(float(found.fun @ found.fun) / count, 1e-300))
     sigma = np.sqrt(np.diag(covariance)) * np.abs(first) if freedom else np.full_like(first, np.inf)
+    sigma[untold(gram)] = np.inf
     return NonlinearFit(
         found.x * first, sigma, found.fun, freedom, float(bic + len(first) * np.log(count / correlation))
     )

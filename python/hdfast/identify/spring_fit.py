@@ -12,10 +12,12 @@ from numpy.typing import NDArray
 
 from hdfast import spring
 from hdfast.checks import Floats
-from hdfast.identify.estimate import Estimate, Estimates, estimate
+from hdfast.errors import InputError
+from hdfast.identify.estimate import CONFIDENCE, Estimate, Estimates, estimate
 from hdfast.identify.least_squares import LinearFit, fit
 
 UNITS = {1: "N m/rad", 2: "N m/rad^2", 3: "N m/rad^3", 4: "N m/rad^4", 5: "N m/rad^5"}
+LEAST_POINTS = 8  # on each part of the piecewise law
 
 
 @dataclass(frozen=True, eq=False)
@@ -117,6 +119,9 @@ def piecewise(points: Points, start: SpringFit, corners: tuple[float, float]) ->
 
     Linear in the compliances 1/K; T_h enters through the torque on the spring and is found by repetition from another
     law's T_h and zeros on.
+
+    Raises:
+        InputError: a part of the law has too few points, or its slope is not surely positive.
     """
     loops, direction, halves = len(start.zeros), points.direction, start.halves
     windup = points.windup - start.zeros[points.loop]
@@ -126,6 +131,7 @@ def piecewise(points: Points, start: SpringFit, corners: tuple[float, float]) ->
         held = points.torque - halves[points.loop] * direction
         size = np.abs(held)
         active = np.digitize(size, corners)
+        _check_parts(np.bincount(active, minlength=3), corners)
         parts = [
             np.minimum(size, corners[0]),
             np.clip(size - corners[0], 0.0, corners[1] - corners[0]),
@@ -140,6 +146,25 @@ def piecewise(points: Points, start: SpringFit, corners: tuple[float, float]) ->
     named = [
         estimate(f"K{j + 1}", 1.0 / c, "N m/rad", sigma[j] / c**2, found.freedom) for j, c in enumerate(compliances)
     ]
+    unsure = [item.name for item in named if not item.low > 0.0]
+    if unsure:
+        raise InputError(
+            f"{_told(corners)}: {', '.join(unsure)} may be 0 or less at {100.0 * CONFIDENCE:.0f} % "
+            "(allowed: corners between which the torque tells each slope)"
+        )
     named.append(estimate("hysteresis_torque", halves[0], "N m", sigma[3], found.freedom))
     zeros = start.zeros + found.coefficients[-loops:] * scale
     return SpringFit("piecewise", Estimates(named), -found.residuals * scale / compliances[active], zeros, halves)
+
+
+def _check_parts(points: NDArray[np.int64], corners: tuple[float, float]) -> None:
+    if np.min(points) < LEAST_POINTS:
+        below, between, above = points
+        raise InputError(
+            f"{_told(corners)}: the torque less its hysteresis has {below} points below, {between} between and "
+            f"{above} above them (allowed: at least {LEAST_POINTS} each)"
+        )
+
+
+def _told(corners: tuple[float, float]) -> str:
+    return f"corners = {corners[0]:g}, {corners[1]:g} N m"

@@ -9,7 +9,7 @@ import numpy as np
 
 from hdfast import checks, spring
 from hdfast.checks import Floats
-from hdfast.errors import choose
+from hdfast.errors import InputError, choose
 from hdfast.identify import left_out, loop, spring_fit
 from hdfast.identify.estimate import Estimates
 from hdfast.identify.fit import Fit
@@ -39,7 +39,8 @@ def stiffness(
 
     Args:
         recordings: one loop each; each needs t, load_angle and output_torque or load_torque.
-        law: law of the model file: "odd" (k1, k3, k5), "full" (k1 ... k5) or "piecewise" (K1, K2, K3). All are fitted.
+        law: law of the model file: "odd" (k1, k3, k5), "full" (k1 ... k5) or "piecewise" (K1, K2, K3). The
+            polynomials are fitted anyway, the slopes where the torques tell them.
         ratio: gear ratio, to take off what the motor turned; needed when it turned.
         corners: torques T1, T2 of the piecewise law [N m].
         rated_torque: for the lost motion (4 % of it) and the table of stiffness [N m].
@@ -48,12 +49,15 @@ def stiffness(
         source: text of the campaign file, for the page.
 
     Raises:
-        InputError: a column is missing, the loop is not whole or too coarse, or an argument is out of range.
+        InputError: a column is missing, the loop is not whole or too coarse, the torques do not tell the slopes of a
+            piecewise law that is asked for, or an argument is out of range.
     """
     choose("law", law, LAWS)
     i = None if ratio is None else checks.positive("ratio", ratio, 1e4)
     t1 = checks.positive("corners[0]", corners[0], 1e6, "N m")
     t2 = checks.number("corners[1]", corners[1], t1, 1e6, "N m")
+    if t1 == t2:
+        raise InputError(f"corners[1] = {t2:g} N m must be greater than corners[0] = {t1:g} N m")
     rated = checks.positive("rated_torque", rated_torque, 1e6, "N m")
     notes: list[str] = []
     listed = loop.loops(recordings, i, columns, rated, notes)
@@ -61,12 +65,12 @@ def stiffness(
     points = loop.points(fitted)
     odd = spring_fit.odd(points, np.array([np.mean(item.found.reach) for item in fitted]))
     fits = {"odd": odd, "full": spring_fit.full(points, odd.zeros)}
-    reached = min(map(abs, largest.found.top))
-    if reached > t2:
+    try:
         fits["piecewise"] = spring_fit.piecewise(points, odd, (t1, t2))
-    else:
-        notes.append(f"no K1, K2, K3: the torque reaches {reached:.3g} N m, T2 is {t2:g} N m")
-        choose("law (with this range of torque)", law, fits)
+    except InputError as error:
+        if law == "piecewise":
+            raise
+        notes.append(f"no K1, K2, K3: {error}")
     chosen = fits[law]
     phi_max = float(np.max(np.abs(np.array(largest.found.reach) - chosen.zeros[0])))
     drive = law_parameters(chosen, phi_max, (t1, t2))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping
+from pathlib import Path
 from typing import Any
 
 from hdfast import config
@@ -36,6 +37,17 @@ def standing(model: Mapping[str, Any], gone: Collection[str]) -> tuple[dict[str,
     notes += [f"the model file has no correlation of {a} and {b}" for a, b, *_ in pairs if not {a, b} <= kept.keys()]
     whole = {"tolerance": kept, "correlation": correlation | {"pairs": left} if left else {}}
     return dict(model) | {key: value for key, value in whole.items() if key in model}, notes
+
+
+def located(model: Mapping[str, Any], folder: Path) -> dict[str, Any]:
+    """The model with absolute paths of the tables of measured values beside it, so that a copy reads them anywhere."""
+    stated = model.get("tolerance", {})
+    named = {
+        name: dict(entry) | {"file": str(folder.absolute() / entry["file"])}
+        for name, entry in (stated.items() if isinstance(stated, Mapping) else ())
+        if isinstance(entry, Mapping) and isinstance(entry.get("file"), str)
+    }
+    return dict(model) | ({"tolerance": dict(stated) | named} if named else {})
 
 
 def _objection(name: str, entry: Any, nominal: Mapping[str, float], gone: Collection[str]) -> str:

@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from hdfast.diagnosis.lateness import DELAY, MOTOR, lateness
+from hdfast.diagnosis.lateness import DELAY, MOTOR, apart, lateness
 from hdfast.diagnosis.plant import REVERSAL, TORQUE_LEAD, TORQUE_SCALE, Free, Structure
 from hdfast.params import params
 from hdfast.recordings import Campaign
@@ -19,6 +19,8 @@ from hdfast.terms import terms
 LEAD_SHARE = 0.5
 REVERSAL_LAG = 1e-3
 VISIBLE = 2.0
+#: Of the delay of a mean: it may be of the samples that a reader has, not of all time since the one before.
+MEAN_SIGMA = 0.2
 SIGNED = ("k2", "k3", "k4", "k5")
 
 
@@ -97,15 +99,16 @@ def _sensors(campaign: Campaign, period: float) -> tuple[list[tuple[str, str]], 
 
 
 def _open(campaign: Campaign, read: Mapping[str, float]) -> list[Free]:
-    """The parameters of declared effects of sensors that a sigma is stated of; of what is stated without, none."""
-    found = []
+    """The parameters of declared effects of sensors that a sigma is stated of, and the delay of what is averaged."""
+    means = [f"{channel}_{DELAY}_tau_y" for channel in sorted(apart(campaign))]
+    found = [Free(name, read[name], MEAN_SIGMA, True, "s", 0.0, 1.0) for name in means if name in read]
     for declared in campaign.drive.effects:
         if declared.channel is None:
             continue
         for parameter in terms()[declared.effect].parameters:
             name = f"{declared.channel}_{declared.effect}_{parameter.name}"
             value, sigma = read.get(name, 0.0), declared.sigma.get(parameter.name, 0.0)
-            if value != 0.0 and sigma > 0.0:
+            if value != 0.0 and sigma > 0.0 and name not in means:
                 own = sigma / value if value > 0.0 else sigma
                 found.append(Free(name, value, float(own), value > 0.0, parameter.unit, *parameter.allowed))
     return found

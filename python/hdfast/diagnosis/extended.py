@@ -76,7 +76,7 @@ def _delays(
     found = []
     for channel in dict.fromkeys([*declared, *(channel for effect, channel in structure.sensors if effect == DELAY)]):
         name = f"{channel}_{DELAY}_tau_y"
-        if name in values:
+        if name in values and (channel in declared or name not in structure.fixed):
             shared = declared.get(channel, free[name]) - free[name]
             found.append(_term(DELAY, {name: values[name] + shared}, sigma, channel))
         elif channel in declared:

@@ -33,12 +33,20 @@ def lateness(campaign: Campaign, period: float) -> dict[str, float]:
         name: float(stage.value(f"{name}_{DELAY}_tau_y")) if (DELAY, name) in stage.effects else 0.0
         for name in (MOTOR, *recorded)
     }
-    means = {name for name, own in campaign.sensors.items() if own.averaged}
-    for name in recorded:
-        if name != TORQUE:
-            found[name] += 0.5 * period * ((name in means) - (MOTOR in means))
+    sign = -1.0 if _averaged(campaign, MOTOR) else 1.0
+    for name in apart(campaign).intersection(recorded):
+        found[name] += sign * 0.5 * period
     least = min(found.values())
     return {name: late - least for name, late in found.items()}
+
+
+def apart(campaign: Campaign) -> set[str]:
+    """Channels of the load's side that are averaged where the motor angle is not, or the other way round."""
+    return {name for name in SEEN if name != TORQUE and _averaged(campaign, name) != _averaged(campaign, MOTOR)}
+
+
+def _averaged(campaign: Campaign, name: str) -> bool:
+    return name in campaign.sensors and bool(campaign.sensors[name].averaged)
 
 
 def on_time(sources: Sequence[Source], late: float) -> list[Source]:

@@ -10,7 +10,7 @@ import pytest
 from collisions import collided
 from hdfast import health
 from hdfast.diagnosis.session import usable
-from hdfast.health import alignment, result, steps, timing
+from hdfast.health import alignment, leakage, result, steps, timing
 from hdfast.health.subject import Subject
 from hdfast.recordings import load_campaign
 from hypothesis import given, settings
@@ -378,6 +378,33 @@ def test_exact_leakage_rejects_the_heldout_recording(run, clean):
     result = health.check(campaign([run, run, (clean["sine"], {"role": "heldout"})]))
     assert result.rejected == {}
     assert "counts twice" in sentences(result.recordings[1], "leakage", "warning")[0]
+
+
+def test_exact_different_motions_under_one_torque_that_begin_alike_are_no_leak(clean):
+    fitted, held = ({name: values.copy() for name, values in clean[kind].items()} for kind in ("profile", "sine"))
+    for found in (fitted, held):
+        found["motor_angle"] -= found["motor_angle"][0]
+        found["motor_torque"][:] = 0.1
+    result = health.check(campaign([fitted, fitted | {"t": fitted["t"]}, (held, {"role": "heldout"})]))
+    assert sentences(result.recordings[1], "leakage") == [
+        "run1: 100 % of its samples are also in run0; the same evidence counts twice"
+    ]
+    assert not sentences(result.recordings[2], "leakage")
+
+
+def test_exact_a_held_out_recording_may_repeat_a_rejected_one(run, clean):
+    reversed_load = run | {"load_angle": -run["load_angle"]}
+    result = health.check(campaign([clean["sine"], reversed_load, (run, {"role": "heldout"})]))
+    assert list(result.rejected) == ["run1"]
+
+
+def test_exact_leakage_reads_every_recording_once(clean, monkeypatch):
+    """Blocks and samples, whatever the number of pairs."""
+    read = []
+    whole = leakage.Evidence._marks
+    monkeypatch.setattr(leakage.Evidence, "_marks", lambda *given: read.append(given[2]) or whole(*given))
+    health.check(campaign(list(clean.values())))
+    assert sorted(read) == [1] * 5 + [leakage.BLOCK] * 5
 
 
 def test_exact_missing_numbers_are_no_leak(clean):

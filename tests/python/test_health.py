@@ -422,6 +422,25 @@ def test_exact_no_motion_rejects(run):
     assert "the motor does not move" in examine(run).reason
 
 
+def test_exact_a_motor_at_rest_is_not_told_to_flip_its_torque(run):
+    step = 2.0 * math.pi / 2**17
+    run["motor_angle"] = step * (np.sin(run["t"]) < 0.0)
+    run["motor_torque"] = np.cos(run["t"])
+    result = examine(run, TEXT + f"[sensors]\nmotor_angle = {{ resolution = {step!r} }}\n")
+    assert not sentences(result, "torque_sign")
+    assert "the motor does not move" in result.reason
+
+
+@pytest.mark.parametrize("name", ["noise", "resolution"])
+def test_exact_a_stated_sensor_that_hides_the_motion_is_named(run, name):
+    travel = np.ptp(run["motor_angle"])
+    stated = TEXT + f"[sensors]\nmotor_angle = {{ {name} = {travel} }}\n"
+    assert sentences(examine(run, stated), "coverage") == [
+        f"run0: the motor does not move: motor_angle changes by {travel:.3g} rad, at most 5 times its {name} of "
+        f"{travel:.3g} rad; correct [sensors], or leave the recording out"
+    ]
+
+
 def test_exact_warnings_are_those_to_mend_and_those_not_used(run, clean):
     still = {name: 0.0 * values if name == "motor_angle" else values for name, values in run.items()}
     run["load_torque"] = np.full(run["t"].size, np.nan)

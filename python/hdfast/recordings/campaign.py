@@ -73,12 +73,12 @@ class Campaign:
     data: Mapping[str, Any] = field(repr=False)
     text: str = field(repr=False)
 
-    @property
+    @cached_property
     def base(self) -> str:
-        """The base model: as stated, else "one_inertia" when no recording has a channel of the load side."""
+        """The base model: as stated, else "one_inertia" when no recording has a filled channel of the load side."""
         if self.drive.base is not None:
             return self.drive.base
-        seen = any(name in item for item in self.recordings for name in LOAD_SIDE)
+        seen = any(item.filled(name) for item in self.recordings for name in LOAD_SIDE)
         return "two_inertia" if seen or not self.recordings else "one_inertia"
 
     @cached_property

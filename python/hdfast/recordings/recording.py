@@ -53,10 +53,6 @@ class Recording(Table):
             raise InputError(f"{self.name}: {purpose} finds {int(known.sum())} samples with {', '.join(names)}")
         return [self.columns[name][known] for name in names]
 
-    def filled(self, name: str) -> bool:
-        """True when half of the samples of a column or more are numbers, False without the column."""
-        return name in self.columns and bool(np.mean(np.isfinite(self.columns[name])) >= FEWEST_FINITE)
-
     def optional(self, notes: list[str], *names: str) -> list[str]:
         """Those of the named columns that are filled; one that is there and is not gets a note."""
         notes += [

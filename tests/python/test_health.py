@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from collisions import collided
 from hdfast import health
-from hdfast.diagnosis.session import usable
+from hdfast.diagnosis.session import usable, with_heldout
 from hdfast.health import alignment, leakage, result, steps, timing
 from hdfast.health.subject import Subject
 from hdfast.recordings import load_campaign
@@ -378,6 +378,30 @@ def test_exact_leakage_rejects_the_heldout_recording(run, clean):
     result = health.check(campaign([run, run, (clean["sine"], {"role": "heldout"})]))
     assert result.rejected == {}
     assert "counts twice" in sentences(result.recordings[1], "leakage", "warning")[0]
+
+
+@pytest.mark.parametrize(("groups", "rejected"), [("ABCD", "run3"), ("AAAA", "run3"), ("ABCC", "run3"), ("ABBC", "")])
+def test_exact_what_is_set_aside_is_no_copy_of_what_is_fitted(clean, groups, rejected):
+    """Where the copy is of another group than the last one, it is fitted twice, and that is said."""
+    listed = [clean[kind] for kind in ("profile", "sine", "ladder")]
+    order = [0, 1, 2, 0] if rejected else [0, 1, 0, 2]
+    found = health.check(campaign([(listed[k], {"group": group}) for k, group in zip(order, groups, strict=True)]))
+    assert list(found.rejected) == ([rejected] if rejected else [])
+    kept, _ = with_heldout(usable(found))
+    held = {source.name for source in kept if source.role == "heldout"}
+    fitted = {source.name for source in kept if source.role == "fit"}
+    assert rejected not in held | fitted
+    assert held == (fitted if groups == "AAAA" else {"run2"} if rejected else {"run3"})
+    assert bool(rejected) or "counts twice" in sentences(found.recordings[2], "leakage", "warning")[0]
+
+
+def test_exact_a_copy_is_fitted_twice_only_beside_a_usable_held_out_recording(clean):
+    profile, sine = clean["profile"], clean["sine"]
+    found = health.check(campaign([profile, profile, (sine, {"role": "heldout"})]))
+    assert not found.rejected
+    still = sine | {"motor_angle": 0.0 * sine["motor_angle"]}
+    found = health.check(campaign([profile, profile, (still, {"role": "heldout"})]))
+    assert list(found.rejected) == ["run1", "run2"]
 
 
 def test_exact_different_motions_under_one_torque_that_begin_alike_are_no_leak(clean):

@@ -34,6 +34,7 @@ from hdfast.health import Health, check
 from hdfast.health.result import RecordingHealth
 from hdfast.health.subject import REQUIRED
 from hdfast.recordings import Campaign
+from hdfast.recordings.campaign import set_aside
 from hdfast.recordings.clock import period
 from hdfast.spring import COEFFICIENTS
 
@@ -302,10 +303,10 @@ def with_heldout(sources: Sequence[Source], reason: str = NOTHING_HELD) -> tuple
     """The sources with something held out, and a sentence that begins with a reason where none is named or left."""
     if any(source.role == "heldout" for source in sources):
         return list(sources), None
-    groups = list(dict.fromkeys(source.group for source in sources))
-    if len(groups) >= 3:
-        kept = [replace(one, role="heldout") if one.group == groups[-1] else one for one in sources]
-        return kept, f"{reason}: group {groups[-1]} was set aside {LESS}"
+    group = set_aside(source.group for source in sources)
+    if group is not None:
+        kept = [replace(one, role="heldout") if one.group == group else one for one in sources]
+        return kept, f"{reason}: group {group} was set aside {LESS}"
     cut = []
     for source in sources:
         t = source.recording["t"]

@@ -10,12 +10,17 @@ from numpy.typing import NDArray
 
 from hdfast.health.finding import REJECT, WARNING
 from hdfast.health.subject import Subject
+from hdfast.recordings.campaign import ROLES, set_aside
 
 NAME = "leakage"
 BLOCK = 16
 FEWEST_MOVES = 8
 FEWEST_SAMPLES = 50
 SHARE, SHARE_OF_SAMPLES, DISTINCT = 0.05, 0.5, 0.9
+REPEATED = (
+    ", used to fit, and where none is held out it is set aside, or a part of it; take them out of one, or give another "
+    'recording the role "heldout"'
+)
 Marks = NDArray[np.int64]
 
 
@@ -74,14 +79,38 @@ class Evidence:
 
 
 def check(subjects: Sequence[Subject]) -> None:
-    """Reject held-out recordings that repeat samples of a usable fit recording; name recordings given twice."""
+    """Reject what is held out, by its role or set aside, and repeats samples of a usable fit recording.
+
+    Recordings to fit that are given twice are named.
+    """
     usable = [Evidence(subject) for subject in subjects if not subject.rejected]
-    fit = [one for one in usable if one.subject.recording.role == "fit"]
-    for one in usable:
-        if one.subject.recording.role == "heldout":
-            _compare(one, fit, REJECT, ", used to fit; take them out of one")
+    fit, held = ([one for one in usable if one.subject.recording.role == role] for role in ROLES)
+    for one in held:
+        _compare(one, fit, REJECT, ", used to fit; take them out of one")
+    if all(one.subject.rejected for one in held):
+        _set_aside(fit)
+    fit = _left(fit)
     for number, one in enumerate(fit):
         _compare(one, fit[:number], WARNING, "; the same evidence counts twice")
+
+
+def _set_aside(fit: Sequence[Evidence]) -> None:
+    """Judge the group that is set aside for the proof, or all where a part of every recording is."""
+    group = set_aside(one.subject.recording.group for one in fit)
+    if group is None:
+        for number, one in enumerate(fit):
+            _compare(one, _left(fit[:number]), REJECT, REPEATED)
+        return
+    others = [one for one in fit if one.subject.recording.group != group]
+    held = [one for one in fit if one.subject.recording.group == group]
+    for one in held:
+        _compare(one, others, REJECT, REPEATED)
+    if not _left(held):
+        _set_aside(others)
+
+
+def _left(evidence: Iterable[Evidence]) -> list[Evidence]:
+    return [one for one in evidence if not one.subject.rejected]
 
 
 def _compare(one: Evidence, others: Iterable[Evidence], severity: str, meaning: str) -> None:

@@ -10,9 +10,10 @@ import pytest
 from collisions import collided
 from hdfast import health
 from hdfast.diagnosis.session import usable, with_heldout
+from hdfast.errors import InputError
 from hdfast.health import alignment, leakage, result, steps, timing
 from hdfast.health.subject import Subject
-from hdfast.recordings import load_campaign
+from hdfast.recordings import Recording, load_campaign
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from simulated_recordings import J_L, J_M, RATIO, TEXT, campaign, columns
@@ -331,6 +332,19 @@ def test_exact_units_are_suggested_and_nothing_is_rescaled(run, name, factor, te
     result = examine(run)
     assert any(text in sentence for sentence in sentences(result, "units", "warning"))
     np.testing.assert_array_equal(result.source[name], before[name] * factor)
+
+
+@pytest.mark.parametrize("unit", ["K", "°F"])
+def test_exact_a_temperature_that_no_scale_converts_has_to_be_converted(run, unit):
+    run["temperature"] = np.full(run["t"].size, 293.15)
+    said = (
+        f"run0: the file gives temperature in {unit}, not in degC: convert it to degC in the file, which no scale does"
+    )
+    assert sentences(examine(run, units={"temperature": unit}), "units", "warning") == [said]
+    with pytest.raises(InputError) as told:
+        Recording("run0", run, units={"temperature": unit}).need("friction", "temperature")
+    assert str(told.value) == said
+    assert sentences(examine(run, units={"temperature": "°C"}), "units", "warning") == []
 
 
 @pytest.mark.parametrize(

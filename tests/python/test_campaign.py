@@ -139,6 +139,13 @@ def test_exact_base_follows_the_channels_unless_it_is_stated(campaign):
     assert campaign(MOTOR).model.order_labels == []
 
 
+def test_exact_base_counts_no_column_that_is_not_used(campaign, tmp_path):
+    numbers = np.where(T < 0.6, T / 40.0, np.nan)
+    for load_angle, base in ((numbers, "two_inertia"), (np.nan * numbers, "one_inertia")):
+        save(Recording("half", FILES["motor.csv"] | {"load_angle": load_angle}), tmp_path / "half.csv")
+        assert campaign(MOTOR + '[[recording]]\nfile = "half.csv"\n').base == base
+
+
 def test_exact_spring_follows_the_coefficients(campaign):
     found = campaign("[drive]\nK1 = 2e4\nK2 = 3e4\nK3 = 4e4\nT1 = 5\nT2 = 9\n" + BOTH)
     assert found.model.spring == "piecewise"

@@ -10,6 +10,7 @@ import small_campaign
 from hdfast.calibration.calibrate import MODELS, Calibration
 from hdfast.cli import main
 from hdfast.comparison.compare import LOST, Comparison
+from hdfast.diagnosis.session import LESS
 from hdfast.errors import InputError
 from hdfast.recordings import load_campaign
 
@@ -124,6 +125,39 @@ def test_exact_angles_in_degrees_are_said_in_every_output(command, tmp_path, cap
     assert "further off than no model at all" in told[-1]
     assert main([command, str(path), "--quiet"]) == 0
     assert capsys.readouterr() == ("", "")
+
+
+@pytest.mark.parametrize("command", ["compare", "calibrate"])
+def test_exact_what_is_set_aside_is_a_warning(command, tmp_path, capsys, undrawn):
+    path = small_campaign.write(tmp_path)
+    path.write_text(path.read_text().replace('role = "heldout"', 'role = "fit"'))
+    out = tmp_path / "out"
+    assert main([command, str(path), "--out", str(out)]) == 0
+    said = f"no recording is held out: group 3 was set aside {LESS}"
+    assert capsys.readouterr().err == f"hdfast: warning: {said}\n"
+    assert json.loads(next(out.glob("c*.json")).read_text())["warnings"] == [said]
+    assert said in (out / "report.html").read_text()
+
+
+def thin(path, number, every):
+    """Every so many samples of one recording are left; the others have 500 per second."""
+    file = path.parent / f"r{number}.npz"
+    table = dict(np.load(file))
+    np.savez(file, **{name: values[::every] for name, values in table.items()})
+
+
+def test_exact_a_recording_that_sets_the_rate_of_all_is_named(tmp_path):
+    path = small_campaign.write(tmp_path)
+    thin(path, 1, 20)
+    said = [sentence for sentence in hdfast.compare(path).warnings if "rate of the slowest" in sentence]
+    assert [sentence.split(",")[0] for sentence in said] == ["r1.npz: it has 25 new samples per second"]
+
+
+def test_exact_a_held_out_recording_so_slow_that_nothing_can_be_judged_is_named(tmp_path):
+    path = small_campaign.write(tmp_path)
+    thin(path, 3, 100)
+    with pytest.raises(InputError, match=r"all of the motion; r3\.npz: it has 5 new samples per second"):
+        hdfast.compare(path)
 
 
 @pytest.mark.parametrize("command", ["compare", "calibrate"])

@@ -11,7 +11,7 @@ from hdfast.diagnosis.evidence import lay_out
 from hdfast.diagnosis.noise import as_coarse, floors
 from hdfast.diagnosis.plant import Plant
 from hdfast.diagnosis.prepare import prepare
-from hdfast.diagnosis.session import warmed, with_heldout
+from hdfast.diagnosis.session import far_slower, warmed, with_heldout
 from hdfast.diagnosis.source import Source
 from hdfast.errors import InputError
 from hdfast.recordings.clock import period
@@ -247,6 +247,16 @@ def test_exact_a_channel_that_ends_early_is_not_held_out():
     torque[1300:] = np.nan
     kept, _ = with_heldout([source(500.0, motor_torque=torque)])
     assert [one.role for one in kept] == ["fit"]
+
+
+@pytest.mark.parametrize(
+    ("rates", "slow"),
+    [((500.0, 20.0), [1]), ((20.0, 20.0, 500.0), []), ((500.0, 260.0), []), ((5000.0, 260.0, 5000.0, 200.0), [3])],
+)
+def test_exact_recordings_that_cost_the_others_half_of_their_rate(rates, slow):
+    """Up to the highest working rate, 500 Hz, which faster ones do not have anyway."""
+    told = far_slower([replace(source(rate, 2.0), name=str(number)) for number, rate in enumerate(rates)])
+    assert [int(sentence.split(":")[0]) for sentence in told] == slow
 
 
 def test_exact_angles_that_share_no_sample_give_no_transmission_error():

@@ -9,10 +9,11 @@ import numpy as np
 import pytest
 from collisions import collided
 from hdfast import health
-from hdfast.diagnosis.session import usable
-from hdfast.health import alignment, nameplate, result, steps, timing
+from hdfast.diagnosis.session import usable, with_heldout
+from hdfast.errors import InputError
+from hdfast.health import alignment, leakage, nameplate, result, steps, timing
 from hdfast.health.subject import Subject
-from hdfast.recordings import load_campaign
+from hdfast.recordings import Recording, load_campaign
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from simulated_recordings import J_L, J_M, RATIO, TEXT, campaign, columns
@@ -333,6 +334,19 @@ def test_exact_units_are_suggested_and_nothing_is_rescaled(run, name, factor, te
     np.testing.assert_array_equal(result.source[name], before[name] * factor)
 
 
+@pytest.mark.parametrize("unit", ["K", "°F"])
+def test_exact_a_temperature_that_no_scale_converts_has_to_be_converted(run, unit):
+    run["temperature"] = np.full(run["t"].size, 293.15)
+    said = (
+        f"run0: the file gives temperature in {unit}, not in degC: convert it to degC in the file, which no scale does"
+    )
+    assert sentences(examine(run, units={"temperature": unit}), "units", "warning") == [said]
+    with pytest.raises(InputError) as told:
+        Recording("run0", run, units={"temperature": unit}).need("friction", "temperature")
+    assert str(told.value) == said
+    assert sentences(examine(run, units={"temperature": "°C"}), "units", "warning") == []
+
+
 @pytest.mark.parametrize(
     ("unit", "text"),
     [
@@ -380,6 +394,57 @@ def test_exact_leakage_rejects_the_heldout_recording(run, clean):
     assert "counts twice" in sentences(result.recordings[1], "leakage", "warning")[0]
 
 
+@pytest.mark.parametrize(("groups", "rejected"), [("ABCD", "run3"), ("AAAA", "run3"), ("ABCC", "run3"), ("ABBC", "")])
+def test_exact_what_is_set_aside_is_no_copy_of_what_is_fitted(clean, groups, rejected):
+    """Where the copy is of another group than the last one, it is fitted twice, and that is said."""
+    listed = [clean[kind] for kind in ("profile", "sine", "ladder")]
+    order = [0, 1, 2, 0] if rejected else [0, 1, 0, 2]
+    found = health.check(campaign([(listed[k], {"group": group}) for k, group in zip(order, groups, strict=True)]))
+    assert list(found.rejected) == ([rejected] if rejected else [])
+    kept, _ = with_heldout(usable(found))
+    held = {source.name for source in kept if source.role == "heldout"}
+    fitted = {source.name for source in kept if source.role == "fit"}
+    assert rejected not in held | fitted
+    assert held == (fitted if groups == "AAAA" else {"run2"} if rejected else {"run3"})
+    assert bool(rejected) or "counts twice" in sentences(found.recordings[2], "leakage", "warning")[0]
+
+
+def test_exact_a_copy_is_fitted_twice_only_beside_a_usable_held_out_recording(clean):
+    profile, sine = clean["profile"], clean["sine"]
+    found = health.check(campaign([profile, profile, (sine, {"role": "heldout"})]))
+    assert not found.rejected
+    still = sine | {"motor_angle": 0.0 * sine["motor_angle"]}
+    found = health.check(campaign([profile, profile, (still, {"role": "heldout"})]))
+    assert list(found.rejected) == ["run1", "run2"]
+
+
+def test_exact_different_motions_under_one_torque_that_begin_alike_are_no_leak(clean):
+    fitted, held = ({name: values.copy() for name, values in clean[kind].items()} for kind in ("profile", "sine"))
+    for found in (fitted, held):
+        found["motor_angle"] -= found["motor_angle"][0]
+        found["motor_torque"][:] = 0.1
+    result = health.check(campaign([fitted, fitted | {"t": fitted["t"]}, (held, {"role": "heldout"})]))
+    assert sentences(result.recordings[1], "leakage") == [
+        "run1: 100 % of its samples are also in run0; the same evidence counts twice"
+    ]
+    assert not sentences(result.recordings[2], "leakage")
+
+
+def test_exact_a_held_out_recording_may_repeat_a_rejected_one(run, clean):
+    reversed_load = run | {"load_angle": -run["load_angle"]}
+    result = health.check(campaign([clean["sine"], reversed_load, (run, {"role": "heldout"})]))
+    assert list(result.rejected) == ["run1"]
+
+
+def test_exact_leakage_reads_every_recording_once(clean, monkeypatch):
+    """Blocks and samples, whatever the number of pairs."""
+    read = []
+    whole = leakage.Evidence._marks
+    monkeypatch.setattr(leakage.Evidence, "_marks", lambda *given: read.append(given[2]) or whole(*given))
+    health.check(campaign(list(clean.values())))
+    assert sorted(read) == [1] * 5 + [leakage.BLOCK] * 5
+
+
 def test_exact_missing_numbers_are_no_leak(clean):
     """Both loggers miss as many samples, of the angle and the torque."""
     fitted, held = ({name: values.copy() for name, values in clean[kind].items()} for kind in ("profile", "sine"))
@@ -393,6 +458,25 @@ def test_exact_missing_numbers_are_no_leak(clean):
 def test_exact_no_motion_rejects(run):
     run["motor_angle"][:] = 1.0
     assert "the motor does not move" in examine(run).reason
+
+
+def test_exact_a_motor_at_rest_is_not_told_to_flip_its_torque(run):
+    step = 2.0 * math.pi / 2**17
+    run["motor_angle"] = step * (np.sin(run["t"]) < 0.0)
+    run["motor_torque"] = np.cos(run["t"])
+    result = examine(run, TEXT + f"[sensors]\nmotor_angle = {{ resolution = {step!r} }}\n")
+    assert not sentences(result, "torque_sign")
+    assert "the motor does not move" in result.reason
+
+
+@pytest.mark.parametrize("name", ["noise", "resolution"])
+def test_exact_a_stated_sensor_that_hides_the_motion_is_named(run, name):
+    travel = np.ptp(run["motor_angle"])
+    stated = TEXT + f"[sensors]\nmotor_angle = {{ {name} = {travel} }}\n"
+    assert sentences(examine(run, stated), "coverage") == [
+        f"run0: the motor does not move: motor_angle changes by {travel:.3g} rad, at most 5 times its {name} of "
+        f"{travel:.3g} rad; correct [sensors], or leave the recording out"
+    ]
 
 
 def test_exact_warnings_are_those_to_mend_and_those_not_used(run, clean):

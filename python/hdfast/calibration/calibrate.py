@@ -74,7 +74,7 @@ class Calibration:
 
     @property
     def warnings(self) -> list[str]:
-        """What the health checks want to be mended, what cannot be simulated, whether the model explains nothing."""
+        """As `Setup.warnings`, what cannot be simulated, whether the model explains nothing."""
         return warned(self.setup, ((replay, calibrated) for replay, (_, calibrated) in self.mismatches.values()))
 
     def to_dict(self) -> dict[str, Any]:

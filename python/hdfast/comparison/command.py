@@ -40,8 +40,6 @@ def run(options: argparse.Namespace) -> int:
         rows = [[row["recording"], row["role"], row["channel"], percent(row["nrmse"])] for row in found.errors]
         print(f"{found}\n")
         print(text_table(["recording", "role", "channel", "error"], rows, right=(3,)))
-        if found.setup.weaker is not None:
-            print(f"\nheldout: {found.setup.weaker}")
         if page is not None:
             print(f"\n{page}")
     if not options.quiet:

@@ -62,7 +62,7 @@ class Comparison:
 
     @property
     def warnings(self) -> list[str]:
-        """What the health checks want to be mended, what cannot be simulated, whether the model explains nothing."""
+        """As `Setup.warnings`, what cannot be simulated, whether the model explains nothing."""
         return warned(self.setup, self.mismatch)
 
     def to_dict(self) -> dict[str, Any]:
@@ -92,7 +92,7 @@ class Comparison:
 
 
 def warned(setup: Setup, mismatch: Iterable[tuple[Replay, Floats]]) -> list[str]:
-    """Warnings of the health checks, recordings without an error, and one more where no error is below 1.
+    """Warnings of the setup, recordings without an error, and one more where no error is below 1.
 
     Args:
         setup: the recordings at the working rate.

@@ -37,8 +37,8 @@ NOWHERE: dict[str, Any] = {
 
 
 def _notes(verdict: Verdict) -> list[str]:
-    """What weakens the proof."""
-    notes = [verdict.session.weaker] if verdict.session.weaker else []
+    """What weakens the proof, and recordings that cost the others their rate."""
+    notes = list(verdict.session.warnings)
     proof = verdict.proof
     if verdict.extended is not None and proof is not None and proof.holds and not proof.shows:
         notes.append("the held-out recordings do not show it: it rests on stretches of the others that were left out")

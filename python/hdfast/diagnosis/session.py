@@ -5,10 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from statistics import median_high
 
 import numpy as np
 
-from hdfast.diagnosis.band import choose_band
+from hdfast.diagnosis.band import HIGHEST_RATE, MOST_SAMPLES, choose_band
 from hdfast.diagnosis.baseline import baseline, with_resonance
 from hdfast.diagnosis.beside import beside
 from hdfast.diagnosis.candidate import Candidate
@@ -34,6 +35,7 @@ from hdfast.health import Health, check
 from hdfast.health.result import RecordingHealth
 from hdfast.health.subject import REQUIRED
 from hdfast.recordings import Campaign
+from hdfast.recordings.campaign import set_aside
 from hdfast.recordings.clock import period
 from hdfast.spring import COEFFICIENTS
 
@@ -42,6 +44,7 @@ STIFF = 1e4
 GUARD = 0.05
 LAST_SHARE = 0.3
 LOAD = "load_torque"
+FAR_SLOWER = 0.5
 MOST_LINES = 6
 LESS = "for the proof, which proves less than recordings of another day"
 NOTHING_HELD = "no recording is held out"
@@ -63,7 +66,7 @@ class Session:
         shown: gain of each accepted effect there, by its label.
         lessers: of several accepted effects, the final model without one and what that one gains, by its label.
         floor: nrmse of the sensor noise on the fitted recordings.
-        weaker: sentence that says how held-out data were made when the campaign names none.
+        warnings: what is said of the recordings as they were set up.
     """
 
     campaign: Campaign
@@ -75,7 +78,7 @@ class Session:
     shown: Mapping[str, float]
     lessers: Mapping[str, Lesser] = field(repr=False)
     floor: float
-    weaker: str | None
+    warnings: Sequence[str]
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,16 +89,15 @@ class Setup:
         campaign: the checked campaign.
         replay: the recordings that are fitted.
         held: the recordings kept for the proof, or None.
-        weaker: sentence that says how held-out data were made when the campaign names none.
         period: between the samples of the slowest recording [s].
-        warnings: what the health checks want to be mended or kept in mind.
-        notes: what else they found.
+        warnings: what the health checks want to be mended or kept in mind, how held-out data were made when the
+            campaign names none, and recordings that are far slower than the others.
+        notes: what else the health checks found.
     """
 
     campaign: Campaign
     replay: Replay = field(repr=False)
     held: Replay | None = field(repr=False)
-    weaker: str | None
     period: float
     warnings: Sequence[str] = ()
     notes: Sequence[str] = ()
@@ -143,6 +145,7 @@ def set_up(campaign: Campaign, sources: Sequence[Source], threads: int | None) -
     named = any(one.role == "heldout" for one in campaign.recordings)
     slowest = max(period(source.recording["t"]) for source in sources)
     sources = on_time(sources, lateness(campaign, slowest)[MOTOR])
+    slow = far_slower(sources)
     sources, weaker = with_heldout(sources, NOTHING_LEFT if named else NOTHING_HELD)
     band = choose_band(sources, inertia)
     campaign = with_resonance(campaign, band.motion)
@@ -159,10 +162,11 @@ def set_up(campaign: Campaign, sources: Sequence[Source], threads: int | None) -
 
     judged = replay("fit")
     if not judged.layout.size:
+        remedy = ". ".join(slow) or "record longer strokes, or with a faster clock"
         raise InputError(
             f"{', '.join(unit.name for unit in judged.plant.units)}: no sample can be judged: near standstill and near "
             f"reversals nothing is, and with the band of {band.motion:.3g} Hz that clock and noise of the angle leave, "
-            "that is all of the motion; record longer strokes, or with a faster clock"
+            f"that is all of the motion; {remedy}"
         )
     if judged.plant.torque_spread == 0.0:
         raise InputError(
@@ -172,7 +176,22 @@ def set_up(campaign: Campaign, sources: Sequence[Source], threads: int | None) -
     held = replay("heldout") if any(unit.role == "heldout" for unit in units) else None
     if held is not None and not held.layout.size:
         held, weaker = None, UNPROVEN
-    return Setup(campaign, judged, held, weaker, slowest)
+    return Setup(campaign, judged, held, slowest, [*([weaker] if weaker else []), *slow])
+
+
+def far_slower(sources: Sequence[Source]) -> list[str]:
+    """A sentence on every recording that costs the others more than half of the rate they would be compared at.
+
+    That is their own, up to where a working rate ends.
+    """
+    total = sum(float(np.ptp(source.recording["t"])) for source in fitted(sources))
+    usual = min(median_high(source.rate for source in sources), HIGHEST_RATE, MOST_SAMPLES / total)
+    return [
+        f"{source.name}: it has {source.rate:.3g} new samples per second, and all recordings are compared at the rate "
+        f"of the slowest, others at {usual:.3g} Hz without it; leave it out, or record it with a faster clock"
+        for source in sources
+        if source.rate < FAR_SLOWER * usual
+    ]
 
 
 def warmed(units: Sequence[Unit]) -> list[Unit]:
@@ -213,7 +232,8 @@ def set_up_usable(campaign: Campaign, threads: int | None) -> Setup:
     health = check(campaign)
     if not health.usable:
         raise InputError(health.complaint)
-    return replace(set_up(campaign, usable(health), threads), warnings=health.warnings, notes=health.notes)
+    setup = set_up(campaign, usable(health), threads)
+    return replace(setup, warnings=[*health.warnings, *setup.warnings], notes=health.notes)
 
 
 def nominal(setup: Setup) -> Structure:
@@ -257,7 +277,7 @@ def run(campaign: Campaign, sources: Sequence[Source], seed: int, threads: int |
     lessers: dict[str, Lesser] = {}
     if held is not None:
         (found, proof, shown), lessers = beside(replay, held, proven(replay, held, found), floor)
-    return Session(setup.campaign, replay, held, calibrated, found, proof, shown, lessers, floor, setup.weaker)
+    return Session(setup.campaign, replay, held, calibrated, found, proof, shown, lessers, floor, setup.warnings)
 
 
 def candidates(replay: Replay, current: Fit, ratio: float) -> list[Candidate]:
@@ -298,10 +318,10 @@ def with_heldout(sources: Sequence[Source], reason: str = NOTHING_HELD) -> tuple
     """The sources with something held out, and a sentence that begins with a reason where none is named or left."""
     if any(source.role == "heldout" for source in sources):
         return list(sources), None
-    groups = list(dict.fromkeys(source.group for source in sources))
-    if len(groups) >= 3:
-        kept = [replace(one, role="heldout") if one.group == groups[-1] else one for one in sources]
-        return kept, f"{reason}: group {groups[-1]} was set aside {LESS}"
+    group = set_aside(source.group for source in sources)
+    if group is not None:
+        kept = [replace(one, role="heldout") if one.group == group else one for one in sources]
+        return kept, f"{reason}: group {group} was set aside {LESS}"
     cut = []
     for source in sources:
         t = source.recording["t"]

@@ -10,6 +10,7 @@ import numpy as np
 from hdfast.checks import Floats
 from hdfast.health.finding import REJECT
 from hdfast.health.subject import Subject
+from hdfast.sensors.facts import SensorFacts
 
 NAME = "coverage"
 FEWEST_STEPS = 5.0
@@ -53,12 +54,18 @@ def check(subject: Subject) -> None:
     """Reject a recording in which the motor does not move."""
     angle = subject.checked["motor_angle"]
     travel = float(np.nanmax(angle) - np.nanmin(angle)) if np.isfinite(angle).any() else 0.0
-    step = subject.facts.resolution.get("motor_angle", 0.0)
-    noise = subject.campaign.sensors["motor_angle"].noise if "motor_angle" in subject.campaign.sensors else None
-    least = FEWEST_STEPS * max(step, noise or 0.0)
-    if travel <= least:
-        sentence = f"the motor does not move: motor_angle changes by {travel:.3g} rad; leave the recording out"
-        subject.find(NAME, REJECT, sentence, value=travel, limit=least)
+    stated = subject.campaign.sensors.get("motor_angle", SensorFacts())
+    sizes = {"resolution": subject.facts.resolution.get("motor_angle", 0.0), "noise": stated.noise or 0.0}
+    name = max(sizes, key=sizes.__getitem__)
+    least = FEWEST_STEPS * sizes[name]
+    if travel > least:
+        return
+    sentence = f"the motor does not move: motor_angle changes by {travel:.3g} rad"
+    if travel > 0.0 and getattr(stated, name) == sizes[name]:
+        sentence += f", at most {FEWEST_STEPS:g} times its {name} of {sizes[name]:.3g} rad; correct [sensors], or"
+    else:
+        sentence += ";"
+    subject.find(NAME, REJECT, f"{sentence} leave the recording out", value=travel, limit=least)
 
 
 def coverage(subjects: Sequence[Subject]) -> list[Coverage]:

@@ -2,76 +2,136 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
+from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hdfast.health.finding import REJECT, WARNING
 from hdfast.health.subject import Subject
+from hdfast.recordings.campaign import ROLES, set_aside
 
 NAME = "leakage"
 BLOCK = 16
 FEWEST_MOVES = 8
+FEWEST_SAMPLES = 50
 SHARE, SHARE_OF_SAMPLES, DISTINCT = 0.05, 0.5, 0.9
+REPEATED = (
+    ", used to fit, and where none is held out it is set aside, or a part of it; take them out of one, or give another "
+    'recording the role "heldout"'
+)
+Marks = NDArray[np.int64]
+
+
+class Evidence:
+    """Angle and torque of a recording as they were read, as marks: equal ones stand for equal bits."""
+
+    def __init__(self, subject: Subject) -> None:
+        self.subject = subject
+        self._pairs = np.column_stack([subject.checked["motor_angle"], subject.checked["motor_torque"]])
+
+    @cached_property
+    def _moving(self) -> NDArray[np.intp]:
+        """Begins of the blocks in which something moves and no number is missing.
+
+        What is missing in both is not the same evidence.
+        """
+        moves = np.concatenate([[0], np.cumsum(np.any(np.diff(self._pairs, axis=0) != 0.0, axis=1))])
+        holes = np.concatenate([[0], np.cumsum(np.any(np.isnan(self._pairs), axis=1))])
+        begins = np.arange(max(len(self._pairs) - BLOCK + 1, 0))
+        moving = moves[begins + BLOCK - 1] - moves[begins] >= FEWEST_MOVES
+        return begins[moving & (holes[begins + BLOCK] == holes[begins])]
+
+    @cached_property
+    def _overlapping(self) -> Marks:
+        return self._marks(self._moving, BLOCK)
+
+    @cached_property
+    def blocks(self) -> Marks:
+        """Of blocks side by side."""
+        return self._overlapping[self._moving % BLOCK == 0]
+
+    @cached_property
+    def known_blocks(self) -> Marks:
+        """Of blocks from every sample on, in rising order."""
+        return np.unique(self._overlapping)
+
+    @cached_property
+    def samples(self) -> Marks:
+        """Of single samples in which angle and torque are new, in rising order; none where they are few.
+
+        Under a constant torque the first one alone is new.
+        """
+        fresh = np.concatenate([[True], np.all(np.diff(self._pairs, axis=0) != 0.0, axis=1)])
+        chosen = np.flatnonzero(fresh & np.all(np.isfinite(self._pairs), axis=1))
+        return np.sort(self._marks(chosen if len(chosen) >= FEWEST_SAMPLES else chosen[:0], 1))
+
+    @cached_property
+    def known_samples(self) -> Marks:
+        """In rising order; none where coarse sensors repeat the same pairs of values within the recording."""
+        known = np.unique(self.samples)
+        return known if len(known) >= DISTINCT * len(self.samples) else known[:0]
+
+    def _marks(self, begins: NDArray[np.intp], length: int) -> Marks:
+        data, size = self._pairs.tobytes(), self._pairs.itemsize * self._pairs.shape[1]
+        return np.array([hash(data[size * k : size * (k + length)]) for k in begins.tolist()], dtype=np.int64)
 
 
 def check(subjects: Sequence[Subject]) -> None:
-    """Reject held-out recordings that repeat samples of a fit recording; name recordings given twice."""
-    fit = [subject for subject in subjects if subject.recording.role == "fit"]
-    for subject in subjects:
-        heldout = subject.recording.role == "heldout"
-        others = fit if heldout else fit[: fit.index(subject)]
-        for other in others:
-            share = shared(subject, other)
-            if not share:
-                continue
-            name = other.recording.name
-            if heldout:
-                sentence = f"{100.0 * share:.3g} % of its samples are also in {name}, used to fit; take them out of one"
-                subject.find(NAME, REJECT, sentence, value=share, limit=SHARE)
-            else:
-                sentence = f"{100.0 * share:.3g} % of its samples are also in {name}; the same evidence counts twice"
-                subject.find(NAME, WARNING, sentence, value=share, limit=SHARE)
+    """Reject what is held out, by its role or set aside, and repeats samples of a usable fit recording.
 
-
-def shared(one: Subject, other: Subject) -> float:
-    """Share of the samples of one that the other has too: blocks in sequence, or single samples of a thinned copy.
-
-    Single samples tell nothing where coarse sensors repeat the same pairs of values within one recording.
+    Recordings to fit that are given twice are named.
     """
-    blocks = _share(_blocks(one, BLOCK), _blocks(other, 1))
+    usable = [Evidence(subject) for subject in subjects if not subject.rejected]
+    fit, held = ([one for one in usable if one.subject.recording.role == role] for role in ROLES)
+    for one in held:
+        _compare(one, fit, REJECT, ", used to fit; take them out of one")
+    if all(one.subject.rejected for one in held):
+        _set_aside(fit)
+    fit = _left(fit)
+    for number, one in enumerate(fit):
+        _compare(one, fit[:number], WARNING, "; the same evidence counts twice")
+
+
+def _set_aside(fit: Sequence[Evidence]) -> None:
+    """Judge the group that is set aside for the proof, or all where a part of every recording is."""
+    group = set_aside(one.subject.recording.group for one in fit)
+    if group is None:
+        for number, one in enumerate(fit):
+            _compare(one, _left(fit[:number]), REJECT, REPEATED)
+        return
+    others = [one for one in fit if one.subject.recording.group != group]
+    held = [one for one in fit if one.subject.recording.group == group]
+    for one in held:
+        _compare(one, others, REJECT, REPEATED)
+    if not _left(held):
+        _set_aside(others)
+
+
+def _left(evidence: Iterable[Evidence]) -> list[Evidence]:
+    return [one for one in evidence if not one.subject.rejected]
+
+
+def _compare(one: Evidence, others: Iterable[Evidence], severity: str, meaning: str) -> None:
+    for other in others:
+        share = shared(one, other)
+        if share:
+            sentence = f"{100.0 * share:.3g} % of its samples are also in {other.subject.recording.name}{meaning}"
+            one.subject.find(NAME, severity, sentence, value=share, limit=SHARE)
+
+
+def shared(one: Evidence, other: Evidence) -> float:
+    """Share of the samples of one that the other has too: blocks in sequence, or single samples of a thinned copy."""
+    blocks = _share(one.blocks, other.known_blocks)
     if blocks > SHARE:
         return blocks
-    found, known = _samples(one), _samples(other)
-    if len(set(known)) < DISTINCT * len(known):
-        return 0.0
-    samples = _share(found, known)
+    samples = _share(one.samples, other.known_samples)
     return samples if samples > SHARE_OF_SAMPLES else 0.0
 
 
-def _share(found: list[bytes], known: list[bytes]) -> float:
-    table = set(known)
-    return sum(item in table for item in found) / len(found) if found else 0.0
-
-
-def _pairs(subject: Subject) -> np.ndarray:
-    """Angle and torque (n, 2) as they were read."""
-    return np.column_stack([subject.checked["motor_angle"], subject.checked["motor_torque"]])
-
-
-def _blocks(subject: Subject, stride: int) -> list[bytes]:
-    """Blocks in which something moves and no number is missing: what is missing in both is not the same evidence."""
-    pairs = _pairs(subject)
-    moves = np.concatenate([[0], np.cumsum(np.any(np.diff(pairs, axis=0) != 0.0, axis=1))])
-    holes = np.concatenate([[0], np.cumsum(np.any(np.isnan(pairs), axis=1))])
-    return [
-        pairs[k : k + BLOCK].tobytes()
-        for k in range(0, len(pairs) - BLOCK + 1, stride)
-        if moves[k + BLOCK - 1] - moves[k] >= FEWEST_MOVES and holes[k + BLOCK] == holes[k]
-    ]
-
-
-def _samples(subject: Subject) -> list[bytes]:
-    pairs = _pairs(subject)
-    fresh = np.concatenate([[True], np.all(np.diff(pairs, axis=0) != 0.0, axis=1)])
-    return [row.tobytes() for row in pairs[fresh & np.all(np.isfinite(pairs), axis=1)]]
+def _share(found: Marks, known: Marks) -> float:
+    if not found.size or not known.size:
+        return 0.0
+    places = np.minimum(np.searchsorted(known, found), len(known) - 1)
+    return float(np.mean(known[places] == found))

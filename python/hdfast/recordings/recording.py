@@ -12,7 +12,7 @@ from hdfast.errors import InputError
 from hdfast.recordings.clock import MOST_DISORDER
 from hdfast.recordings.columns import COLUMNS, FEWEST_FINITE
 from hdfast.recordings.table import Table
-from hdfast.recordings.units import correction
+from hdfast.recordings.units import correction, shifted
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,17 +45,15 @@ class Recording(Table):
             listed = ", ".join(f"{name} [{COLUMNS[name][0]}]" for name in missing)
             raise InputError(f"{self.name}: {purpose} needs {listed} (the file has: {self.listing})")
         for name in names:
-            said = correction(name, self.units.get(name, ""))
+            unit = self.units.get(name, "")
+            said = correction(name, unit)
             if said:
-                raise InputError(f"{self.name}: {said} (on the command line  --column {name}=NAME*SCALE)")
+                option = "" if shifted(name, unit) else f" (on the command line  --column {name}=NAME*SCALE)"
+                raise InputError(f"{self.name}: {said}{option}")
         known = np.logical_and.reduce([np.isfinite(self.columns[name]) for name in names])
         if known.sum() < 8:
             raise InputError(f"{self.name}: {purpose} finds {int(known.sum())} samples with {', '.join(names)}")
         return [self.columns[name][known] for name in names]
-
-    def filled(self, name: str) -> bool:
-        """True when half of the samples of a column or more are numbers, False without the column."""
-        return name in self.columns and bool(np.mean(np.isfinite(self.columns[name])) >= FEWEST_FINITE)
 
     def optional(self, notes: list[str], *names: str) -> list[str]:
         """Those of the named columns that are filled; one that is there and is not gets a note."""

@@ -9,7 +9,7 @@ import numpy as np
 
 from hdfast.checks import Floats
 from hdfast.errors import InputError, nearest
-from hdfast.recordings.columns import COLUMNS
+from hdfast.recordings.columns import COLUMNS, FEWEST_FINITE
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,6 +58,10 @@ class Table(Mapping[str, Floats]):
     def samples(self) -> int:
         """Number n of samples."""
         return len(next(iter(self.columns.values()), ()))
+
+    def filled(self, name: str) -> bool:
+        """True when half of the samples of a column or more are numbers, False without the column."""
+        return name in self.columns and bool(np.mean(np.isfinite(self.columns[name])) >= FEWEST_FINITE)
 
     @property
     def listing(self) -> str:

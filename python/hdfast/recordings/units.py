@@ -16,7 +16,8 @@ FACTORS = {
     "deg/s": ("rad/s", DEGREE), "°/s": ("rad/s", DEGREE), "rpm": ("rad/s", RPM), "r/min": ("rad/s", RPM),
     "1/min": ("rad/s", RPM), "U/min": ("rad/s", RPM), "rps": ("rad/s", 2 * math.pi),
 }  # fmt: skip
-WITHOUT_FACTOR = ("A", "mA", "V", "mV", "counts", "count", "inc", "ticks", "K", "%")
+SHIFTED = ("K", "°F", "degF")
+WITHOUT_FACTOR = ("A", "mA", "V", "mV", "counts", "count", "inc", "ticks", "%", *SHIFTED)
 
 
 def plain(unit: str) -> str:
@@ -37,6 +38,11 @@ def factor(unit: str, target: str) -> float | None:
     return found[1] if found is not None and found[0] == target else None
 
 
+def shifted(name: str, unit: str) -> bool:
+    """True for a temperature in a unit that a factor does not turn into degC."""
+    return name == "temperature" and plain(unit) in SHIFTED
+
+
 def correction(name: str, unit: str) -> str:
     """What has to be stated of a standard column that a file gives in a unit; nothing where none has to.
 
@@ -46,5 +52,8 @@ def correction(name: str, unit: str) -> str:
     scale = factor(unit, target)
     if scale == 1.0 or (scale is None and plain(unit) not in WITHOUT_FACTOR):
         return ""
+    found = f"the file gives {name} in {unit}, not in {target}"
+    if shifted(name, unit):
+        return f"{found}: convert it to {target} in the file, which no scale does"
     hint = f"scale = {scale:.9g}" if scale is not None else f"a scale from {unit} to {target}"
-    return f"the file gives {name} in {unit}, not in {target}: state {hint} in [columns] {name}"
+    return f"{found}: state {hint} in [columns] {name}"

@@ -100,6 +100,33 @@ def test_exact_capability_holds_in_95_percent_of_seeds():
     assert widths == pytest.approx({"one": bissell[200], "two": bissell[200], "large": bissell[6000]}, rel=0.03)
 
 
+def standard(rows):
+    """Values of mean 0 and standard deviation 1."""
+    values = np.linspace(-1.0, 1.0, rows)
+    return values / np.std(values, ddof=1)
+
+
+@pytest.mark.parametrize(
+    ("rows", "share", "factor"),
+    [(2, 0.95, 26.260), (3, 0.95, 7.656), (10, 0.95, 2.911), (20, 0.95, 2.396), (2, 0.99, 37.094), (10, 0.99, 3.981)],
+)
+def test_against_tables_of_one_sided_tolerance_factors(rows, share, factor):
+    """Mean + k s is above a share of a normal law with 95 % confidence (Owen 1963)."""
+    for lower, upper in ((-math.inf, factor), (-factor, math.inf)):
+        cpk = statistics.capability(standard(rows), lower, upper, confidence=0.9).cpk
+        assert 3 * cpk.low == pytest.approx(stats.norm.ppf(share), abs=2e-4)
+
+
+@pytest.mark.parametrize("rows", [2, 3, 10, 20, 30, 10_000])
+def test_regress_few_rows_have_a_capability_whatever_the_distance_of_the_limit(rows):
+    """The non-central t of SciPy is NaN in tails that these reach."""
+    for cpk in (-15.0, -1.0, 0.0, 0.3, 0.5, 1.33, 1.67, 60.0):
+        found = statistics.capability(standard(rows), -math.inf, 3 * cpk).cpk
+        assert -math.inf < found.low < found.value < found.high < math.inf
+        mirrored = statistics.capability(standard(rows), 3 * cpk, math.inf).cpk
+        assert (mirrored.low, mirrored.high) == pytest.approx((-found.high, -found.low))
+
+
 def test_exact_tolerance_intervals_cover_what_they_claim():
     covered = []
     for plan in plans("monte_carlo"):

@@ -296,3 +296,12 @@ def test_exact_verdicts():
     whole = replace(spec, min_yield=1.0)
     assert limits.Verdict(whole, 1000, 1000, (0.996, 1.0)).outcome == "met"
     assert limits.Verdict(whole, 999, 1000, (0.99, 1.0)).outcome == "not met"
+
+
+def test_regress_a_yield_as_asked_for_is_met():
+    """0.55 times 100 is more than 55."""
+    for percent in range(1, 101):
+        spec = limits.Spec("te_pp", -math.inf, 1.0, float(f"{percent / 100:g}"))
+        assert limits.Verdict(spec, percent, 100, (0.0, 1.0)).met
+        assert not limits.Verdict(spec, percent - 1, 100, (0.0, 1.0)).met
+    assert not limits.Verdict(spec, 0, 0, (math.nan, math.nan)).met

@@ -148,6 +148,20 @@ def test_exact_worst_case_sampling_judges_every_corner(small):
     assert hdfast.tolerance(tight, sampling="corners").yields["te_pp"].outcome == "not met"
 
 
+def test_regress_no_confidence_is_stated_where_none_follows():
+    """Three rows within show no yield of 100 %, and corners no probability."""
+    certain, sure = "with 95 % confidence each", "Where 100 % is asked for"
+    for text, options, stated, explained in (
+        (SMALL, {}, True, False),
+        (SMALL.replace("min_yield = 0.9\n", ""), {"n": 3}, False, True),
+        (SMALL, {"sampling": "corners"}, False, False),
+    ):
+        found = hdfast.tolerance(config.parse(text), **options)
+        assert found.met
+        assert (certain in tolerance_page.headline(found.verdicts)) == stated
+        assert (sure in " ".join(tolerance_page.specification(found).texts)) == explained
+
+
 def test_exact_effects_of_a_worst_case_study_are_those_of_its_random_drives():
     parsed = config.parse(SMALL + '[correlation]\npairs = [["J_l", "te_scale", 0.9]]\n')
     corners, random = hdfast.tolerance(parsed, sampling="corners"), hdfast.tolerance(parsed, n=10)

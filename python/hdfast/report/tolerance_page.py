@@ -19,7 +19,10 @@ SPEC_HEADER = [
     "specification", "outcome", "yield", "95 % interval", "asked for", "outside [ppm]", "lower", "upper", "unit", "Cpk",
     "Ppk",
 ]  # fmt: skip
-SHOWN = 6
+WHOLE = (
+    "Where 100 % is asked for, which no sample can show, met says only that none of these rows lies outside: the "
+    "interval tells how sure that is. For a verdict with confidence state a min_yield below 1."
+)
 EXPLAINED = 6
 
 
@@ -52,7 +55,9 @@ def headline(verdicts: list[Verdict]) -> str:
         return f"Not met: {', '.join(failed)}."
     if undecided:
         return f"Undecided with this number of rows: {', '.join(undecided)}."
-    return "Every specification is met, with 95 % confidence each."
+    if all(verdict.provable for verdict in verdicts):
+        return "Every specification is met, with 95 % confidence each."
+    return "Every specification is met by these rows."
 
 
 def specification(study: Study) -> Section:
@@ -64,6 +69,8 @@ def specification(study: Study) -> Section:
         "Met: the whole interval of the yield lies above what is asked for. Not met: the whole interval lies below. "
         "Undecided: it takes more rows to say."
     ]
+    if not all(verdict.provable for verdict in study.yields.values()):
+        texts.append(WHOLE)
     if not study.plan.design.random:
         texts = ["Worst-case rows, no random sample: met when every one of them lies within the limits."]
     if study.status_counts.keys() - {"finished"}:

@@ -68,7 +68,7 @@ def note_equal_rows(settings: Config, options: argparse.Namespace) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Run the command; 0 when every specification is met with confidence, else 1."""
+    """Run the command; 0 when the outcome of every specification is "met", else 1."""
     settings = load(options.file)
     note_equal_rows(settings, options)
     for metric in options.rare:

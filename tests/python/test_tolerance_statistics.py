@@ -241,6 +241,18 @@ def test_against_leaving_out_each_of_unequal_groups():
     assert intervals.mean_spread(values[:1000], equal) == pytest.approx(means.std(ddof=1) / math.sqrt(8))
 
 
+def test_exact_percentile_limits_where_the_failed_rows_are_all_of_one_batch():
+    """Whether this batch could be any other is as open as for numbers beyond all others, be they infinite or equal."""
+    values, groups = np.random.default_rng(1).normal(size=1000), Groups(np.repeat(np.arange(20), 50), alike=True)
+    different, equal, failed = values.copy(), values.copy(), values.copy()
+    different[:11], equal[:11], failed[:11] = np.arange(11) + 99.0, 99.0, np.inf
+    truth = intervals.percentile(different, 0.99, groups)
+    assert truth.low < 3.0
+    for found in (equal, failed):
+        assert intervals.percentile(found, 0.99, groups).low == pytest.approx(truth.low, rel=0.1)
+        assert intervals.percentile(-found, 0.01, groups).high == -intervals.percentile(found, 0.99, groups).low
+
+
 NAN_ROW = np.array([1.0, 2.0, np.nan, 4.0, 5.0])
 ALL = np.ones(5, dtype=bool)
 

@@ -180,6 +180,17 @@ def test_exact_discrete_and_batched_inputs_run_through():
     assert "batch means" in tolerance_page.page(study)
 
 
+def test_regress_corners_have_no_limits_although_the_file_has_batches(small, capsys):
+    batched = SMALL.replace("sigma = 0.05\n", "sigma = 0.05\nbatch_share = 0.5\n") + "[batches]\nsize = 2\n"
+    small.write_text(batched)
+    found = hdfast.tolerance(small, sampling="corners")
+    assert math.isnan(found.percentiles["te_pp"][99.0].low)
+    assert "batch means" not in tolerance_page.page(found)
+    assert found.effects_of(["J_l"], rows=40) == hdfast.tolerance(small, n=10).effects_of(["J_l"], rows=40)
+    assert main(["tolerance", str(small), "--sampling", "corners"]) == 0
+    assert "not known" in capsys.readouterr().out
+
+
 def test_exact_command_writes_the_folder(small, tmp_path, capsys):
     out = tmp_path / "out"
     assert main(["tolerance", str(small), "--rows", "200", "--out", str(out), "--chunk", "64"]) == 0

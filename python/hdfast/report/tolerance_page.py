@@ -306,6 +306,8 @@ def assumptions(study: Study) -> Section:
 
 def _independence(study: Study) -> str:
     plan = study.plan
+    if not plan.design.random:
+        return "The rows are extremes, not a random sample: no probabilities follow from them."
     if plan.batched:
         return (
             f"Batches of {plan.batch_size} drives have part of their spread in common; intervals come from batch means."
@@ -314,6 +316,4 @@ def _independence(study: Study) -> str:
         return f"{plan.replicates} scrambled Sobol sequences in turn; intervals come from their differences."
     if plan.sampling == "latin_hypercube":
         return f"Latin hypercubes of {plan.block} rows each; intervals come from their differences."
-    if not plan.design.random:
-        return "The rows are extremes, not a random sample: no probabilities follow from them."
     return "Rows are independent random drives; intervals are exact binomial ones (Clopper-Pearson, order statistics)."

@@ -150,10 +150,10 @@ class Plan:
 
     def groups(self, start: int, stop: int) -> Groups | None:
         """Which of the rows depend on each other; None when none do."""
-        if self.batched:
-            return Groups(np.arange(start, stop) // self.batch_size, alike=True)
         if not self.design.random:
             return Groups(np.zeros(stop - start, dtype=np.int64), alike=True)
+        if self.batched:
+            return Groups(np.arange(start, stop) // self.batch_size, alike=True)
         if self.design.groups is None:
             return None
         return Groups(self.design.groups(self, start, stop).astype(np.int64), alike=False)

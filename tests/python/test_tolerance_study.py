@@ -191,6 +191,15 @@ def test_regress_corners_have_no_limits_although_the_file_has_batches(small, cap
     assert "not known" in capsys.readouterr().out
 
 
+def test_regress_a_study_without_a_usable_row_has_a_page_that_says_so(small, tmp_path):
+    small.write_text(SMALL + "max_steps = 20\n")
+    options = ["--rows", "200", "--failed", "exclude", "--out", str(tmp_path / "out"), "--quiet"]
+    assert main(["tolerance", str(small), *options]) == 1
+    page = (tmp_path / "out" / "index.html").read_text()
+    assert "No row is left" in page
+    assert "200 rows left out" in page
+
+
 def test_exact_command_writes_the_folder(small, tmp_path, capsys):
     out = tmp_path / "out"
     assert main(["tolerance", str(small), "--rows", "200", "--out", str(out), "--chunk", "64"]) == 0

@@ -248,9 +248,12 @@ def convergence(study: Study) -> Section:
     for metric in main_metrics(study)[:3]:
         limit = study.specs[metric].upper if metric in study.specs else math.nan
         course = study.convergence(metric, 99.0)
-        largest = max(estimate.value for estimate in course.estimates)
+        largest = max((estimate.value for estimate in course.estimates), default=math.nan)
         near = limit if 0.5 * largest < limit < 2.0 * largest else math.nan
         courses.append((f"P99, {tolerance_plots.title(metric)}", study.units[metric], course, near))
+    courses = [entry for entry in courses if entry[2].rows]
+    if not courses:
+        return Section("Convergence", ["No row is left to say anything about."])
     caption = (
         "Estimates after more and more rows; no band where the rows do not suffice for limits. An interval that still "
         "moves asks for more rows."

@@ -105,6 +105,12 @@ def test_exact_a_table_with_a_column_twice_is_refused(tmp_path):
         tolerance({"distribution": "empirical", "file": "m.csv"}, folder=tmp_path)
 
 
+def test_exact_a_table_with_the_name_of_a_result_is_refused(tmp_path):
+    (tmp_path / "worst.csv").write_text("J_l\n1\n3\n")
+    with pytest.raises(hdfast.InputError, match=r"file = './worst.csv' is the name of a result"):
+        tolerance({"distribution": "empirical", "file": "./worst.csv"}, folder=tmp_path)
+
+
 WRONG = [
     ({"distribution": "discrete", "values": [1, 2], "weights": [1, 0]}, "1 different numbers that can occur"),
     ({"distribution": "empirical", "values": [1, 2, 3], "upper": 1.5}, "1 different numbers that can occur"),

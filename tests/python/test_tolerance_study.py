@@ -200,6 +200,14 @@ def test_regress_a_study_without_a_usable_row_has_a_page_that_says_so(small, tmp
     assert "200 rows left out" in page
 
 
+def test_regress_shares_that_are_not_known_have_no_bar(study):
+    """With fewer than 100 rows nothing says what a tolerance contributes, and nothing is left to interaction."""
+    for found, unknown in ((hdfast.tolerance(config.parse(SMALL), n=20), True), (study, False)):
+        section = tolerance_page.contributions(found)
+        assert ("not known" in section.figures[0].svg) == unknown
+        assert ("fewer than 100 rows" in section.figures[0].caption) == unknown
+
+
 def test_exact_command_writes_the_folder(small, tmp_path, capsys):
     out = tmp_path / "out"
     assert main(["tolerance", str(small), "--rows", "200", "--out", str(out), "--chunk", "64"]) == 0

@@ -13,6 +13,7 @@ from hdfast.result import MAIN_METRICS
 from hdfast.tolerance.further import EFFECT_ROWS
 from hdfast.tolerance.intervals import Estimate
 from hdfast.tolerance.limits import JOINT, MET, NOT_MET, Verdict
+from hdfast.tolerance.sensitivity import BLOCKS
 from hdfast.tolerance.study import Study
 
 SPEC_HEADER = [
@@ -134,6 +135,8 @@ def contributions(study: Study) -> Section:
     )
     if study.plan.correlation is not None or study.plan.batched:
         caption += " Parameters are correlated: what they explain together counts for each of them."
+    if any(math.isnan(share.value) for name in names for share in study.contributions[name].values()):
+        caption += f" Not known: fewer than {2 * BLOCKS} rows, a metric that does not vary, or too few batches."
     rows = [
         [metric, name, f"{100 * share.value:.1f} %", _span(100 * share.low, 100 * share.high, ".1f")]
         for metric, shares in study.loss_contributions.items()

@@ -208,6 +208,15 @@ def test_regress_shares_that_are_not_known_have_no_bar(study):
         assert ("fewer than 100 rows" in section.figures[0].caption) == unknown
 
 
+def test_regress_the_percentile_followed_is_named_by_metric(study):
+    """te_pp has an upper limit, peak_windup here a lower one only."""
+    lower = config.parse(SMALL.replace("upper = 1e-3", "lower = 1e-9"))
+    svg = tolerance_page.effects(hdfast.tolerance(lower, n=20)).figures[0].svg
+    assert "change of P1 [" in svg
+    assert "change of P99 [" in svg
+    assert "change of P1 [" not in tolerance_page.effects(study).figures[0].svg
+
+
 def test_exact_command_writes_the_folder(small, tmp_path, capsys):
     out = tmp_path / "out"
     assert main(["tolerance", str(small), "--rows", "200", "--out", str(out), "--chunk", "64"]) == 0

@@ -158,7 +158,8 @@ def effects(study: Study) -> Section:
     metrics = main_metrics(study)[:3]
     if "stop_time" in study.summaries and "stop_time" not in metrics:
         metrics = [*metrics[:2], "stop_time"]
-    figure = tolerance_plots.percentile_effects(study.effects, metrics, study.units, study.plan.names)
+    limits = {metric: study.specs.get(metric) for metric in metrics}
+    figure = tolerance_plots.percentile_effects(study.effects, limits, study.units, study.plan.names)
     rows = []
     for name in study.plan.names:
         found = {effect.factor: effect for effect in study.effects if effect.parameter == name}
@@ -176,7 +177,7 @@ def effects(study: Study) -> Section:
     return Section(
         "What tightening and relaxing does",
         [*texts, "Change of the yield of all specifications together, in percentage points, with 95 % intervals:"],
-        [picture(figure, "Change of the 99th percentile, with 95 % intervals.")],
+        [picture(figure, "With 95 % intervals.")],
         [html_table(header, rows, right=(1, 2, 3))],
     )
 

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 
 from hdfast.report.plots import BLUE, GREY, INK, ORANGE, RED, TITLES, bars, scaled, styled
 from hdfast.tolerance.convergence import Course
-from hdfast.tolerance.effects import Effect
+from hdfast.tolerance.effects import Effect, followed
 from hdfast.tolerance.intervals import Estimate
 from hdfast.tolerance.limits import Spec
 from hdfast.tolerance.policy import Usable
@@ -104,12 +104,12 @@ def contributions(shares: Mapping[str, Mapping[str, Estimate]], parameters: Sequ
 
 @styled
 def percentile_effects(
-    found: Sequence[Effect], metrics: Sequence[str], units: Mapping[str, str], parameters: Sequence[str]
+    found: Sequence[Effect], metrics: Mapping[str, Spec | None], units: Mapping[str, str], parameters: Sequence[str]
 ) -> Figure:
-    """Change of the percentile when a tolerance is held, halved or widened."""
+    """Change of the percentile followed when a tolerance is held, halved or widened; `metrics` with their limits."""
     figure = Figure(figsize=(9.6, 0.8 + 0.34 * len(parameters)), layout="constrained")
     colors = {0.0: BLUE, 0.5: "#7fa8d1", 1.5: ORANGE}
-    for position, metric in enumerate(metrics):
+    for position, (metric, spec) in enumerate(metrics.items()):
         axes = figure.add_subplot(1, len(metrics), position + 1)
         sizes = np.array([effect.percentiles[metric].value for effect in found if metric in effect.percentiles])
         factor, unit = scaled(sizes, units[metric])
@@ -125,7 +125,7 @@ def percentile_effects(
         axes.set_yticks(np.arange(len(parameters)), parameters if position == 0 else [""] * len(parameters))
         axes.invert_yaxis()
         axes.set_title(title(metric), loc="left")
-        axes.set_xlabel(f"change of P99 [{unit}]")
+        axes.set_xlabel(f"change of P{followed(spec):g} [{unit}]")
         axes.grid(visible=False, axis="y")
     if figure.axes:
         handles, labels = figure.axes[0].get_legend_handles_labels()

@@ -253,6 +253,18 @@ def test_exact_bounds_hold_whatever_the_law(centre, width, lower, span, spread):
     assert scaled - law.middle == pytest.approx(spread * (values - law.middle), abs=1e-9)
 
 
+def test_exact_a_factorial_design_has_only_values_that_can_occur():
+    own = [1e-4, 2e-4, 9e-4]
+    discrete = tolerance({"distribution": "discrete", "values": own})
+    for levels in range(2, 12):
+        found = Plan((discrete,), "factorial", levels=levels).draw(0, levels)[discrete.name]
+        assert set(found) <= set(own)
+        assert (found[0], found[-1]) == (1e-4, 9e-4)
+        assert np.all(np.diff(found) >= 0.0)
+    wide = Plan((discrete.scaled(2.0),), "factorial", levels=5).draw(0, 5)[discrete.name]
+    assert sorted(set(wide)) == pytest.approx([0.0, 2e-4, 16e-4])
+
+
 @pytest.mark.parametrize(
     ("pairs", "message"),
     [

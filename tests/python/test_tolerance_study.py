@@ -321,8 +321,15 @@ def test_exact_wrong_arguments_name_value_and_range(small):
         (lambda study: study.gradients(step=0), "step = 0"),
         (lambda study: study.convergence("te_pp", 500), "percentage = 500"),
         (lambda study: study.allocate(bounds=(1,)), "bounds = (1,)"),
+        (
+            lambda study: study.effects_of(["J_l"], factors=0.5),
+            "factors = 0.5 is not a list (allowed: numbers",
+        ),
+        (lambda study: study.allocate(bounds=2.0), "bounds = 2.0 is not a list (allowed: smallest and largest factor)"),
         (lambda study: study.allocate(rows=0), "rows = 0"),
         (lambda study: study.rare("te_pp", smallest=0.0), "smallest = 0"),
+        (lambda study: study.rare("te_pp", seed=-1), "seed = -1 is out of range (allowed: a whole number from 0"),
+        (lambda study: study.rare("te_pp", confidence=2.0), "confidence = 2 is out of range (allowed: a number from"),
     ],
 )
 def test_exact_wrong_questions_name_value_and_range(study, ask, text):

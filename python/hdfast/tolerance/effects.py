@@ -85,7 +85,7 @@ def effects(
     """
     checks.whole("rows", rows, 1, MAX_ROWS)
     checks.number("percentage", percentage, 0.0, 100.0)
-    for factor in factors:
+    for factor in checks.listed("factors", factors, "numbers from 0 to 100"):
         checks.number("factors", factor, 0.0, 100.0)
     for name in names or ():
         choose("names", name, plan.names)

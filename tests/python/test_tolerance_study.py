@@ -372,6 +372,7 @@ def test_exact_sweep_command_says_nothing_it_does_not_know(small, tmp_path, caps
     small.write_text(SMALL + 'sampling = "corners"\n')
     assert main(["sweep", str(small), "--out", str(tmp_path / "out")]) == 0
     assert "not known" in capsys.readouterr().out
+    assert "Sweep of 9 drives (corners)" in (tmp_path / "out" / "index.html").read_text()
     summary = json.loads((tmp_path / "out" / "summary.json").read_text())
     assert summary["rows"] == 9
     assert summary["specifications"]["te_pp"]["interval_95"] is None
@@ -383,6 +384,12 @@ def test_exact_report_of_a_study_in_memory_holds_its_rows(study, tmp_path):
     table = pq.read_table(tmp_path / "out" / "rows.parquet")
     assert table.num_rows == 400
     assert np.array_equal(table["te_pp"].to_numpy(), study.column("te_pp"))
+
+
+def test_regress_a_report_without_limits_leaves_no_worst_rows_of_an_earlier_one(tmp_path):
+    for text, written in ((SMALL, True), (re.sub(r"\[spec\.\w+\]\n.*\n.*\n", "", SMALL), False)):
+        hdfast.tolerance(config.parse(text), n=3).report(tmp_path)
+        assert [(tmp_path / f"worst.{kind}").exists() for kind in ("csv", "parquet")] == [written, written]
 
 
 def test_exact_rare_event_is_in_the_report(study):

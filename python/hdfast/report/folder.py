@@ -99,7 +99,7 @@ def write_sweep(
     seed: int,
     nominal: Trajectory | None,
 ) -> dict[str, Any]:
-    """Write everything of a Monte Carlo run, the summary last, and return the summary.
+    """Write everything of a sweep, the summary last, and return the summary.
 
     Without `nominal`, as after an interruption, there is no page, not even that of an earlier run. An interrupted sweep
     has no verdicts: the rows that ended first are no random sample.

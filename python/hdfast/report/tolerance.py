@@ -111,7 +111,10 @@ def _estimate(estimate: Estimate) -> list[float]:
 
 
 def _write_table(folder: Path, name: str, rows: list[dict[str, Any]]) -> None:
+    """As Parquet and CSV; without rows not even those of an earlier study are left."""
     if not rows:
+        for kind in ("parquet", "csv"):
+            (folder / f"{name}.{kind}").unlink(missing_ok=True)
         return
     table = pa.Table.from_pylist(rows)
     write_atomically(folder / f"{name}.parquet", lambda stream: pq.write_table(table, stream))

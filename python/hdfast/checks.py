@@ -64,6 +64,13 @@ def whole(argument: str, value: Any, low: int, high: int) -> int:
     return result
 
 
+def listed(argument: str, value: Any, allowed: str) -> list[Any]:
+    """The entries of a list, a tuple or an array (n,); `allowed` says what they are, for messages."""
+    if not isinstance(value, (list, tuple, range, np.ndarray)) or getattr(value, "ndim", 1) != 1:
+        raise InputError(f"{argument} = {shorten(value)} is not a list (allowed: {allowed})")
+    return list(value)
+
+
 def flag(argument: str, value: Any) -> bool:
     """True or False."""
     if not isinstance(value, (bool, np.bool_)):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import inspect
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
@@ -71,6 +72,7 @@ class Config:
         sensors: what is stated of each channel.
         effects: declared effects that the equations do not hold, those of sensors among them.
         text: the file as read.
+        tables: content of the tables of measured values that it names, by their names there.
     """
 
     title: str
@@ -87,6 +89,15 @@ class Config:
     sensors: dict[str, SensorFacts]
     effects: tuple[Effect, ...]
     text: str
+    tables: dict[str, bytes]
+
+    @property
+    def checksums(self) -> dict[str, Any]:
+        """SHA-256 of the text, and by name those of the tables where there are any."""
+        found: dict[str, Any] = {"input_sha256": hashlib.sha256(self.text.encode()).hexdigest()}
+        if self.tables:
+            found["tables_sha256"] = {n: hashlib.sha256(content).hexdigest() for n, content in self.tables.items()}
+        return found
 
     def nominal(self) -> dict[str, float]:
         """Every parameter of the nominal drive by name, scenario columns included."""
@@ -157,6 +168,7 @@ class _Reader:
             read_sensors(self.file),
             drive.effects,
             self.file.text,
+            self.tables(),
         )
 
     def teeth(self, drive: DriveFile) -> None:
@@ -209,6 +221,11 @@ class _Reader:
                 path, read_tolerance, name, entry, nominal[name], known, Path(self.file.name).parent
             )
         return found
+
+    def tables(self) -> dict[str, bytes]:
+        """Content of the tables that the tolerances, which are read already, name."""
+        named = {entry["file"] for entry in self.file.section("tolerance").values() if "file" in entry}
+        return {name: (Path(self.file.name).parent / name).read_bytes() for name in sorted(named)}
 
     def correlation(self, names: Iterable[str]) -> Correlation | None:
         path = ("correlation",)

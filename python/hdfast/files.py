@@ -18,6 +18,10 @@ import numpy as np
 from hdfast.errors import InputError
 
 CAMPAIGN = "campaign.toml"
+TABLES = (
+    "rows.parquet", "trajectory.parquet", "recording.parquet", "statistics.csv", "statistics.parquet", "worst.csv",
+    "worst.parquet",
+)  # fmt: skip
 RESULTS = ("verdict.json", "comparison.json", "calibration.json")
 
 
@@ -87,7 +91,12 @@ def write_atomically(path: Path, write: Callable[[BinaryIO], Any]) -> None:
 
 def write_text(path: Path, text: str) -> None:
     """A UTF-8 text file, atomically."""
-    write_atomically(path, lambda stream: stream.write(text.encode()))
+    write_bytes(path, text.encode())
+
+
+def write_bytes(path: Path, content: bytes) -> None:
+    """Any file, atomically."""
+    write_atomically(path, lambda stream: stream.write(content))
 
 
 def write_json(path: Path, numbers: Any) -> None:

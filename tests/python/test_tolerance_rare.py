@@ -5,6 +5,7 @@ import math
 import hdfast
 import numpy as np
 import pytest
+from hdfast.tolerance import rare
 from hdfast.tolerance.distributions import Tolerance
 from hdfast.tolerance.intervals import clopper_pearson
 from hdfast.tolerance.rare import subset_simulation
@@ -113,6 +114,13 @@ def test_exact_tail_of_a_single_parameter_down_to_the_smallest_probability(side)
     )
     assert found.probability.covers(truth)
     assert found.probability.high < 10.0 * found.probability.low
+
+
+def test_regress_replicates_far_apart_have_an_interval():
+    """Their lognormal limit is beyond what a number can be."""
+    found = rare._combine(np.array([1e-9, 1e-3]), np.zeros(2), 0.95)
+    assert found.low < 1e-9
+    assert found.high == 1.0
 
 
 def test_exact_wrong_arguments():

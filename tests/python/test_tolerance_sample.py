@@ -105,6 +105,12 @@ def test_exact_a_table_with_a_column_twice_is_refused(tmp_path):
         tolerance({"distribution": "empirical", "file": "m.csv"}, folder=tmp_path)
 
 
+def test_exact_a_table_with_the_name_of_a_result_is_refused(tmp_path):
+    (tmp_path / "worst.csv").write_text("J_l\n1\n3\n")
+    with pytest.raises(hdfast.InputError, match=r"file = './worst.csv' is the name of a result"):
+        tolerance({"distribution": "empirical", "file": "./worst.csv"}, folder=tmp_path)
+
+
 WRONG = [
     ({"distribution": "discrete", "values": [1, 2], "weights": [1, 0]}, "1 different numbers that can occur"),
     ({"distribution": "empirical", "values": [1, 2, 3], "upper": 1.5}, "1 different numbers that can occur"),
@@ -245,6 +251,18 @@ def test_exact_bounds_hold_whatever_the_law(centre, width, lower, span, spread):
     assert np.all(np.diff(values) >= 0)
     scaled = law.scaled(spread).quantile(u)
     assert scaled - law.middle == pytest.approx(spread * (values - law.middle), abs=1e-9)
+
+
+def test_exact_a_factorial_design_has_only_values_that_can_occur():
+    own = [1e-4, 2e-4, 9e-4]
+    discrete = tolerance({"distribution": "discrete", "values": own})
+    for levels in range(2, 12):
+        found = Plan((discrete,), "factorial", levels=levels).draw(0, levels)[discrete.name]
+        assert set(found) <= set(own)
+        assert (found[0], found[-1]) == (1e-4, 9e-4)
+        assert np.all(np.diff(found) >= 0.0)
+    wide = Plan((discrete.scaled(2.0),), "factorial", levels=5).draw(0, 5)[discrete.name]
+    assert sorted(set(wide)) == pytest.approx([0.0, 2e-4, 16e-4])
 
 
 @pytest.mark.parametrize(

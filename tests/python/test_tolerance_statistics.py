@@ -100,6 +100,33 @@ def test_exact_capability_holds_in_95_percent_of_seeds():
     assert widths == pytest.approx({"one": bissell[200], "two": bissell[200], "large": bissell[6000]}, rel=0.03)
 
 
+def standard(rows):
+    """Values of mean 0 and standard deviation 1."""
+    values = np.linspace(-1.0, 1.0, rows)
+    return values / np.std(values, ddof=1)
+
+
+@pytest.mark.parametrize(
+    ("rows", "share", "factor"),
+    [(2, 0.95, 26.260), (3, 0.95, 7.656), (10, 0.95, 2.911), (20, 0.95, 2.396), (2, 0.99, 37.094), (10, 0.99, 3.981)],
+)
+def test_against_tables_of_one_sided_tolerance_factors(rows, share, factor):
+    """Mean + k s is above a share of a normal law with 95 % confidence (Owen 1963)."""
+    for lower, upper in ((-math.inf, factor), (-factor, math.inf)):
+        cpk = statistics.capability(standard(rows), lower, upper, confidence=0.9).cpk
+        assert 3 * cpk.low == pytest.approx(stats.norm.ppf(share), abs=2e-4)
+
+
+@pytest.mark.parametrize("rows", [2, 3, 10, 20, 30, 10_000])
+def test_regress_few_rows_have_a_capability_whatever_the_distance_of_the_limit(rows):
+    """The non-central t of SciPy is NaN in tails that these reach."""
+    for cpk in (-15.0, -1.0, 0.0, 0.3, 0.5, 1.33, 1.67, 60.0):
+        found = statistics.capability(standard(rows), -math.inf, 3 * cpk).cpk
+        assert -math.inf < found.low < found.value < found.high < math.inf
+        mirrored = statistics.capability(standard(rows), 3 * cpk, math.inf).cpk
+        assert (mirrored.low, mirrored.high) == pytest.approx((-found.high, -found.low))
+
+
 def test_exact_tolerance_intervals_cover_what_they_claim():
     covered = []
     for plan in plans("monte_carlo"):
@@ -214,6 +241,18 @@ def test_against_leaving_out_each_of_unequal_groups():
     assert intervals.mean_spread(values[:1000], equal) == pytest.approx(means.std(ddof=1) / math.sqrt(8))
 
 
+def test_exact_percentile_limits_where_the_failed_rows_are_all_of_one_batch():
+    """Whether this batch could be any other is as open as for numbers beyond all others, be they infinite or equal."""
+    values, groups = np.random.default_rng(1).normal(size=1000), Groups(np.repeat(np.arange(20), 50), alike=True)
+    different, equal, failed = values.copy(), values.copy(), values.copy()
+    different[:11], equal[:11], failed[:11] = np.arange(11) + 99.0, 99.0, np.inf
+    truth = intervals.percentile(different, 0.99, groups)
+    assert truth.low < 3.0
+    for found in (equal, failed):
+        assert intervals.percentile(found, 0.99, groups).low == pytest.approx(truth.low, rel=0.1)
+        assert intervals.percentile(-found, 0.01, groups).high == -intervals.percentile(found, 0.99, groups).low
+
+
 NAN_ROW = np.array([1.0, 2.0, np.nan, 4.0, 5.0])
 ALL = np.ones(5, dtype=bool)
 
@@ -269,3 +308,12 @@ def test_exact_verdicts():
     whole = replace(spec, min_yield=1.0)
     assert limits.Verdict(whole, 1000, 1000, (0.996, 1.0)).outcome == "met"
     assert limits.Verdict(whole, 999, 1000, (0.99, 1.0)).outcome == "not met"
+
+
+def test_regress_a_yield_as_asked_for_is_met():
+    """0.55 times 100 is more than 55."""
+    for percent in range(1, 101):
+        spec = limits.Spec("te_pp", -math.inf, 1.0, float(f"{percent / 100:g}"))
+        assert limits.Verdict(spec, percent, 100, (0.0, 1.0)).met
+        assert not limits.Verdict(spec, percent - 1, 100, (0.0, 1.0)).met
+    assert not limits.Verdict(spec, 0, 0, (math.nan, math.nan)).met

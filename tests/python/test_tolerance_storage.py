@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import hashlib
 import json
 import random
 import signal
@@ -13,6 +14,7 @@ import numpy as np
 import pyarrow.parquet as pq
 import pytest
 from hdfast import config
+from hdfast.cli import main
 from hdfast.tolerance.chunks import halving, ranges, run_here
 from hdfast.tolerance.run import fingerprint
 from hdfast.tolerance.sample import Plan
@@ -118,7 +120,7 @@ def test_exact_other_studies_are_not_mixed(small, tmp_path):
     hdfast.tolerance(small, n=20, out=out)
     with pytest.raises(hdfast.InputError, match="holds a study already"):
         hdfast.tolerance(small, n=20, out=out)
-    with pytest.raises(hdfast.InputError, match=r"another study: (plan_sha256|seed)"):
+    with pytest.raises(hdfast.InputError, match=r"another study: seed is 3 there and 99 here"):
         hdfast.tolerance(small, n=20, out=out, seed=99, resume=True)
     with pytest.raises(hdfast.InputError, match="holds 20 rows"):
         hdfast.tolerance(small, n=10, out=out, resume=True)
@@ -127,6 +129,30 @@ def test_exact_other_studies_are_not_mixed(small, tmp_path):
     (out / "manifest.json").write_text("{")
     with pytest.raises(hdfast.InputError, match="cannot be read"):
         hdfast.tolerance(small, n=20, out=out, resume=True)
+
+
+def test_regress_an_input_with_a_table_runs_from_the_copy_and_a_changed_table_is_noticed(tmp_path, capsys):
+    text = SMALL.replace(
+        'distribution = "lognormal"\nsigma_log = 0.1', 'distribution = "empirical"\nfile = "data/m.csv"'
+    )
+    (tmp_path / "data").mkdir()
+    table, file = tmp_path / "data" / "m.csv", tmp_path / "small.toml"
+    table.write_text("te_scale\n0.9\n1.1\n1.2\n")
+    file.write_text(text)
+    checksum = {"data/m.csv": hashlib.sha256(table.read_bytes()).hexdigest()}
+    for command in ("tolerance", "sweep"):
+        for source, out in ((file, "one"), (tmp_path / f"{command}-one" / "input.toml", "two")):
+            assert main([command, str(source), "--out", str(tmp_path / f"{command}-{out}"), "--quiet"]) == 0
+            assert json.loads((tmp_path / f"{command}-{out}" / "summary.json").read_text())["tables_sha256"] == checksum
+    assert contents(tmp_path / "tolerance-one") == contents(tmp_path / "tolerance-two")
+    again = ["tolerance", str(file), "--out", str(tmp_path / "tolerance-one"), "--resume", "--quiet"]
+    table.write_text("te_scale\n0.9\n1.1\n1.3\n")
+    assert main(again) == 2
+    assert "a table of measured values differs" in capsys.readouterr().err
+    table.write_text("te_scale\n0.9\n1.1\n1.2\n")
+    file.write_text(text + "# the same rows\n")
+    assert main(again) == 2
+    assert "the file differs" in capsys.readouterr().err
 
 
 def test_exact_a_file_in_the_place_of_the_rows_is_named(small, tmp_path):
@@ -141,7 +167,7 @@ def test_exact_rows_that_are_drawn_otherwise_are_not_mixed(small, tmp_path, monk
     hdfast.tolerance(small, n=20, out=out)
     with monkeypatch.context() as otherwise:
         otherwise.setattr(Plan, "_dependent", lambda plan, points, start, stop: 0.99 * points)
-        with pytest.raises(hdfast.InputError, match="another study: draws_sha256"):
+        with pytest.raises(hdfast.InputError, match="another study: its rows are drawn otherwise"):
             hdfast.tolerance(small, n=40, out=out, resume=True)
     manifest = json.loads((out / "manifest.json").read_text())
     del manifest["fingerprint"]["draws_sha256"]

@@ -148,6 +148,20 @@ def test_exact_worst_case_sampling_judges_every_corner(small):
     assert hdfast.tolerance(tight, sampling="corners").yields["te_pp"].outcome == "not met"
 
 
+def test_regress_no_confidence_is_stated_where_none_follows():
+    """Three rows within show no yield of 100 %, and corners no probability."""
+    certain, sure = "with 95 % confidence each", "Where 100 % is asked for"
+    for text, options, stated, explained in (
+        (SMALL, {}, True, False),
+        (SMALL.replace("min_yield = 0.9\n", ""), {"n": 3}, False, True),
+        (SMALL, {"sampling": "corners"}, False, False),
+    ):
+        found = hdfast.tolerance(config.parse(text), **options)
+        assert found.met
+        assert (certain in tolerance_page.headline(found.verdicts)) == stated
+        assert (sure in " ".join(tolerance_page.specification(found).texts)) == explained
+
+
 def test_exact_effects_of_a_worst_case_study_are_those_of_its_random_drives():
     parsed = config.parse(SMALL + '[correlation]\npairs = [["J_l", "te_scale", 0.9]]\n')
     corners, random = hdfast.tolerance(parsed, sampling="corners"), hdfast.tolerance(parsed, n=10)
@@ -164,6 +178,43 @@ def test_exact_discrete_and_batched_inputs_run_through():
     assert set(study.column("te_scale")) == {0.9, 1.1}
     assert study.contributions["te_pp"]["te_scale"].value > 0.9
     assert "batch means" in tolerance_page.page(study)
+
+
+def test_regress_corners_have_no_limits_although_the_file_has_batches(small, capsys):
+    batched = SMALL.replace("sigma = 0.05\n", "sigma = 0.05\nbatch_share = 0.5\n") + "[batches]\nsize = 2\n"
+    small.write_text(batched)
+    found = hdfast.tolerance(small, sampling="corners")
+    assert math.isnan(found.percentiles["te_pp"][99.0].low)
+    assert "batch means" not in tolerance_page.page(found)
+    assert found.effects_of(["J_l"], rows=40) == hdfast.tolerance(small, n=10).effects_of(["J_l"], rows=40)
+    assert main(["tolerance", str(small), "--sampling", "corners"]) == 0
+    assert "not known" in capsys.readouterr().out
+
+
+def test_regress_a_study_without_a_usable_row_has_a_page_that_says_so(small, tmp_path):
+    small.write_text(SMALL + "max_steps = 20\n")
+    options = ["--rows", "200", "--failed", "exclude", "--out", str(tmp_path / "out"), "--quiet"]
+    assert main(["tolerance", str(small), *options]) == 1
+    page = (tmp_path / "out" / "index.html").read_text()
+    assert "No row is left" in page
+    assert "200 rows left out" in page
+
+
+def test_regress_shares_that_are_not_known_have_no_bar(study):
+    """With fewer than 100 rows nothing says what a tolerance contributes, and nothing is left to interaction."""
+    for found, unknown in ((hdfast.tolerance(config.parse(SMALL), n=20), True), (study, False)):
+        section = tolerance_page.contributions(found)
+        assert ("not known" in section.figures[0].svg) == unknown
+        assert ("fewer than 100 rows" in section.figures[0].caption) == unknown
+
+
+def test_regress_the_percentile_followed_is_named_by_metric(study):
+    """te_pp has an upper limit, peak_windup here a lower one only."""
+    lower = config.parse(SMALL.replace("upper = 1e-3", "lower = 1e-9"))
+    svg = tolerance_page.effects(hdfast.tolerance(lower, n=20)).figures[0].svg
+    assert "change of P1 [" in svg
+    assert "change of P99 [" in svg
+    assert "change of P1 [" not in tolerance_page.effects(study).figures[0].svg
 
 
 def test_exact_command_writes_the_folder(small, tmp_path, capsys):
@@ -270,8 +321,15 @@ def test_exact_wrong_arguments_name_value_and_range(small):
         (lambda study: study.gradients(step=0), "step = 0"),
         (lambda study: study.convergence("te_pp", 500), "percentage = 500"),
         (lambda study: study.allocate(bounds=(1,)), "bounds = (1,)"),
+        (
+            lambda study: study.effects_of(["J_l"], factors=0.5),
+            "factors = 0.5 is not a list (allowed: numbers",
+        ),
+        (lambda study: study.allocate(bounds=2.0), "bounds = 2.0 is not a list (allowed: smallest and largest factor)"),
         (lambda study: study.allocate(rows=0), "rows = 0"),
         (lambda study: study.rare("te_pp", smallest=0.0), "smallest = 0"),
+        (lambda study: study.rare("te_pp", seed=-1), "seed = -1 is out of range (allowed: a whole number from 0"),
+        (lambda study: study.rare("te_pp", confidence=2.0), "confidence = 2 is out of range (allowed: a number from"),
     ],
 )
 def test_exact_wrong_questions_name_value_and_range(study, ask, text):
@@ -314,6 +372,7 @@ def test_exact_sweep_command_says_nothing_it_does_not_know(small, tmp_path, caps
     small.write_text(SMALL + 'sampling = "corners"\n')
     assert main(["sweep", str(small), "--out", str(tmp_path / "out")]) == 0
     assert "not known" in capsys.readouterr().out
+    assert "Sweep of 9 drives (corners)" in (tmp_path / "out" / "index.html").read_text()
     summary = json.loads((tmp_path / "out" / "summary.json").read_text())
     assert summary["rows"] == 9
     assert summary["specifications"]["te_pp"]["interval_95"] is None
@@ -325,6 +384,12 @@ def test_exact_report_of_a_study_in_memory_holds_its_rows(study, tmp_path):
     table = pq.read_table(tmp_path / "out" / "rows.parquet")
     assert table.num_rows == 400
     assert np.array_equal(table["te_pp"].to_numpy(), study.column("te_pp"))
+
+
+def test_regress_a_report_without_limits_leaves_no_worst_rows_of_an_earlier_one(tmp_path):
+    for text, written in ((SMALL, True), (re.sub(r"\[spec\.\w+\]\n.*\n.*\n", "", SMALL), False)):
+        hdfast.tolerance(config.parse(text), n=3).report(tmp_path)
+        assert [(tmp_path / f"worst.{kind}").exists() for kind in ("csv", "parquet")] == [written, written]
 
 
 def test_exact_rare_event_is_in_the_report(study):

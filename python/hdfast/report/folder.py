@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import hashlib
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
 from hdfast import catalogue
 from hdfast.config import Config
-from hdfast.files import json_ready, write_atomically, write_json
+from hdfast.files import json_ready, prepare, write_atomically, write_bytes, write_json, write_text
 from hdfast.recordings import save
 from hdfast.report import html, tables
 from hdfast.result import SweepResult
@@ -64,7 +63,7 @@ def _origin(config: Config) -> dict[str, Any]:
         "version": info["version"],
         "build": {key: value for key, value in info.items() if isinstance(value, (str, int, bool, list))},
         "finished_at": datetime.now(UTC).isoformat(timespec="seconds"),
-        "input_sha256": hashlib.sha256(config.text.encode()).hexdigest(),
+        **config.checksums,
         "model": {
             "base": config.model.base,
             "spring": config.model.spring,
@@ -83,6 +82,15 @@ def write_table(path: Path, table: Any, seed: int | None, version: str) -> None:
     write_atomically(path, lambda stream: pq.write_table(table, stream, compression="zstd"))
 
 
+def write_input(folder: Path, config: Config) -> None:
+    """The file as read, and the tables it names beside or below itself; those elsewhere stay where they are."""
+    for name, content in config.tables.items():
+        place = Path(name)
+        if not place.is_absolute() and ".." not in place.parts:
+            write_bytes(prepare((folder / place).parent) / place.name, content)
+    write_text(folder / INPUT, config.text)
+
+
 def write_sweep(
     folder: Path,
     config: Config,
@@ -91,13 +99,13 @@ def write_sweep(
     seed: int,
     nominal: Trajectory | None,
 ) -> dict[str, Any]:
-    """Write everything of a Monte Carlo run, the summary last, and return the summary.
+    """Write everything of a sweep, the summary last, and return the summary.
 
     Without `nominal`, as after an interruption, there is no page, not even that of an earlier run. An interrupted sweep
     has no verdicts: the rows that ended first are no random sample.
     """
     numbers = summary(config, result, verdicts, seed)
-    write_atomically(folder / INPUT, lambda stream: stream.write(config.text.encode()))
+    write_input(folder, config)
     write_table(folder / ROWS, result.to_arrow(), seed, numbers["version"])
     if nominal is not None:
         page = html.sweep_page(config, result, verdicts, nominal, seed)
@@ -116,7 +124,7 @@ def write_simulate(folder: Path, config: Config, run: Trajectory) -> dict[str, A
     columns = {"t": (run.t, "s"), **{name: (values, run.units[name]) for name, values in run.signals.items()}}
     schema = pa.schema([pa.field(name, pa.float64(), metadata={"unit": unit}) for name, (_, unit) in columns.items()])
     table = pa.Table.from_arrays([pa.array(values) for values, _ in columns.values()], schema=schema)
-    write_atomically(folder / INPUT, lambda stream: stream.write(config.text.encode()))
+    write_input(folder, config)
     write_table(folder / TRAJECTORY, table, None, numbers["version"])
     if run.recorded is None:
         (folder / RECORDING).unlink(missing_ok=True)

@@ -100,7 +100,7 @@ def nominal_section(run: Trajectory) -> Section:
 
 
 def sweep_page(config: Config, result: SweepResult, verdicts: list[Verdict], nominal: Trajectory, seed: int) -> str:
-    """Page of a Monte Carlo run."""
+    """Page of a sweep."""
     finished = int(result.finished.sum())
     facts = [
         ("rows", f"{len(result):,}"),
@@ -140,7 +140,8 @@ def sweep_page(config: Config, result: SweepResult, verdicts: list[Verdict], nom
         sections.append(Section("What varies", tables=[table]))
     parameters = html_table(["parameter", "nominal", "unit", "meaning"], tables.nominal_rows(config), right=(1,))
     sections.append(Section("Nominal parameters", tables=[parameters]))
-    lead = f"Monte Carlo run of {len(result):,} drives, {config.scenario.name}, {config.scenario.t_end:g} s each."
+    sampling = config.run.sampling.replace("_", " ")
+    lead = f"Sweep of {len(result):,} drives ({sampling}), {config.scenario.name}, {config.scenario.t_end:g} s each."
     verdict = all(item.met for item in verdicts) if verdicts else None
     return render(config.title, lead, facts, sections, config.text, verdict)
 

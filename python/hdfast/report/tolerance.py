@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 from pathlib import Path
 from typing import Any
 
@@ -12,13 +11,13 @@ import pyarrow.parquet as pq
 
 from hdfast.catalogue import build_info
 from hdfast.files import json_ready, prepare, write_atomically, write_json, write_text
+from hdfast.report.folder import PAGE, SUMMARY, write_input
 from hdfast.report.tolerance_page import page
 from hdfast.tolerance.intervals import Estimate
 from hdfast.tolerance.limits import Verdict
 from hdfast.tolerance.store import MemoryStore
 from hdfast.tolerance.study import Study
 
-PAGE, SUMMARY, INPUT = "index.html", "summary.json", "input.toml"
 STATISTICS, WORST = "statistics", "worst"
 
 
@@ -32,7 +31,7 @@ def write_study(study: Study, out: Path) -> Path:
     folder = prepare(out)
     numbers = summary(study)
     text = page(study)
-    write_text(folder / INPUT, study.config.text)
+    write_input(folder, study.config)
     _write_table(folder, STATISTICS, statistics_rows(study))
     _write_table(folder, WORST, study.worst())
     if isinstance(study.store, MemoryStore):
@@ -49,7 +48,7 @@ def summary(study: Study) -> dict[str, Any]:
     numbers = {
         "title": study.config.title,
         "version": info["version"],
-        "input_sha256": hashlib.sha256(study.config.text.encode()).hexdigest(),
+        **study.config.checksums,
         "rows": study.n,
         "sampling": study.plan.sampling,
         "seed": study.plan.seed,
@@ -112,7 +111,10 @@ def _estimate(estimate: Estimate) -> list[float]:
 
 
 def _write_table(folder: Path, name: str, rows: list[dict[str, Any]]) -> None:
+    """As Parquet and CSV; without rows not even those of an earlier study are left."""
     if not rows:
+        for kind in ("parquet", "csv"):
+            (folder / f"{name}.{kind}").unlink(missing_ok=True)
         return
     table = pa.Table.from_pylist(rows)
     write_atomically(folder / f"{name}.parquet", lambda stream: pq.write_table(table, stream))

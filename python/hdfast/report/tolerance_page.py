@@ -13,13 +13,17 @@ from hdfast.result import MAIN_METRICS
 from hdfast.tolerance.further import EFFECT_ROWS
 from hdfast.tolerance.intervals import Estimate
 from hdfast.tolerance.limits import JOINT, MET, NOT_MET, Verdict
+from hdfast.tolerance.sensitivity import BLOCKS
 from hdfast.tolerance.study import Study
 
 SPEC_HEADER = [
     "specification", "outcome", "yield", "95 % interval", "asked for", "outside [ppm]", "lower", "upper", "unit", "Cpk",
     "Ppk",
 ]  # fmt: skip
-SHOWN = 6
+WHOLE = (
+    "Where 100 % is asked for, which no sample can show, met says only that none of these rows lies outside: the "
+    "interval tells how sure that is. For a verdict with confidence state a min_yield below 1."
+)
 EXPLAINED = 6
 
 
@@ -52,7 +56,9 @@ def headline(verdicts: list[Verdict]) -> str:
         return f"Not met: {', '.join(failed)}."
     if undecided:
         return f"Undecided with this number of rows: {', '.join(undecided)}."
-    return "Every specification is met, with 95 % confidence each."
+    if all(verdict.provable for verdict in verdicts):
+        return "Every specification is met, with 95 % confidence each."
+    return "Every specification is met by these rows."
 
 
 def specification(study: Study) -> Section:
@@ -64,6 +70,8 @@ def specification(study: Study) -> Section:
         "Met: the whole interval of the yield lies above what is asked for. Not met: the whole interval lies below. "
         "Undecided: it takes more rows to say."
     ]
+    if not all(verdict.provable for verdict in study.yields.values()):
+        texts.append(WHOLE)
     if not study.plan.design.random:
         texts = ["Worst-case rows, no random sample: met when every one of them lies within the limits."]
     if study.status_counts.keys() - {"finished"}:
@@ -127,6 +135,8 @@ def contributions(study: Study) -> Section:
     )
     if study.plan.correlation is not None or study.plan.batched:
         caption += " Parameters are correlated: what they explain together counts for each of them."
+    if any(math.isnan(share.value) for name in names for share in study.contributions[name].values()):
+        caption += f" Not known: fewer than {2 * BLOCKS} rows, a metric that does not vary, or too few batches."
     rows = [
         [metric, name, f"{100 * share.value:.1f} %", _span(100 * share.low, 100 * share.high, ".1f")]
         for metric, shares in study.loss_contributions.items()
@@ -148,7 +158,8 @@ def effects(study: Study) -> Section:
     metrics = main_metrics(study)[:3]
     if "stop_time" in study.summaries and "stop_time" not in metrics:
         metrics = [*metrics[:2], "stop_time"]
-    figure = tolerance_plots.percentile_effects(study.effects, metrics, study.units, study.plan.names)
+    limits = {metric: study.specs.get(metric) for metric in metrics}
+    figure = tolerance_plots.percentile_effects(study.effects, limits, study.units, study.plan.names)
     rows = []
     for name in study.plan.names:
         found = {effect.factor: effect for effect in study.effects if effect.parameter == name}
@@ -166,7 +177,7 @@ def effects(study: Study) -> Section:
     return Section(
         "What tightening and relaxing does",
         [*texts, "Change of the yield of all specifications together, in percentage points, with 95 % intervals:"],
-        [picture(figure, "Change of the 99th percentile, with 95 % intervals.")],
+        [picture(figure, "With 95 % intervals.")],
         [html_table(header, rows, right=(1, 2, 3))],
     )
 
@@ -241,9 +252,12 @@ def convergence(study: Study) -> Section:
     for metric in main_metrics(study)[:3]:
         limit = study.specs[metric].upper if metric in study.specs else math.nan
         course = study.convergence(metric, 99.0)
-        largest = max(estimate.value for estimate in course.estimates)
+        largest = max((estimate.value for estimate in course.estimates), default=math.nan)
         near = limit if 0.5 * largest < limit < 2.0 * largest else math.nan
         courses.append((f"P99, {tolerance_plots.title(metric)}", study.units[metric], course, near))
+    courses = [entry for entry in courses if entry[2].rows]
+    if not courses:
+        return Section("Convergence", ["No row is left to say anything about."])
     caption = (
         "Estimates after more and more rows; no band where the rows do not suffice for limits. An interval that still "
         "moves asks for more rows."
@@ -299,6 +313,8 @@ def assumptions(study: Study) -> Section:
 
 def _independence(study: Study) -> str:
     plan = study.plan
+    if not plan.design.random:
+        return "The rows are extremes, not a random sample: no probabilities follow from them."
     if plan.batched:
         return (
             f"Batches of {plan.batch_size} drives have part of their spread in common; intervals come from batch means."
@@ -307,6 +323,4 @@ def _independence(study: Study) -> str:
         return f"{plan.replicates} scrambled Sobol sequences in turn; intervals come from their differences."
     if plan.sampling == "latin_hypercube":
         return f"Latin hypercubes of {plan.block} rows each; intervals come from their differences."
-    if not plan.design.random:
-        return "The rows are extremes, not a random sample: no probabilities follow from them."
     return "Rows are independent random drives; intervals are exact binomial ones (Clopper-Pearson, order statistics)."

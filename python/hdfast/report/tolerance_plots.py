@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 
 from hdfast.report.plots import BLUE, GREY, INK, ORANGE, RED, TITLES, bars, scaled, styled
 from hdfast.tolerance.convergence import Course
-from hdfast.tolerance.effects import Effect
+from hdfast.tolerance.effects import Effect, followed
 from hdfast.tolerance.intervals import Estimate
 from hdfast.tolerance.limits import Spec
 from hdfast.tolerance.policy import Usable
@@ -72,7 +72,7 @@ def _histogram(axes: Any, name: str, usable: Usable, unit: str, spec: Spec | Non
 
 @styled
 def contributions(shares: Mapping[str, Mapping[str, Estimate]], parameters: Sequence[str]) -> Figure:
-    """Share of the variance by metric and parameter, with bands."""
+    """Share of the variance by metric and parameter, with bands; words where a share is not known."""
     names = list(shares)
     columns = min(3, max(1, len(names)))
     lines = max(1, math.ceil(len(names) / columns))
@@ -83,12 +83,18 @@ def contributions(shares: Mapping[str, Mapping[str, Estimate]], parameters: Sequ
         values = np.array([shares[name][parameter].value for parameter in parameters])
         low = np.array([shares[name][parameter].low for parameter in parameters])
         high = np.array([shares[name][parameter].high for parameter in parameters])
-        shown = np.clip(np.nan_to_num(values), 0.0, None)
+        shown = np.clip(values, 0.0, None)
         errors = np.nan_to_num(np.abs(np.vstack([shown - np.clip(low, 0.0, shown), np.maximum(high, shown) - shown])))
-        axes.barh(places, 100 * shown, color=BLUE, alpha=0.8, height=0.65)
-        axes.errorbar(100 * shown, places, xerr=100 * errors, fmt="none", ecolor=INK, elinewidth=0.9, capsize=2)
+        known = np.isfinite(values)
+        axes.barh(places[known], 100 * shown[known], color=BLUE, alpha=0.8, height=0.65)
+        axes.errorbar(
+            100 * shown[known], places[known], xerr=100 * errors[:, known], fmt="none", ecolor=INK, elinewidth=0.9,
+            capsize=2,
+        )  # fmt: skip
+        for place in places[~known]:
+            axes.text(2, place, "not known", va="center", color=INK, fontsize=7)
         axes.set_yticks(places, parameters if position % columns == 0 else [""] * len(parameters))
-        axes.invert_yaxis()
+        axes.set_ylim(len(parameters) - 0.5, -0.5)
         axes.set_xlim(0, 105)
         axes.set_title(title(name), loc="left")
         axes.set_xlabel("share of the variance [%]")
@@ -98,12 +104,12 @@ def contributions(shares: Mapping[str, Mapping[str, Estimate]], parameters: Sequ
 
 @styled
 def percentile_effects(
-    found: Sequence[Effect], metrics: Sequence[str], units: Mapping[str, str], parameters: Sequence[str]
+    found: Sequence[Effect], metrics: Mapping[str, Spec | None], units: Mapping[str, str], parameters: Sequence[str]
 ) -> Figure:
-    """Change of the percentile when a tolerance is held, halved or widened."""
+    """Change of the percentile followed when a tolerance is held, halved or widened; `metrics` with their limits."""
     figure = Figure(figsize=(9.6, 0.8 + 0.34 * len(parameters)), layout="constrained")
     colors = {0.0: BLUE, 0.5: "#7fa8d1", 1.5: ORANGE}
-    for position, metric in enumerate(metrics):
+    for position, (metric, spec) in enumerate(metrics.items()):
         axes = figure.add_subplot(1, len(metrics), position + 1)
         sizes = np.array([effect.percentiles[metric].value for effect in found if metric in effect.percentiles])
         factor, unit = scaled(sizes, units[metric])
@@ -119,7 +125,7 @@ def percentile_effects(
         axes.set_yticks(np.arange(len(parameters)), parameters if position == 0 else [""] * len(parameters))
         axes.invert_yaxis()
         axes.set_title(title(metric), loc="left")
-        axes.set_xlabel(f"change of P99 [{unit}]")
+        axes.set_xlabel(f"change of P{followed(spec):g} [{unit}]")
         axes.grid(visible=False, axis="y")
     if figure.axes:
         handles, labels = figure.axes[0].get_legend_handles_labels()

@@ -75,7 +75,7 @@ def allocate(
     choose("target", target, TARGETS)
     checks.positive("exponent", exponent, 10.0)
     checks.whole("rows", rows, 1, MAX_ROWS)
-    if len(bounds) != 2:
+    if len(checks.listed("bounds", bounds, "smallest and largest factor")) != 2:
         raise InputError(f"bounds = {shorten(bounds)} are not two numbers (allowed: smallest and largest factor)")
     low, high = (checks.positive("bounds", bound, 10.0) for bound in bounds)
     if not specs or not plan.names or not low < high:

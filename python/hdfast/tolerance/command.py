@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import math
 import sys
 from collections.abc import Callable
 from typing import Any
@@ -14,6 +15,7 @@ from hdfast.printing import json_text, text_table
 from hdfast.threads import MAX_THREADS
 from hdfast.tolerance.cluster import MAX_WORKERS
 from hdfast.tolerance.designs import DESIGNS
+from hdfast.tolerance.intervals import Estimate
 from hdfast.tolerance.policy import POLICIES, FailedRowsError
 from hdfast.tolerance.run import tolerance
 from hdfast.tolerance.sample import MAX_ROWS
@@ -68,7 +70,7 @@ def note_equal_rows(settings: Config, options: argparse.Namespace) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Run the command; 0 when every specification is met with confidence, else 1."""
+    """Run the command; 0 when the outcome of every specification is "met", else 1."""
     settings = load(options.file)
     note_equal_rows(settings, options)
     for metric in options.rare:
@@ -118,10 +120,14 @@ def _print(study: Study, options: argparse.Namespace, page: Any) -> None:
             print(f"\n{page}")
 
 
+def _limits(found: Estimate) -> str:
+    return "not known" if math.isnan(found.low) else f"{found.low:.4g} .. {found.high:.4g}"
+
+
 def _table(study: Study) -> str:
     rows = [
         [metric, found.unit, *(f"{found.percentiles[q].value:.4g}" for q in (1.0, 50.0, 99.0)),
-         f"{found.percentiles[99.0].low:.4g} .. {found.percentiles[99.0].high:.4g}", found.note]
+         _limits(found.percentiles[99.0]), found.note]
         for metric, found in study.summaries.items()
     ]  # fmt: skip
     return text_table(["metric", "unit", "P1", "P50", "P99", "95 % limits of P99", ""], rows, right=(2, 3, 4, 5))

@@ -30,9 +30,9 @@ class Course:
 
 
 def stations(rows: int) -> list[int]:
-    """Numbers of rows at which a running estimate is looked at."""
+    """Numbers of rows at which a running estimate is looked at; none without rows."""
     if rows <= FIRST:
-        return [rows]
+        return [rows] if rows else []
     return sorted({round(n) for n in np.geomspace(FIRST, rows, POINTS)})
 
 

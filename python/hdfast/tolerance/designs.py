@@ -104,7 +104,10 @@ def one_at_a_time(plan: Plan, start: int, stop: int) -> Floats:
 
 
 def factorial(plan: Plan, start: int, stop: int) -> Floats:
-    """Every combination of `plan.levels` equally spaced levels from the lower to the upper worst-case value."""
+    """Every combination of `plan.levels` equally spaced levels from the lower to the upper worst-case value.
+
+    A discrete parameter takes that of its values which is nearest to each level.
+    """
     rows = np.arange(start, stop)[:, None]
     digits = (rows // plan.levels ** np.arange(len(plan.names))) % plan.levels
     return -1.0 + 2.0 * digits / (plan.levels - 1)

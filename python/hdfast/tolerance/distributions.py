@@ -74,6 +74,13 @@ class Tolerance:
         u = (np.arange(4096) + 0.5) / 4096
         return standard_deviation(self.quantile(u))
 
+    def nearest(self, values: Floats) -> Floats:
+        """Those (n,) values that can occur nearest to these: of a discrete law its own, the lower of two as near."""
+        if self.distribution != "discrete":
+            return values
+        own = np.unique(self.quantile(np.cumsum(self.shape) - np.array(self.shape) / 2.0))
+        return np.asarray(own[np.argmin(np.abs(own - values[:, None]), axis=1)])
+
     def extremes(self) -> tuple[float, float]:
         """Worst-case values: the bounds where finite, else the quantiles at -3 and +3 standard deviations (0.135 %)."""
         low, high = self.quantile(np.array([0.0013498980316301, 0.9986501019683699])).tolist()

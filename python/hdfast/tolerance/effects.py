@@ -18,6 +18,7 @@ from hdfast.tolerance.limits import JOINT, Spec, counted
 from hdfast.tolerance.sample import MAX_ROWS, Plan
 
 FACTORS = (0.0, 0.5, 1.5)
+PERCENTAGE = 99.0
 RESAMPLES = 100
 
 Run = tuple[Mapping[str, Floats], NDArray[np.bool_]]
@@ -44,6 +45,11 @@ class Effect:
     missing: int
 
 
+def followed(spec: Spec | None, percentage: float = PERCENTAGE) -> float:
+    """Which percentile of a metric is followed; where it has a lower limit only, that of the opposite tail."""
+    return percentage if spec is None or math.isfinite(spec.upper) else 100.0 - percentage
+
+
 def effects(
     evaluate: Evaluate,
     plan: Plan,
@@ -51,7 +57,7 @@ def effects(
     metrics: Sequence[str],
     *,
     rows: int,
-    percentage: float = 99.0,
+    percentage: float = PERCENTAGE,
     factors: Sequence[float] = FACTORS,
     names: Sequence[str] | None = None,
     policy: str = "worst",
@@ -79,7 +85,7 @@ def effects(
     """
     checks.whole("rows", rows, 1, MAX_ROWS)
     checks.number("percentage", percentage, 0.0, 100.0)
-    for factor in factors:
+    for factor in checks.listed("factors", factors, "numbers from 0 to 100"):
         checks.number("factors", factor, 0.0, 100.0)
     for name in names or ():
         choose("names", name, plan.names)
@@ -116,9 +122,7 @@ def _compare(
         both = before[1] & after[1] & np.isfinite(before[0][metric]) & np.isfinite(after[0][metric])
         complete &= both
         old, new = before[0][metric][both], after[0][metric][both]
-        spec = specs.get(metric)
-        upper = spec is None or math.isfinite(spec.upper)
-        share_below = percentage / 100.0 if upper else 1.0 - percentage / 100.0
+        share_below = followed(specs.get(metric), percentage) / 100.0
         percentiles[metric] = _percentile_change(old, new, share_below, groups and groups.take(both))
         varies = len(old) > 0 and np.ptp(old) > 0.0
         variances[metric] = float(np.var(new) / np.var(old)) - 1.0 if varies else math.nan

@@ -14,7 +14,7 @@ from hdfast.checks import Floats
 from hdfast.config import Config
 from hdfast.errors import InputError, choose
 from hdfast.tolerance.allocation import Allocation, allocate
-from hdfast.tolerance.effects import Effect, effects
+from hdfast.tolerance.effects import PERCENTAGE, Effect, effects
 from hdfast.tolerance.indices import (
     Indices,
     Screening,
@@ -60,7 +60,12 @@ class FurtherRuns:
         return self.effects_of()
 
     def effects_of(
-        self, names: Sequence[str] | None = None, *, rows: int = EFFECT_ROWS, percentage: float = 99.0, **options: Any
+        self,
+        names: Sequence[str] | None = None,
+        *,
+        rows: int = EFFECT_ROWS,
+        percentage: float = PERCENTAGE,
+        **options: Any,
     ) -> list[Effect]:
         """As `effects`, for some parameters, other factors or more rows; see `hdfast.tolerance.effects.effects`."""
         return effects(

@@ -161,7 +161,8 @@ def percentile(
     if groups is None:
         low, high = _order_ranks(len(values), share_below, confidence)
     else:
-        spread = mean_spread((values <= value).astype(float), groups)
+        # one of the two has no spread where the value is the largest or smallest of all, as that of failed rows is
+        spread = max(mean_spread(held.astype(float), groups) for held in (values <= value, values < value))
         if math.isnan(spread):
             return Estimate(value, math.nan, math.nan)
         reach = student(groups.count, confidence) * spread

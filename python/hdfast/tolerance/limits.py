@@ -25,7 +25,7 @@ MET, NOT_MET, OPEN = "met", "not met", "undecided"
 
 @dataclass(frozen=True)
 class Spec:
-    """Limits of a metric in its SI unit; met when at least the share `min_yield` of all rows lies within."""
+    """Limits of a metric in its SI unit; met when at least the share `min_yield` (1 unless given) of rows is within."""
 
     metric: str
     lower: float
@@ -83,8 +83,7 @@ class Verdict:
     @property
     def met(self) -> bool:
         """True when the yield reaches what the specification asks for."""
-        asked = 1.0 if self.worst_case else self.spec.min_yield
-        return self.rows > 0 and self.within >= asked * self.rows
+        return self.yield_ >= (1.0 if self.worst_case else self.spec.min_yield)
 
     @property
     def ppm(self) -> Estimate:
@@ -95,14 +94,18 @@ class Verdict:
     def outcome(self) -> str:
         """Either "met" or "not met" when the whole interval says so, else "undecided".
 
-        A yield of 100 % cannot be shown by any sample; asked for it, a run without a row outside is "met".
+        Where no interval can say so, a run without a row outside is "met", see `provable`.
         """
-        asked = self.spec.min_yield
-        if asked >= 1.0 or self.worst_case:
+        if not self.provable:
             return MET if self.met else NOT_MET
-        if self.interval[0] >= asked:
+        if self.interval[0] >= self.spec.min_yield:
             return MET
-        return NOT_MET if self.interval[1] < asked else OPEN
+        return NOT_MET if self.interval[1] < self.spec.min_yield else OPEN
+
+    @property
+    def provable(self) -> bool:
+        """False when no interval can show what is asked for: 100 %, or rows that are no random sample."""
+        return self.spec.min_yield < 1.0 and not self.worst_case
 
 
 def judge_values(

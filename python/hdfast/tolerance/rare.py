@@ -72,7 +72,9 @@ def subset_simulation(
     checks.whole("rows", rows, 100, 10**7)
     checks.whole("replicates", replicates, 2, 1000)
     checks.number("share", share, 0.01, 0.5)
+    checks.whole("seed", seed, 0, checks.MAX_SEED)
     checks.number("smallest", smallest, LEAST, 0.1)
+    checks.number("confidence", confidence, 1e-6, 1.0 - 1e-6)
     return _Levels(margin, dimensions, rows, share, replicates, seed, smallest).run(confidence)
 
 
@@ -161,4 +163,4 @@ def _combine(found: Floats, most: Floats, confidence: float) -> Estimate:
     variance = float(np.var(logs, ddof=1))
     centre = float(np.mean(logs)) + variance / 2.0
     reach = student(count, confidence) * math.sqrt(variance / count + variance**2 / (2 * (count - 1)))
-    return Estimate(float(np.mean(found)), math.exp(centre - reach), min(1.0, math.exp(centre + reach)))
+    return Estimate(float(np.mean(found)), math.exp(centre - reach), math.exp(min(0.0, centre + reach)))

@@ -11,6 +11,7 @@ import numpy as np
 
 from hdfast import checks
 from hdfast.errors import InputError, choose, shorten
+from hdfast.files import TABLES
 from hdfast.tolerance.distributions import Tolerance
 from hdfast.tolerance.laws import LAWS
 
@@ -168,6 +169,8 @@ class _Entry:
         name = self.entry["file"]
         if not isinstance(name, str):
             raise InputError(f"file = {shorten(name)} is not the name of a table")
+        if str(Path(name)) in TABLES:
+            raise InputError(f"file = {name!r} is the name of a result of hdfast (allowed: other names)")
         path = (self.folder or Path()) / name
         if not path.is_file():
             raise InputError(f"file = {name!r}: no such file beside the configuration")

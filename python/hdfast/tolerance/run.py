@@ -96,7 +96,8 @@ def tolerance(
         if cluster is None:
             run_here(replace(task, progress=watch.within), todo, store, watch.chunk)
         else:
-            work = replace(task, threads=1 if threads is None else threads)
+            lean = replace(settings, tables={})  # their values are in the plan, and every chunk is sent the task
+            work = replace(task, config=lean, threads=1 if threads is None else threads)
             run_on_cluster(work, todo, store, watch.chunk, address=cluster or LOCAL, workers=workers)
     return Study(settings, plan, rows, store, policy, task)
 
@@ -110,14 +111,14 @@ def _require_two_groups(plan: Plan, rows: int) -> None:
 
 
 def fingerprint(task: Task) -> dict[str, Any]:
-    """What decides the content of a study's rows, ready for JSON."""
+    """What decides the content of a study's rows, ready for JSON; a difference is told by the first that differs."""
     settings, info = task.config, build_info()
     drawn = task.plan.draw(0, min(FIRST, task.plan.rows(FIRST)))
     return {
-        "input_sha256": hashlib.sha256(settings.text.encode()).hexdigest(),
-        "plan_sha256": hashlib.sha256(repr(task.plan).encode()).hexdigest(),
         "sampling": task.plan.sampling,
         "seed": task.plan.seed,
+        **settings.checksums,
+        "plan_sha256": hashlib.sha256(repr(task.plan).encode()).hexdigest(),
         "draws_sha256": hashlib.sha256(b"".join(values.tobytes() for values in drawn.values())).hexdigest(),
         "metrics": list(task.metrics),
         "hdfast_version": info["version"],

@@ -150,10 +150,10 @@ class Plan:
 
     def groups(self, start: int, stop: int) -> Groups | None:
         """Which of the rows depend on each other; None when none do."""
-        if self.batched:
-            return Groups(np.arange(start, stop) // self.batch_size, alike=True)
         if not self.design.random:
             return Groups(np.zeros(stop - start, dtype=np.int64), alike=True)
+        if self.batched:
+            return Groups(np.arange(start, stop) // self.batch_size, alike=True)
         if self.design.groups is None:
             return None
         return Groups(self.design.groups(self, start, stop).astype(np.int64), alike=False)
@@ -164,7 +164,7 @@ class Plan:
 
 
 def _at_level(tolerance: Tolerance, level: Floats) -> Floats:
-    """Value between the worst cases: -1 lower, 0 middle, 1 upper, straight lines between."""
+    """Value between the worst cases: -1 lower, 0 middle, 1 upper, straight lines or the nearest value between."""
     low, high = tolerance.extremes()
     middle = min(max(tolerance.middle, low), high)
-    return np.interp(level, (-1.0, 0.0, 1.0), (low, middle, high))
+    return tolerance.nearest(np.interp(level, (-1.0, 0.0, 1.0), (low, middle, high)))

@@ -15,6 +15,8 @@ from hdfast.tolerance.intervals import CONFIDENCE, Estimate, Groups, mean, perce
 from hdfast.tolerance.policy import Usable
 
 PERCENTILES = (0.135, 1.0, 5.0, 50.0, 95.0, 99.0, 99.865)
+NODES, WEIGHTS = np.polynomial.legendre.leggauss(64)
+STEEP = 8.5  # standard deviations beyond which the normal law has nothing in double precision
 
 
 @dataclass(frozen=True)
@@ -188,17 +190,30 @@ def _bissell(value: float, count: int, confidence: float) -> tuple[float, float]
 def _one_sided(value: float, count: int, confidence: float) -> tuple[float, float]:
     """Interval of (limit - mean) / (3 sigma): 3 sqrt(n) times its estimate has a non-central t law."""
     root, tail = 3.0 * math.sqrt(count), (1.0 - confidence) / 2.0
-    if count > 5000 or root * abs(value) > 300.0:  # the non-central t of SciPy ends here; the expansion is good to 1e-3
-        return _bissell(value, count, confidence)
     reach = 8.0 * math.sqrt(1.0 / (9.0 * count) + value**2 / (2.0 * (count - 1)))
 
     def end(target: float) -> float:
         return float(
             scipy.optimize.brentq(
-                lambda true: scipy.stats.nct.cdf(root * value, count - 1, root * true) - target,
-                value - reach,
-                value + reach,
+                lambda true: _share_below(root * value, count - 1, root * true) - target, value - reach, value + reach
             )
         )
 
     return end(1.0 - tail), end(tail)
+
+
+def _share_below(t: float, freedom: int, shift: float) -> float:
+    """Distribution function of the non-central t law: mean of Phi(t s - shift) over s, which is chi / sqrt(freedom).
+
+    That of SciPy 1.17 is NaN in tails that a few rows reach.
+    """
+    half_freedom = freedom / 2.0
+    first = math.sqrt(scipy.special.gammaincinv(half_freedom, 1e-15) / half_freedom)
+    last = math.sqrt(scipy.special.gammainccinv(half_freedom, 1e-15) / half_freedom)
+    rise = (shift + np.array([-STEEP, STEEP])) / (t or 1e-300)
+    pieces = np.sort(np.clip([first, *rise, last], first, last))
+    half = np.diff(pieces)[:, None] / 2.0
+    s = pieces[:-1, None] + half * (1.0 + NODES)
+    logs = (freedom - 1) * np.log(s) - half_freedom * s**2
+    shares = half * WEIGHTS * np.exp(logs - np.max(logs))
+    return float(np.sum(shares * scipy.special.ndtr(t * s - shift)) / np.sum(shares))

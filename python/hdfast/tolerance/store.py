@@ -33,6 +33,12 @@ HALF_WRITTEN = (
     "*.zarr/**/*.partial",
 )
 CHUNK = 16_384
+DIFFERS = {
+    "input_sha256": "the file differs",
+    "tables_sha256": "a table of measured values differs",
+    "plan_sha256": "the distributions differ",
+    "draws_sha256": "its rows are drawn otherwise",
+}
 
 
 class MemoryStore:
@@ -136,12 +142,9 @@ class FolderStore:
             checks.whole("format", manifest["format"], FORMAT, FORMAT)
             self.chunk = checks.whole("chunk", manifest["chunk"], 1, MAX_ROWS)
             found, entries = dict(manifest["fingerprint"]), manifest["chunks"]
-        differing = [key for key in {**found, **self.fingerprint} if found.get(key) != self.fingerprint.get(key)]
+        differing = [key for key in {**self.fingerprint, **found} if found.get(key) != self.fingerprint.get(key)]
         if differing:
-            key = differing[0]
-            what = f"{key} is {found.get(key)!r} there and {self.fingerprint.get(key)!r} here"
-            if key not in found:
-                what = f"an earlier version of hdfast, which may have drawn other rows, wrote it without {key}"
+            what = _difference(differing[0], found, self.fingerprint)
             raise InputError(f"out = {str(self.folder)!r} holds another study: {what}; take another folder")
         with self._reading():
             self.entries = {entry["start"]: entry for entry in entries if self._intact(entry)}
@@ -237,6 +240,13 @@ class FolderStore:
             table = pq.read_table(self.folder / self.entries[start]["file"])
             found.append(table.slice(number - start, 1).to_pylist()[0])
         return found
+
+
+def _difference(key: str, there: Mapping[str, Any], here: Mapping[str, Any]) -> str:
+    """What differs between two fingerprints, in words."""
+    if key not in there:
+        return f"an earlier version of hdfast, which may have drawn other rows, wrote it without {key}"
+    return DIFFERS.get(key, f"{key} is {there[key]!r} there and {here.get(key)!r} here")
 
 
 def _names(column: Any) -> NDArray[np.object_]:

@@ -219,7 +219,7 @@ class Study(FurtherRuns):
 
     @property
     def met(self) -> bool:
-        """True when every specification is met with the confidence stated."""
+        """True when the outcome of every specification is "met": see `Verdict.outcome` for what that shows."""
         return all(verdict.outcome == "met" for verdict in self.verdicts)
 
     def report(self, out: str | Path) -> Path:

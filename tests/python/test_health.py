@@ -394,28 +394,25 @@ def test_exact_leakage_rejects_the_heldout_recording(run, clean):
     assert "counts twice" in sentences(result.recordings[1], "leakage", "warning")[0]
 
 
-@pytest.mark.parametrize(("groups", "rejected"), [("ABCD", "run3"), ("AAAA", "run3"), ("ABCC", "run3"), ("ABBC", "")])
-def test_exact_what_is_set_aside_is_no_copy_of_what_is_fitted(clean, groups, rejected):
+@pytest.mark.parametrize(("groups", "held"), [("ABCD", "run2"), ("ABCC", "run2"), ("ABBC", "run3")])
+def test_exact_what_is_set_aside_is_no_copy_of_what_is_fitted(clean, groups, held):
     """Where the copy is of another group than the last one, it is fitted twice, and that is said."""
-    listed = [clean[kind] for kind in ("profile", "sine", "ladder")]
-    order = [0, 1, 2, 0] if rejected else [0, 1, 0, 2]
-    found = health.check(campaign([(listed[k], {"group": group}) for k, group in zip(order, groups, strict=True)]))
-    assert list(found.rejected) == ([rejected] if rejected else [])
-    kept, _ = with_heldout(usable(found))
-    held = {source.name for source in kept if source.role == "heldout"}
-    fitted = {source.name for source in kept if source.role == "fit"}
-    assert rejected not in held | fitted
-    assert held == (fitted if groups == "AAAA" else {"run2"} if rejected else {"run3"})
-    assert bool(rejected) or "counts twice" in sentences(found.recordings[2], "leakage", "warning")[0]
+    twice = groups == "ABBC"
+    order = ["profile", "sine", *(("profile", "ladder") if twice else ("ladder", "profile"))]
+    found = health.check(campaign([(clean[kind], {"group": own}) for kind, own in zip(order, groups, strict=True)]))
+    assert list(found.rejected) == ([] if twice else ["run3"])
+    assert [one.name for one in with_heldout(usable(found))[0] if one.role == "heldout"] == [held]
+    assert bool(sentences(found.recordings[2], "leakage", "warning")) is twice
 
 
-def test_exact_a_copy_is_fitted_twice_only_beside_a_usable_held_out_recording(clean):
-    profile, sine = clean["profile"], clean["sine"]
-    found = health.check(campaign([profile, profile, (sine, {"role": "heldout"})]))
-    assert not found.rejected
-    still = sine | {"motor_angle": 0.0 * sine["motor_angle"]}
-    found = health.check(campaign([profile, profile, (still, {"role": "heldout"})]))
-    assert list(found.rejected) == ["run1", "run2"]
+@pytest.mark.parametrize(("begin", "rejected"), [(0, []), (1600, ["run1"])])
+def test_exact_the_last_part_of_a_recording_is_not_the_first_one_of_another(run, begin, rejected):
+    """A whole copy is cut at the same sample; the later half is fitted where the whole recording is set aside."""
+    later = {name: values[begin:] for name, values in run.items()}
+    for held in ([], [(run | {"motor_angle": 0.0 * run["motor_angle"]}, {"role": "heldout"})]):
+        found = health.check(campaign([run, later, *held]))
+        assert list(found.rejected) == [*rejected, *(["run2"] if held else [])]
+        assert bool(rejected) or "counts twice" in sentences(found.recordings[1], "leakage", "warning")[0]
 
 
 def test_exact_different_motions_under_one_torque_that_begin_alike_are_no_leak(clean):
@@ -441,7 +438,8 @@ def test_exact_leakage_reads_every_recording_once(clean, monkeypatch):
     read = []
     whole = leakage.Evidence._marks
     monkeypatch.setattr(leakage.Evidence, "_marks", lambda *given: read.append(given[2]) or whole(*given))
-    health.check(campaign(list(clean.values())))
+    *fitted, held = clean.values()
+    health.check(campaign([*fitted, (held, {"role": "heldout"})]))
     assert sorted(read) == [1] * 5 + [leakage.BLOCK] * 5
 
 

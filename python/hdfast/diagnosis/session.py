@@ -35,14 +35,12 @@ from hdfast.health import Health, check
 from hdfast.health.result import RecordingHealth
 from hdfast.health.subject import REQUIRED
 from hdfast.recordings import Campaign
-from hdfast.recordings.campaign import set_aside
+from hdfast.recordings.aside import LAST_SHARE, parts, set_aside
 from hdfast.recordings.clock import period
 from hdfast.spring import COEFFICIENTS
 
 HELD = 0.7
 STIFF = 1e4
-GUARD = 0.05
-LAST_SHARE = 0.3
 LOAD = "load_torque"
 FAR_SLOWER = 0.5
 MOST_LINES = 6
@@ -324,10 +322,8 @@ def with_heldout(sources: Sequence[Source], reason: str = NOTHING_HELD) -> tuple
         return kept, f"{reason}: group {group} was set aside {LESS}"
     cut = []
     for source in sources:
-        t = source.recording["t"]
-        edge = t[0] + (1.0 - LAST_SHARE) * (t[-1] - t[0])
-        guard = GUARD * (t[-1] - t[0])
-        cut += [_part(source, t < edge - guard, "fit"), _part(source, t >= edge, "heldout")]
+        first, last = parts(source.recording["t"])
+        cut += [_part(source, first, "fit"), _part(source, last, "heldout")]
     cut = [one for one in cut if set(REQUIRED) <= set(one.recording)]
     return cut, f"{reason}: the last {100 * LAST_SHARE:.0f} % of each were set aside {LESS}"
 

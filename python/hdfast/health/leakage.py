@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 
 from hdfast.health.finding import REJECT, WARNING
 from hdfast.health.subject import Subject
-from hdfast.recordings.campaign import ROLES, set_aside
+from hdfast.recordings.aside import parts, set_aside
+from hdfast.recordings.campaign import ROLES
 
 NAME = "leakage"
 BLOCK = 16
@@ -25,11 +26,17 @@ Marks = NDArray[np.int64]
 
 
 class Evidence:
-    """Angle and torque of a recording as they were read, as marks: equal ones stand for equal bits."""
+    """Angle and torque of a recording, or of some of its samples, as marks: equal ones stand for equal bits."""
 
-    def __init__(self, subject: Subject) -> None:
+    def __init__(self, subject: Subject, rows: NDArray[np.bool_] | slice = slice(None)) -> None:
         self.subject = subject
-        self._pairs = np.column_stack([subject.checked["motor_angle"], subject.checked["motor_torque"]])
+        self._pairs = np.column_stack([subject.checked[name][rows] for name in ("motor_angle", "motor_torque")])
+
+    @cached_property
+    def parts(self) -> tuple[Evidence, Evidence]:
+        """Of the samples that are fitted and of those that are set aside, where a part of every recording is."""
+        first, last = parts(self.subject.checked["t"])
+        return Evidence(self.subject, first), Evidence(self.subject, last)
 
     @cached_property
     def _moving(self) -> NDArray[np.intp]:
@@ -97,11 +104,13 @@ def check(subjects: Sequence[Subject]) -> None:
 
 
 def _set_aside(fit: Sequence[Evidence]) -> None:
-    """Judge the group that is set aside for the proof, or all where a part of every recording is."""
+    """Judge the group that is set aside for the proof, or the last parts of all against the first ones of others."""
     group = set_aside(one.subject.recording.group for one in fit)
     if group is None:
         for number, one in enumerate(fit):
-            _compare(one, _left(fit[:number]), REJECT, REPEATED)
+            for other in _left(fit[:number]):
+                (first, last), (known, beyond) = one.parts, other.parts
+                _tell(one, other, max(shared(last, known), shared(beyond, first)), REJECT, REPEATED)
         return
     others = [one for one in fit if one.subject.recording.group != group]
     held = [one for one in fit if one.subject.recording.group == group]
@@ -117,10 +126,13 @@ def _left(evidence: Iterable[Evidence]) -> list[Evidence]:
 
 def _compare(one: Evidence, others: Iterable[Evidence], severity: str, meaning: str) -> None:
     for other in others:
-        share = shared(one, other)
-        if share:
-            sentence = f"{100.0 * share:.3g} % of its samples are also in {other.subject.recording.name}{meaning}"
-            one.subject.find(NAME, severity, sentence, value=share, limit=SHARE)
+        _tell(one, other, shared(one, other), severity, meaning)
+
+
+def _tell(one: Evidence, other: Evidence, share: float, severity: str, meaning: str) -> None:
+    if share:
+        sentence = f"{100.0 * share:.3g} % of its samples are also in {other.subject.recording.name}{meaning}"
+        one.subject.find(NAME, severity, sentence, value=share, limit=SHARE)
 
 
 def shared(one: Evidence, other: Evidence) -> float:

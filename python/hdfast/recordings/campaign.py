@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -25,7 +25,6 @@ from hdfast.sensors.stage import SensorStage
 from hdfast.toml_lines import Path as Keys
 
 ROLES = ("fit", "heldout")
-FEWEST_GROUPS = 3
 RECORDING_KEYS = ("file", "role", "group", "started_at_s", "input")
 LOAD_SIDE = ("load_angle", "output_torque")
 TORQUES = ("motor_torque", "load_torque", "output_torque")
@@ -112,12 +111,6 @@ class Campaign:
         stated = {name: entry.sigma for name, entry in self.columns.items() if entry.sigma is not None}
         default = {name: TORQUE_SCALE if name in TORQUES else 0.0 for name in COLUMNS if name != "t"}
         return default | {name: sigma for name, sigma in stated.items() if name != "t"}
-
-
-def set_aside(groups: Iterable[str]) -> str | None:
-    """The group that is held out where no recording is: the last of three or more, of fewer none."""
-    named = list(dict.fromkeys(groups))
-    return named[-1] if len(named) >= FEWEST_GROUPS else None
 
 
 def load_campaign(path: str | Path) -> Campaign:

@@ -280,7 +280,7 @@ def test_exact_effects_that_do_not_hold_or_gain_little_beside_the_others_go_one_
     assert {label: lesser.fit for label, lesser in lessers.items()} == {"b": "less b", "c": "less c"}
 
 
-def test_exact_a_first_effect_is_tried_where_the_screen_notices_it_or_cannot_show_it() -> None:
+def test_exact_a_first_effect_is_tried_where_the_screen_suspects_it_or_cannot_show_it() -> None:
     def signature(effect: str) -> SimpleNamespace:
         candidate = SimpleNamespace(effect=effect, label=effect, law=effect, variety=effect, contains=(), free=effect)
         return SimpleNamespace(candidate=candidate, gain=9.0, bulk=9.0)
@@ -291,7 +291,7 @@ def test_exact_a_first_effect_is_tried_where_the_screen_notices_it_or_cannot_sho
     def tried(*, first: bool) -> list[str]:
         return [alike[0].candidate.effect for alike in select._shortlist(found, seen, first=first)]
 
-    assert tried(first=True) == ["hysteresis", "load_side_friction"]
+    assert tried(first=True) == ["hysteresis", "cogging", "load_side_friction"]
     assert tried(first=False) == ["hysteresis"]
 
 

@@ -27,9 +27,9 @@ from hdfast.diagnosis.together import side_by_side
 
 MOST_EFFECTS = 4
 SHORTLIST = 5
-#: First effects that are tried whatever the screen says, as nothing of a friction that holds the load shows to first
-#: order: the held-out recordings may confirm them.
-HOLDING = ("load_side_friction",)
+#: Family-wise p value of the screen up to which a first effect is tried all the same: the held-out recordings may
+#: confirm it. Where friction holds the load, nothing of it shows to first order.
+SUSPECTED, HOLDING = 0.3, ("load_side_friction",)
 FAINTEST = 0.03
 GENERAL_ERRORS, GENERAL_FALL = 3.0, 0.10
 DISPLACED = 2.0
@@ -176,10 +176,11 @@ def _shortlist(found: Sequence[Signature], seen: Screen, *, first: bool) -> list
 
     Their special cases belong to them. Shapes that are other amplitudes of one structure differ in where its fit
     starts, so that they share one; those that were not chosen join them. What nothing but a lower error speaks for is
-    not tried: on blind cases it was wrong five times out of six. If `first`, friction that holds the load is.
+    not tried: on blind cases it was wrong five times out of six. If `first`, what the screen suspects is.
     """
     chosen: dict[str, Signature] = {}
-    noticed = [one for one in found if seen.p[one.candidate.label] <= NOTICED]
+    least = SUSPECTED if first else NOTICED
+    noticed = [one for one in found if seen.p[one.candidate.label] <= least]
     for size in (attrgetter("gain"), attrgetter("bulk")):
         best: dict[str, Signature] = {}
         for one in sorted(noticed, key=size, reverse=True):

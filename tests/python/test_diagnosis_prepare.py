@@ -11,6 +11,7 @@ from hdfast.diagnosis.evidence import lay_out
 from hdfast.diagnosis.noise import as_coarse, floors
 from hdfast.diagnosis.plant import Plant
 from hdfast.diagnosis.prepare import prepare
+from hdfast.diagnosis.reading import reading
 from hdfast.diagnosis.session import far_slower, warmed, with_heldout
 from hdfast.diagnosis.source import Source
 from hdfast.errors import InputError
@@ -355,6 +356,24 @@ def test_exact_what_a_recorder_cannot_follow_is_simulated_as_it_was_taken(freque
     inner = slice(20, -20)
     left = np.std((unit.measured["te"] - simulated)[inner])
     assert left < 0.06 * np.std(unit.measured["te"][inner])
+
+
+@pytest.mark.parametrize("frequency", [7.0, 40.0, 70.0, 130.0])
+def test_exact_means_of_a_line_are_those_of_a_recorder_that_averages(frequency):
+    """Beyond the rate they turn round: a line of one size is not of one size at two speeds."""
+    rate = 100.0
+    t = np.arange(400) / rate
+    fine = np.linspace(0.0, t[-1], 16 * 399 + 1)
+    read = reading(fine, t, t, 1.0 / rate) @ np.sin(2.0 * np.pi * frequency * fine)
+    means = np.sinc(frequency / rate) * np.sin(2.0 * np.pi * frequency * t)
+    np.testing.assert_allclose(read[4:-4], means[4:-4], atol=1e-2)
+
+
+@pytest.mark.parametrize("averaged", [True, False])
+def test_exact_a_recorder_with_an_even_clock_is_simulated_with_its_means(averaged):
+    one = source(100.0, load_angle=np.sin(np.arange(400.0)))
+    band = choose_band([one], 1e-4)
+    assert (prepare(one, band, RATIO, means=averaged).reading is not None) == averaged
 
 
 @pytest.mark.parametrize("frequency", [13.0, 130.0, 190.0])

@@ -49,6 +49,12 @@ def _averaged(campaign: Campaign, name: str) -> bool:
     return name in campaign.sensors and bool(campaign.sensors[name].averaged)
 
 
+def means(campaign: Campaign) -> bool:
+    """Whether all that is recorded of the load's side is averaged."""
+    load = [name for name in SEEN if name != TORQUE and any(name in one for one in campaign.recordings)]
+    return bool(load) and all(_averaged(campaign, name) for name in load)
+
+
 def on_time(sources: Sequence[Source], late: float) -> list[Source]:
     """The recordings with their motor angle read as much earlier as it is late [s]."""
     return [replace(one, recording=_earlier(one.recording, late)) for one in sources] if late > 0.0 else list(sources)

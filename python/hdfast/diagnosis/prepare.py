@@ -54,7 +54,7 @@ class Unit:
         whole: whether its motion went through no low-pass: the noise of the angle is in all of it.
         filtered: whether what the load's sensors recorded went through their low-pass.
         reading: from there to what the load's sensors recorded, by their own times, (n, density (n - 1) + 1); None
-            where the working rate is far below the recorder's, or its clock even.
+            where the working rate is far below the recorder's, or its clock even and no means are taken.
         noises: further noises of its angle and their rates [rad, rad/s], each (n,); none where none were drawn.
     """
 
@@ -148,13 +148,14 @@ class Unit:
         return replace(self, command=command, scenario=imposed(self.t, self.angle, command, self.load_torque))
 
 
-def prepare(source: Source, band: Band, ratio: float) -> Unit:
+def prepare(source: Source, band: Band, ratio: float, *, means: bool = False) -> Unit:
     """Bring a recording to the working rate.
 
     Args:
         source: the recording; `motor_angle` and `motor_torque` are needed.
         band: working rate and low-pass.
         ratio: reduction ratio, for the transmission error.
+        means: whether what is recorded of the load's side are means over the time since the one before.
 
     Raises:
         InputError: too few samples are left of it at the working rate.
@@ -198,8 +199,8 @@ def prepare(source: Source, band: Band, ratio: float) -> Unit:
     loaded = "load_torque" in recording and bool(np.isfinite(recording["load_torque"]).any())
     load = bring(recording["load_torque"]) if loaded else np.zeros_like(t)
     command = band.quiet(measured["motor_torque"])
-    jittery = stride == 1 and _uneven(clock, step)
-    density = FINE if jittery else band.density
+    own = stride == 1 and (means or _uneven(clock, step))
+    density = FINE if own else band.density
     usable = _usable(source, clock, t, band)
     slowest = _slowest(clock, recording["motor_angle"], speed, band)
     turning = np.diff(np.sign(speed), prepend=np.sign(speed[0]), append=np.sign(speed[-1])) != 0.0
@@ -240,7 +241,7 @@ def prepare(source: Source, band: Band, ratio: float) -> Unit:
         ratio=ratio,
         whole=band.replayed >= widest,
         filtered=band.sensed < widest,
-        reading=reading(denser(t, density), clock, t) if jittery else None,
+        reading=reading(denser(t, density), clock, t, step if means else 0.0) if own else None,
     )
 
 

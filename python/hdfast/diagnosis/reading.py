@@ -8,16 +8,24 @@ import scipy
 from hdfast.checks import Floats
 
 NODES = np.arange(-1, 3)
+POINTS = 4
 
 
-def reading(fine: Floats, clock: Floats, t: Floats) -> scipy.sparse.csr_array:
+def reading(fine: Floats, clock: Floats, t: Floats, window: float = 0.0) -> scipy.sparse.csr_array:
     """Matrix (n, m) from equally spaced dense times (m,) by way of a recorder's (k,) to those that are judged (n,).
 
     What moves faster than half of the recorder's rate is seen at another frequency, and at no single one where the
     clock shakes, so that only values at the very times at which they were taken can be compared. Between the dense
-    times lies a cubic, between two samples a straight line, as between the recorded ones.
+    times lies a cubic, between two samples a straight line, as between the recorded ones. Where a recorder takes means
+    over a window [s], so are these, about its times: what all channels are late by is no delay.
     """
-    return _lines(clock, t) @ _cubics(fine, clock)
+    if window == 0.0:
+        return _lines(clock, t) @ _cubics(fine, clock)
+    places, shares = np.polynomial.legendre.leggauss(POINTS)
+    parts = [
+        0.5 * share * _cubics(fine, clock + 0.5 * window * place) for place, share in zip(places, shares, strict=True)
+    ]
+    return _lines(clock, t) @ sum(parts[1:], parts[0])
 
 
 def _cubics(fine: Floats, at: Floats) -> scipy.sparse.csr_array:

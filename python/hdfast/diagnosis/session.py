@@ -16,7 +16,7 @@ from hdfast.diagnosis.candidate import Candidate
 from hdfast.diagnosis.evidence import lay_out
 from hdfast.diagnosis.fitted import Fit
 from hdfast.diagnosis.holdout import Proof
-from hdfast.diagnosis.lateness import MOTOR, lateness, on_time
+from hdfast.diagnosis.lateness import MOTOR, lateness, means, on_time
 from hdfast.diagnosis.lesser import Lesser
 from hdfast.diagnosis.library import HIGHEST_INTEGER, Sizes, library
 from hdfast.diagnosis.lines import order_lines, several, snapped, tone_lines
@@ -147,7 +147,7 @@ def set_up(campaign: Campaign, sources: Sequence[Source], threads: int | None) -
     sources, weaker = with_heldout(sources, NOTHING_LEFT if named else NOTHING_HELD)
     band = choose_band(sources, inertia)
     campaign = with_resonance(campaign, band.motion)
-    units = warmed([prepare(source, band, ratio) for source in sources])
+    units = warmed([prepare(source, band, ratio, means=means(campaign)) for source in sources])
     channels = list(dict.fromkeys(channel for unit in units if unit.role == "fit" for channel in unit.measured))
     sensors = as_coarse(campaign.sensors, fitted(sources))
     floor = floors(fitted(sources), channels, band, sensors, ratio, inertia)

@@ -48,7 +48,8 @@ class Evidence:
         holes = np.concatenate([[0], np.cumsum(np.any(np.isnan(self._pairs), axis=1))])
         begins = np.arange(max(len(self._pairs) - BLOCK + 1, 0))
         moving = moves[begins + BLOCK - 1] - moves[begins] >= FEWEST_MOVES
-        return begins[moving & (holes[begins + BLOCK] == holes[begins])]
+        found: NDArray[np.intp] = begins[moving & (holes[begins + BLOCK] == holes[begins])]
+        return found
 
     @cached_property
     def _overlapping(self) -> Marks:
@@ -57,7 +58,8 @@ class Evidence:
     @cached_property
     def blocks(self) -> Marks:
         """Of blocks side by side."""
-        return self._overlapping[self._moving % BLOCK == 0]
+        found: Marks = self._overlapping[self._moving % BLOCK == 0]
+        return found
 
     @cached_property
     def known_blocks(self) -> Marks:

@@ -9,14 +9,15 @@ import pytest
 from hdfast.diagnosis.band import Band, choose_band, low_pass, noise_density
 from hdfast.diagnosis.evidence import lay_out
 from hdfast.diagnosis.noise import as_coarse, floors
-from hdfast.diagnosis.plant import Plant
+from hdfast.diagnosis.plant import Free, Plant, Structure
 from hdfast.diagnosis.prepare import prepare
 from hdfast.diagnosis.reading import reading
 from hdfast.diagnosis.session import far_slower, warmed, with_heldout
 from hdfast.diagnosis.source import Source
 from hdfast.errors import InputError
+from hdfast.model import Model
 from hdfast.recordings.clock import period
-from hdfast.sensors import SensorFacts
+from hdfast.sensors import SensorFacts, SensorStage
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy import fft
@@ -413,3 +414,50 @@ def test_against_the_sine_transform_of_the_whole_series_reflected_without_end(n,
     wanted[:, 1:-1] += fft.idst(share * fft.dst((values - line)[:, 1:-1], type=1), type=1)
     passed = low_pass(values, corner, float(stride), stride)
     np.testing.assert_allclose(passed, wanted[:, ::stride], atol=atol * np.max(np.abs(values)))
+
+
+def test_exact_a_weight_that_hangs_at_the_start_sets_nothing_swinging():
+    """The gear carries it: te of a drive at rest is the kinematic error and the windup under load and weight."""
+    t = np.arange(500) / 500.0
+    rest = Source(
+        "rest", {"t": t, "motor_angle": np.full(500, 40.0), "motor_torque": np.full(500, 0.05),
+                 "load_angle": np.full(500, 40.0 / RATIO), "load_torque": np.full(500, 6.0)},
+        "fit", "A", np.ones(500, dtype=bool),
+    )  # fmt: skip
+    unit = prepare(rest, Band(500.0, 20.0, 200.0), RATIO)
+    drive = {"ratio": RATIO, "J_m": 3e-4, "J_l": 2.0, "B_sp": 1.0, "k1": 2e4, "k3": 0.0, "k5": 0.0, "phi_max": 0.01,
+             "te_cos_1": 1e-4, "te_sin_1": 0.0}  # fmt: skip
+    model = Model(orders=[1], terms=["gravity_unbalance"])
+    weight = {"gravity_unbalance_T_gravity": 7.0, "gravity_unbalance_psi": 1.1}
+    plant = Plant([unit], ("motor_torque", "te"), Band(500.0, 20.0, 200.0))
+    values = {name: np.array([own]) for name, own in weight.items()}
+    found = plant._simulate(model, drive, values, np.zeros(1), ["te"]).samples["te"][0]
+    wound = (6.0 + 7.0 * np.sin(40.0 / RATIO + 1.1)) / 2e4
+    np.testing.assert_allclose(found, 1e-4 * np.cos(40.0) + wound, atol=1e-7)
+
+
+def test_exact_a_given_filter_of_the_torque_passes_all_of_it():
+    """A given one changes the fast part as well; a fitted one must not win by quieting noise."""
+    one = source(1000.0)
+    band = Band(500.0, 40.0, 200.0)
+    unit = prepare(one, band, RATIO)
+    plant = Plant([unit], ("motor_torque",), band)
+    model = Model(base="one_inertia", orders=[])
+    drive = {"ratio": RATIO, "J_m": 3e-4, "J_l": 0.0, "B_m": 1e-3, "B_ml": 0.0, "B_l": 0.0}
+    name, lag = "motor_torque_sensor_lowpass_tau_s", 2e-3
+    pair = (("sensor_lowpass", "motor_torque"),)
+    scale = Free("torque_scale", 1.0, 0.05, False, "1", 0.1, 10.0)
+    free = Free(name, lag, 0.5, True, "s", 0.0, 1.0)
+    plain, given, fitted = (
+        plant.mismatch(structure, structure.start[None])[0]["motor_torque"][0]
+        for structure in (
+            Structure(model, drive, (scale,)),
+            Structure(model, {**drive, name: lag}, (scale,), pair),
+            Structure(model, drive, (scale, free), pair),
+        )
+    )
+    whole = SensorStage(pair, {name: lag}, band.rate).apply(
+        unit.t, {"motor_torque": unit.measured["motor_torque"] - plain}
+    )
+    np.testing.assert_allclose(given, unit.measured["motor_torque"] - whole["motor_torque"], atol=1e-9)
+    assert np.std(fitted - given) > 1e-7

@@ -10,6 +10,7 @@ import numpy as np
 
 from hdfast.checks import Floats
 from hdfast.diagnosis.band import Band
+from hdfast.diagnosis.hanging import hung
 from hdfast.diagnosis.lag import behind
 from hdfast.diagnosis.prepare import Unit
 from hdfast.errors import Interrupted
@@ -104,6 +105,10 @@ class Structure:
         """Names of the sensor stage's parameters, fixed or free."""
         own = tuple(f"{channel}_{effect}_" for effect, channel in self.sensors)
         return [name for name in {**self.fixed, **dict.fromkeys(self.names)} if own and name.startswith(own)]
+
+    def fits(self, effect: str, channel: str) -> bool:
+        """Whether a parameter of a sensor's effect is free."""
+        return any(name.startswith(f"{channel}_{effect}_") for name in self.names)
 
     @property
     def start(self) -> Floats:
@@ -208,23 +213,29 @@ class Plant:
         """Measured minus simulated, per unit and channel (M, n); NaN where a row could not be simulated.
 
         What an actuator changes is computed on the units' command, which carries none of the recording's noise, in the
-        unit of the recorded torque, and added to it; what a torque sensor changes, on the quiet part of the torque. A
-        filter must not win by quieting noise.
+        unit of the recorded torque, and added to it; what a torque sensor changes, on the quiet part of the torque
+        where it is fitted. A filter must not win by quieting noise; one that is given changes all of the torque.
 
         Args:
             structure: the equations.
             coordinates: (M, P) values of the free parameters.
         """
         values = structure.values(coordinates)
-        stage = SensorStage(structure.sensors, rate=self.band.rate)
+        given = [pair for pair in structure.sensors if pair[1] == TORQUE and not structure.fits(*pair)]
+        stage, whole = (
+            SensorStage([pair for pair in structure.sensors if (pair in given) == alone], rate=self.band.rate)
+            for alone in (False, True)
+        )
         ones = np.ones(len(coordinates))
         scale = values.get(TORQUE_SCALE, ones)[:, None]
         lead = values.get(TORQUE_LEAD, 0.0 * ones)[:, None]
         impulse = values.get(REVERSAL, 0.0 * ones)[:, None]
         every: dict[str, Floats | float] = {**structure.fixed, **values}
-        sensed = {name: every[name] for name in structure.sensed}
+        of_given = tuple(f"{channel}_{effect}_" for effect, channel in given)
+        known = {name: every[name] for name in structure.sensed if given and name.startswith(of_given)}
+        sensed = {name: every[name] for name in structure.sensed if name not in known}
         lag = _lag(every) * ones
-        left = {*NUISANCE, *sensed}
+        left = {*NUISANCE, *structure.sensed}
         driving = bool(DRIVING & set(structure.model.terms))
         if TORQUE_SCALE in values:
             values |= {name: every[name] / scale[:, 0] for name in _actuator_torques(structure.model, every)}
@@ -254,6 +265,8 @@ class Plant:
             needed = needed - impulse * unit.reversing
             changed = shown["tau_drive"] - self._asked[index] if driving else 0.0
             delivered = unit.measured["motor_torque"] + changed
+            if given:
+                needed = whole.apply(unit.t, {TORQUE: needed}, known)[TORQUE]
             needed = self._read(unit, needed, TORQUE, lag, stage, sensed)
             differences = {"motor_torque": delivered - needed}
             if "te" in unit.measured:
@@ -326,6 +339,7 @@ class Plant:
                 model=model,
                 scenario=[unit.ahead(own) for unit in self.units for own in lags.tolist()],
                 scenario_index=which * len(lags) + np.tile(place, units),
+                initial_state=hung(self.units, model, columns, which, self.threads),
                 t_eval=[unit.fine for unit in self.units],
                 t_eval_index=which,
                 signals=list(signals),

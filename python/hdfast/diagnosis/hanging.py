@@ -1,0 +1,53 @@
+"""Starts of a replay where a weight hangs on the load: the gear carries it before anything moves."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from hdfast.checks import Floats
+from hdfast.diagnosis.prepare import Unit, imposed
+from hdfast.model import Model
+from hdfast.sweep import sweep
+
+WEIGHT = "gravity_unbalance"
+FIRST = 8
+
+
+def hung(
+    units: Sequence[Unit], model: Model, columns: Mapping[str, Floats | float], which: np.ndarray, threads: int | None
+) -> Floats | None:
+    """States at the start (M, 4), wound up by load torque and weight; None where no gear carries a weight.
+
+    A start that is relaxed knows the load torque alone, so that a weight would set the load swinging: for the first
+    instant it is counted as load torque.
+
+    Args:
+        units: the recordings.
+        model: the equations.
+        columns: parameters of M rows, a number or (M,), by long name.
+        which: recording of each row, shape (M,).
+        threads: threads of the engine.
+    """
+    if WEIGHT not in model.terms or model.base != "two_inertia":
+        return None
+    angle, speed = np.array([(unit.angle[0], unit.speed[0]) for unit in units])[which].T
+    turned = angle / columns["ratio"]
+    weight = columns[f"{WEIGHT}_T_gravity"] * np.sin(turned + columns[f"{WEIGHT}_psi"])
+    found = sweep(
+        {**columns, "tau_load": columns.get("tau_load", 0.0) + weight},
+        model=model,
+        scenario=[
+            imposed(unit.t[:FIRST], unit.angle[:FIRST], unit.command[:FIRST], unit.load_torque[:FIRST])
+            for unit in units
+        ],
+        scenario_index=which,
+        t_eval=[0.0],
+        signals=["te", "omega_l"],
+        metrics=[],
+        method="tsit5",
+        threads=threads,
+    )
+    te, follows = (np.nan_to_num(found.samples[name][:, 0]) for name in ("te", "omega_l"))
+    return np.column_stack([angle, speed, turned - te, follows])

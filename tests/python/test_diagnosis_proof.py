@@ -8,7 +8,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 import small_campaign
-from hdfast.diagnosis import accept, beside, diagnose, select, verdict
+from hdfast.diagnosis import accept, beside, diagnose, prove, select, verdict
 from hdfast.diagnosis.holdout import Proof
 from hdfast.diagnosis.lesser import Lesser
 from hdfast.diagnosis.replay import Replay
@@ -293,6 +293,21 @@ def test_exact_a_first_effect_is_tried_where_the_screen_suspects_it_or_cannot_sh
 
     assert tried(first=True) == ["hysteresis", "cogging", "load_side_friction"]
     assert tried(first=False) == ["hysteresis"]
+
+
+@pytest.mark.parametrize(("p", "spread", "asked"), [(0.06, 0.0, True), (0.06, 9.0, False), (0.05, 9.0, True)])
+def test_exact_what_the_screen_does_not_notice_is_not_confirmed_by_others_alone(monkeypatch, p, spread, asked) -> None:
+    blocks = 1.0 + spread * np.resize([1.0, -1.0], 20)
+    trial = SimpleNamespace(candidate=SimpleNamespace(effect="load_side_friction", label="load_side_friction"),
+                            fit=SimpleNamespace(white=None), gain=Gain(blocks, (0.1, 0.2)))  # fmt: skip
+    first = SimpleNamespace(before=None, screen=SimpleNamespace(p={"load_side_friction": p}))
+    weighed = []
+    monkeypatch.setattr(prove, "noise_floor", lambda held: 0.1)
+    monkeypatch.setattr(prove, "replayed", lambda *given: None)
+    monkeypatch.setattr(prove, "weigh_up", lambda *given: weighed.append(p) or SimpleNamespace(confirms=False))
+    held = SimpleNamespace(layout=None)
+    assert prove._confirmed(held, held, first, trial) is None
+    assert bool(weighed) == asked
 
 
 @pytest.mark.parametrize(("p", "broken"), [(0.05, []), (0.06, [accept.SHORT])])

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from hdfast.diagnosis.accept import SHORT, SLOW, SPARED, STILL, TIMING
+from hdfast.diagnosis.accept import NOTICED, SHORT, SLOW, SPARED, STILL, TIMING
 from hdfast.diagnosis.fit import fit
 from hdfast.diagnosis.holdout import Proof, replayed, weigh_up
 from hdfast.diagnosis.lesser import without_one
@@ -110,7 +110,12 @@ def _faintest(first: Round) -> Trial | None:
 
 
 def _confirmed(replay: Replay, held: Replay, first: Round, trial: Trial) -> Proven | None:
-    """The search with one faint effect, where the held-out recordings confirm it and are predicted better with it."""
+    """The search with one faint effect, where the held-out recordings confirm it and are predicted better with it.
+
+    What the screen does not notice has to gain two errors on the fitted recordings: no others speak for it alone.
+    """
+    if first.screen.p[trial.candidate.label] > NOTICED and margin_of([trial.gain]) < 0.0:
+        return None
     before, after = (replayed(held, model, first.before) for model in (first.before, trial.fit))
     floor, margin = noise_floor(held), margin_of([trial.gain])
     proof = weigh_up(held.layout, trial.fit.white, before, after, floor, margin, chance(trial, first))

@@ -25,7 +25,7 @@ AT_REST, RESTING = 0.02, 0.02
 SLOWEST_SHARE = 0.005
 MARGIN, REVERSED = 3.0, 1.5
 #: Share of steps that go back again, above which noise tells where between two steps an angle lies.
-DITHERED = 0.1
+DITHERED, TIE = 0.1, 1e-6
 CONSTANT = 1e-9
 FEWEST = 5
 SHAKES = 2
@@ -328,7 +328,8 @@ def _told(clock: Floats, angle: Floats, t: Floats) -> Mask:
         return np.ones(len(t), dtype=bool)
     begin, end = taken[np.append(0, changed)], taken[np.append(changed - 1, len(taken) - 1)]
     own = np.clip(np.searchsorted(begin, t + 1e-9, side="right") - 1, 0, None)
-    told: Mask = (end - begin <= 1.5 * t[1])[own] | (np.abs(t - 0.5 * (begin + end)[own]) <= 0.5 * t[1])
+    beyond = (t - 0.5 * (begin + end)[own]) / t[1]
+    told: Mask = (end - begin <= 1.5 * t[1])[own] | ((beyond > TIE - 0.5) & (beyond <= TIE + 0.5))
     return told
 
 

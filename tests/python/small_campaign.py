@@ -32,17 +32,25 @@ SHAPE = np.array([0.0, 0.0, 1.0, 1.0, -0.6, -0.6, 0.0, 0.0])
 def write(folder, terms=(), parameters=None, angle_noise=0.0, orders=(2,), clock=None):
     """Campaign file of three recordings to fit and one to prove on, of a drive with further terms or orders.
 
-    Each is taken at the times that `clock` makes of a generator; by default every 2 ms.
+    Each is taken at the times that `clock` makes of a generator; by default every 2 ms. A weight has stopped swinging
+    before.
     """
     rng = np.random.default_rng(1)
     lines = [HEAD]
     model = hdfast.Model(terms=list(terms), orders=list(orders))
     values = DRIVE | {"te_cos_2": 7e-5, "te_sin_2": 5e-5} | (parameters or {})
+    settled = 2.0 if "gravity_unbalance" in terms else 0.0
     for number, (speed, role) in enumerate(((20.0, "fit"), (50.0, "fit"), (8.0, "fit"), (-35.0, "heldout"))):
         t = np.arange(0.0, 3.0, 0.002) if clock is None else clock(rng)
-        scenario = hdfast.Scenario.speed_profile(MARKS, speed=speed * SHAPE, t_end=3.0)
+        marks = np.append(0.0, MARKS[1:] + settled)
+        scenario = hdfast.Scenario.speed_profile(marks, speed=speed * SHAPE, t_end=3.0 + settled)
         run = hdfast.sweep(
-            values, model=model, scenario=scenario, t_eval=t, signals=["theta_m", "theta_l", "tau_m"], metrics=[]
+            values,
+            model=model,
+            scenario=scenario,
+            t_eval=t + settled,
+            signals=["theta_m", "theta_l", "tau_m"],
+            metrics=[],
         )
         angle, load, torque = (run.samples[name][0] for name in ("theta_m", "theta_l", "tau_m"))
         angle = angle + angle_noise * rng.standard_normal(len(t))

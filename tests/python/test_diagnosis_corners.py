@@ -518,7 +518,7 @@ def test_exact_a_load_that_turns_the_other_way_gets_the_same_answer(tmp_path, mo
         assert found.content["where"]["place"] == forwards.content["where"]["place"]
     for name in size:
         value, mirrored = (found.effects[0]["parameters"][name]["value"] for found in (forwards, backwards))
-        assert mirrored == pytest.approx(value, rel=1e-5)
+        assert mirrored == pytest.approx(value, rel=1e-4)
 
 
 def test_exact_a_candidate_without_room_is_none():

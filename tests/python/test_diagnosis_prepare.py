@@ -461,21 +461,3 @@ def test_exact_a_given_filter_of_the_torque_passes_all_of_it():
     )
     np.testing.assert_allclose(given, unit.measured["motor_torque"] - whole["motor_torque"], atol=1e-9)
     assert np.std(fitted - given) > 1e-7
-
-
-@pytest.mark.parametrize("noise", [0.0, 2e-5])
-def test_exact_a_coarse_encoder_without_noise_tells_once_a_step(noise):
-    """Its error is the same while it shows the same; in the middle of a step it is least."""
-    t, step = np.arange(2000) / 500.0, 5e-5
-    load = 2e-3 * np.sin(0.5 * np.pi * t) + noise * np.random.default_rng(1).standard_normal(2000)
-    shown = np.round(load / step) * step
-    one = source(500.0, load_angle=shown)
-    unit = prepare(one, choose_band([one], 1e-4), RATIO)
-    judged = unit.judged["te"] & (unit.t > 1.1) & (unit.t < 2.9)
-    slow = judged & (np.abs(unit.t - 2.0) < 0.9)
-    if noise:
-        assert np.mean(np.diff(np.flatnonzero(slow)) == 1) > 0.9
-        return
-    steps = np.abs(np.diff(shown[(t > 1.1) & (t < 2.9)])).sum() / step
-    assert slow.sum() <= steps + 2
-    assert np.std((shown - load)[slow]) < 0.3 * step / np.sqrt(12.0)

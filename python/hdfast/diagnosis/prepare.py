@@ -24,8 +24,6 @@ LEAD_IN = 0.25
 AT_REST, RESTING = 0.02, 0.02
 SLOWEST_SHARE = 0.005
 MARGIN, REVERSED = 3.0, 1.5
-#: Share of steps that go back again, above which noise tells where between two steps an angle lies.
-DITHERED, TIE = 0.1, 1e-6
 CONSTANT = 1e-9
 FEWEST = 5
 SHAKES = 2
@@ -214,8 +212,6 @@ def prepare(source: Source, band: Band, ratio: float, *, means: bool = False) ->
     for channel, values in recorded.items():
         if channel not in judged:
             judged[channel] = settled & usable & _unbroken(clock, values, t, band)
-    if "te" in judged:
-        judged["te"] &= _told(clock, recording["load_angle"], t)
     nearest = np.clip(np.rint(clock / t[1]).astype(np.int64), 0, len(t) - 1)
     judged = {
         channel: mask & (_varies(measured[channel]) and _varies(recorded[channel][mask[nearest]]))
@@ -313,24 +309,6 @@ def _settled(clock: Floats, angle: Floats, t: Floats, band: Band) -> Mask:
     known = clock[np.isfinite(angle)]
     long = np.flatnonzero(np.diff(known) > MARGIN / band.motion)
     return _away(t, known[long], known[long + 1] + LEAD_IN, 0.0)
-
-
-def _told(clock: Floats, angle: Floats, t: Floats) -> Mask:
-    """Times (n,) at which an angle (m,) says something new: of readings that stay the same those in their middle.
-
-    While a coarse encoder without noise shows one step, its error is one, not many; in the middle it is least.
-    """
-    known = np.isfinite(angle)
-    taken, values = clock[known], angle[known]
-    changed = np.flatnonzero(np.diff(values) != 0.0) + 1
-    sign = np.sign(values[changed] - values[changed - 1])
-    if len(changed) < 2 or np.mean(sign[1:] != sign[:-1]) > DITHERED:
-        return np.ones(len(t), dtype=bool)
-    begin, end = taken[np.append(0, changed)], taken[np.append(changed - 1, len(taken) - 1)]
-    own = np.clip(np.searchsorted(begin, t + 1e-9, side="right") - 1, 0, None)
-    beyond = (t - 0.5 * (begin + end)[own]) / t[1]
-    told: Mask = (end - begin <= 1.5 * t[1])[own] | ((beyond > TIE - 0.5) & (beyond <= TIE + 0.5))
-    return told
 
 
 def _away(t: Floats, begin: Floats, end: Floats, margin: float) -> Mask:

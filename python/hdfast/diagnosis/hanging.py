@@ -7,12 +7,11 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from hdfast.checks import Floats
-from hdfast.diagnosis.prepare import Unit, imposed
+from hdfast.diagnosis.prepare import Unit
 from hdfast.model import Model
 from hdfast.sweep import sweep
 
 WEIGHT = "gravity_unbalance"
-FIRST = 8
 
 
 def hung(
@@ -38,10 +37,7 @@ def hung(
     found = sweep(
         {**columns, "tau_load": columns.get("tau_load", 0.0) + weight},
         model=model,
-        scenario=[
-            imposed(unit.t[:FIRST], unit.angle[:FIRST], unit.command[:FIRST], unit.load_torque[:FIRST])
-            for unit in units
-        ],
+        scenario=[unit.beginning for unit in units],
         scenario_index=which,
         t_eval=[0.0],
         signals=["te", "omega_l"],

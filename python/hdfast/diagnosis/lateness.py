@@ -9,10 +9,10 @@ import numpy as np
 
 from hdfast.diagnosis.source import Source
 from hdfast.recordings import Campaign
+from hdfast.recordings.campaign import LOAD_SIDE
 from hdfast.sensors import stage_of
 
 MOTOR, TORQUE = "motor_angle", "motor_torque"
-SEEN = (TORQUE, "load_angle", "output_torque")
 DELAY = "sensor_delay"
 
 
@@ -28,7 +28,7 @@ def lateness(campaign: Campaign, period: float) -> dict[str, float]:
     """
     facts = {name: replace(own, averaged=None) for name, own in campaign.sensors.items()}
     stage = stage_of(facts, campaign.drive.effects)
-    recorded = [name for name in SEEN if any(name in one for one in campaign.recordings)]
+    recorded = _recorded(campaign, (TORQUE, *LOAD_SIDE))
     found = {
         name: float(stage.value(f"{name}_{DELAY}_tau_y")) if (DELAY, name) in stage.effects else 0.0
         for name in (MOTOR, *recorded)
@@ -42,7 +42,11 @@ def lateness(campaign: Campaign, period: float) -> dict[str, float]:
 
 def apart(campaign: Campaign) -> set[str]:
     """Channels of the load's side that are averaged where the motor angle is not, or the other way round."""
-    return {name for name in SEEN if name != TORQUE and _averaged(campaign, name) != _averaged(campaign, MOTOR)}
+    return {name for name in LOAD_SIDE if _averaged(campaign, name) != _averaged(campaign, MOTOR)}
+
+
+def _recorded(campaign: Campaign, names: Sequence[str]) -> list[str]:
+    return [name for name in names if any(name in one for one in campaign.recordings)]
 
 
 def _averaged(campaign: Campaign, name: str) -> bool:
@@ -51,7 +55,7 @@ def _averaged(campaign: Campaign, name: str) -> bool:
 
 def means(campaign: Campaign) -> bool:
     """Whether all that is recorded of the load's side is averaged."""
-    load = [name for name in SEEN if name != TORQUE and any(name in one for one in campaign.recordings)]
+    load = _recorded(campaign, LOAD_SIDE)
     return bool(load) and all(_averaged(campaign, name) for name in load)
 
 

@@ -25,7 +25,7 @@ AT_REST, RESTING = 0.02, 0.02
 SLOWEST_SHARE = 0.005
 MARGIN, REVERSED = 3.0, 1.5
 CONSTANT = 1e-9
-FEWEST = 5
+FEWEST, FIRST = 5, 8
 SHAKES = 2
 REPLAYED = (*REQUIRED, "load_torque")
 
@@ -112,6 +112,11 @@ class Unit:
         measured = {channel: values for channel, values in self.measured.items() if channel in channels}
         judged = {channel: mask for channel, mask in self.judged.items() if channel in channels}
         return replace(self, measured=measured, judged=judged)
+
+    @cached_property
+    def beginning(self) -> Scenario:
+        """The prescribed motion of the first samples."""
+        return imposed(*(values[:FIRST] for values in (self.t, self.angle, self.command, self.load_torque)))
 
     def ahead(self, lag: float) -> Scenario:
         """The motion before a motor encoder that shows it through a low-pass of first order with this lag [s]."""

@@ -20,7 +20,7 @@ from hdfast.recordings.clock import period
 from hdfast.sensors import SensorFacts, SensorStage
 from hypothesis import given
 from hypothesis import strategies as st
-from scipy import fft
+from scipy import fft, signal
 
 RATIO = 100.0
 
@@ -37,12 +37,12 @@ def source(rate: float, seconds: float = 4.0, start: float = 0.0, role: str = "f
 @pytest.mark.parametrize("seconds", [3.0, 4.0, 5.0, 12.0])
 @pytest.mark.parametrize("start", [0.0, 10.0])
 def test_exact_a_clock_that_rounds_gives_the_same_band(seconds, start):
-    assert choose_band([source(1000.0, seconds, start)], 1e-4).rate == pytest.approx(500.0, rel=1e-9)
+    assert choose_band([source(1000.0, seconds, start)], 1e-4, {}).rate == pytest.approx(500.0, rel=1e-9)
 
 
 def test_exact_the_slowest_clock_sets_the_rate_of_all():
     sources = [source(1000.0), source(100.0, role="heldout")]
-    band = choose_band(sources, 1e-4)
+    band = choose_band(sources, 1e-4, {})
     assert band.rate == pytest.approx(100.0, rel=1e-9)
     for one in sources:
         assert 1.0 / np.diff(prepare(one, band, RATIO).t) == pytest.approx(100.0, rel=1e-9)
@@ -50,13 +50,13 @@ def test_exact_the_slowest_clock_sets_the_rate_of_all():
 
 def test_exact_held_values_set_the_rate():
     held = replace(source(1000.0), news=66.7)
-    assert choose_band([held], 1e-4).rate == pytest.approx(66.7)
+    assert choose_band([held], 1e-4, {}).rate == pytest.approx(66.7)
 
 
 def test_exact_what_is_held_out_without_a_temperature_has_that_of_what_was_fitted():
     warm, cold = (source(1000.0, temperature=np.full(4000, degrees)) for degrees in (34.0, 36.0))
     own, without = (source(1000.0, role="heldout", **given) for given in ({"temperature": np.full(4000, 20.0)}, {}))
-    band = choose_band([warm, cold], 1e-4)
+    band = choose_band([warm, cold], 1e-4, {})
     units = warmed([prepare(one, band, RATIO) for one in (warm, cold, own, without)])
     assert [np.mean(unit.temperature) for unit in units] == pytest.approx([34.0, 36.0, 20.0, 35.0])
     assert warmed([prepare(one, band, RATIO) for one in (source(1000.0), without)])[1].temperature is None
@@ -88,7 +88,7 @@ def test_exact_what_a_bridged_gap_of_the_motor_sets_swinging_is_not_judged_on_th
     gap[1500:1700] = np.nan
     load = whole.recording["motor_angle"] / RATIO + 1e-4 * np.sin(whole.recording["t"])
     torn = source(1000.0, motor_angle=gap, load_angle=load)
-    band = choose_band([torn], 1e-4)
+    band = choose_band([torn], 1e-4, {})
     unit = prepare(torn, band, RATIO)
     late = (unit.t > 1.7) & (unit.t < 1.95)
     assert not unit.judged["te"][late].any()
@@ -99,14 +99,14 @@ def test_exact_what_a_bridged_gap_of_the_motor_sets_swinging_is_not_judged_on_th
 def test_exact_where_the_load_torque_is_not_known_nothing_is_judged():
     load = np.where(np.arange(4000) < 2400, 5.0, np.nan)
     parts, _ = with_heldout([source(1000.0, load_torque=load)])
-    band = choose_band(parts, 1e-4)
+    band = choose_band(parts, 1e-4, {})
     judged = {one.role: prepare(one, band, RATIO).judged["motor_torque"].any() for one in parts}
     assert judged == {"fit": True, "heldout": False}
 
 
 def test_exact_clocks_of_no_common_multiple_share_the_working_rate():
     sources = [source(1000.0), source(700.0)]
-    band = choose_band(sources, 1e-4)
+    band = choose_band(sources, 1e-4, {})
     for one in sources:
         unit = prepare(one, band, RATIO)
         assert 1.0 / np.diff(unit.t) == pytest.approx(band.rate, rel=1e-9)
@@ -180,12 +180,24 @@ def test_exact_noise_of_the_torque_widens_the_band_and_that_of_the_angle_narrows
     def corner(of_angle: float, of_torque: float) -> float:
         swing, drive = np.sin(2.0 * np.pi * t), np.cos(2.0 * np.pi * t)
         columns = {"motor_angle": 20.0 * swing + of_angle * angle, "motor_torque": 0.1 * drive + of_torque * torque}
-        return choose_band([source(1000.0, **columns)], 1e-4).motion
+        return choose_band([source(1000.0, **columns)], 1e-4, {}).motion
 
     corners = [corner(1e-4, of_torque) for of_torque in (1e-4, 1e-3, 1e-2, 1e-1)]
     assert corners == sorted(corners)
     assert corners[0] < 0.7 * corners[-1]
     assert corner(2e-4, 2e-4) == pytest.approx(corner(1e-4, 2e-4) / np.sqrt(2.0), rel=0.05)
+
+
+@pytest.mark.parametrize("noise", [None, 1e-5])
+def test_exact_what_moves_with_a_slow_clock_is_no_more_noise_than_is_stated(noise):
+    """At 100 Hz a swept ripple stands where nothing moves in a faster recording."""
+    t = np.arange(400) / 100.0
+    rng = np.random.default_rng(4)
+    ripple = 1e-3 * signal.chirp(t, 30.0, t[-1], 49.0)
+    angle = 20.0 * np.sin(2.0 * np.pi * t) + ripple + rng.normal(0.0, 1e-5, len(t))
+    sensors = {"motor_angle": SensorFacts(resolution=1e-6, noise=noise)}
+    deviation = np.sqrt(choose_band([source(100.0, motor_angle=angle)], 1e-4, sensors).angle_noise * 50.0)
+    assert deviation > 1e-4 if noise is None else 0.5e-5 < deviation < 1.1e-5
 
 
 def test_exact_a_sparse_columns_noise_is_that_of_its_own_rate():
@@ -373,7 +385,7 @@ def test_exact_means_of_a_line_are_those_of_a_recorder_that_averages(frequency):
 @pytest.mark.parametrize("averaged", [True, False])
 def test_exact_a_recorder_with_an_even_clock_is_simulated_with_its_means(averaged):
     one = source(100.0, load_angle=np.sin(np.arange(400.0)))
-    band = choose_band([one], 1e-4)
+    band = choose_band([one], 1e-4, {})
     assert (prepare(one, band, RATIO, means=averaged).reading is not None) == averaged
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,6 +13,7 @@ from hdfast.checks import Floats
 from hdfast.diagnosis.source import Source, fitted
 from hdfast.health.steps import lattice
 from hdfast.recordings.clock import period
+from hdfast.sensors import SensorFacts
 
 HIGHEST_RATE, CLOCK = 500.0, 0.01
 FINE, PER_PERIOD = 4, 12.0
@@ -102,17 +103,18 @@ class Band:
         return low_pass(values, QUIET_SHARE * self.motion, self.rate)
 
 
-def choose_band(sources: Sequence[Source], inertia: float) -> Band:
+def choose_band(sources: Sequence[Source], inertia: float, sensors: Mapping[str, SensorFacts]) -> Band:
     """The widest band of motion in which the angle's noise disturbs the inertia torque by less than its share.
 
     Where that disturbance is below the torque's own noise it costs nothing, whatever its share; the band ends where it
     would drown that noise: beyond, a smaller inertia would always seem better. Noise is that of the resolution, or what
-    a signal shows near the top of its spectrum, where nothing moves. The slowest clock, or the slowest column that
-    holds its values, sets the rate of all; what is fitted the rest.
+    a signal shows near the top of its spectrum, and no more than is stated: with a slow clock drives move there as
+    well. The slowest clock, or the slowest column that holds its values, sets the rate of all; what is fitted the rest.
 
     Args:
         sources: recordings of the campaign.
         inertia: total inertia at the motor [kg m^2].
+        sensors: what is stated of them, by channel.
     """
     rate = min(source.rate for source in sources)
     sources = fitted(sources)
@@ -120,7 +122,7 @@ def choose_band(sources: Sequence[Source], inertia: float) -> Band:
     working = rate / max(1, math.ceil(max(rate / HIGHEST_RATE, rate * total / MOST_SAMPLES) - CLOCK))
     torque = float(np.median([np.nanstd(source.recording["motor_torque"]) for source in sources]))
     densities = {
-        name: [noise_density(source.recording["t"], source.recording[name]) for source in sources]
+        name: [_density(name, source, sensors.get(name, SensorFacts())) for source in sources]
         for name in ("motor_angle", "motor_torque")
     }
     noise = {name: max(own) for name, own in densities.items()}
@@ -131,6 +133,13 @@ def choose_band(sources: Sequence[Source], inertia: float) -> Band:
     widest = PASS_SHARE * working
     motion = min(widest, max(corner, NARROWEST * working))
     return Band(float(working), float(motion), float(widest), float(np.median(densities["motor_angle"])))
+
+
+def _density(name: str, source: Source, facts: SensorFacts) -> float:
+    """Power density of the noise of a column [square of its unit per Hz], no more than a stated noise has."""
+    clock, values = source.recording["t"], source.recording[name]
+    shown = noise_density(clock, values)
+    return min(shown, 2.0 * period(clock[np.isfinite(values)]) * facts.deviation**2) if facts.noise else shown
 
 
 def noise_density(clock: Floats, values: Floats) -> float:

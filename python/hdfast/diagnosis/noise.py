@@ -56,7 +56,7 @@ def stated(channels: Sequence[str], sensors: Mapping[str, SensorFacts], ratio: f
 
     Noise that falls with frequency is larger in the band than its highest frequencies show.
     """
-    of_a_sample = _by_channel({column: _stated(sensors.get(column)) for column in COLUMNS}, ratio)
+    of_a_sample = _by_channel({column: sensors.get(column, SensorFacts()).deviation for column in COLUMNS}, ratio)
     return np.maximum(floor, [of_a_sample[channel] for channel in channels])
 
 
@@ -77,7 +77,7 @@ def _of(column: str, sources: Sequence[Source], sensors: Mapping[str, SensorFact
     seen = [_white(source.recording[column]) for source in sources if column in source.recording]
     if not seen:
         return 0.0
-    said = _stated(sensors.get(column))
+    said = sensors.get(column, SensorFacts()).deviation
     shown = float(np.median(seen))
     return min(said, shown) if said > 0.0 and shown > 0.0 else max(said, shown)
 
@@ -89,11 +89,6 @@ def _rate(column: str, sources: Sequence[Source]) -> float:
     ]
     rates = [1.0 / period(t) for t in clocks if len(t) > 1]
     return float(np.median(rates)) if rates else math.inf
-
-
-def _stated(facts: SensorFacts | None) -> float:
-    """What a sensor states, its resolution included; 0 for nothing."""
-    return math.hypot((facts.resolution or 0.0) / math.sqrt(12.0), facts.noise or 0.0) if facts else 0.0
 
 
 def _white(values: Floats) -> float:

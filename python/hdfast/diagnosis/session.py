@@ -145,11 +145,11 @@ def set_up(campaign: Campaign, sources: Sequence[Source], threads: int | None) -
     sources = on_time(sources, lateness(campaign, slowest)[MOTOR])
     slow = far_slower(sources)
     sources, weaker = with_heldout(sources, NOTHING_LEFT if named else NOTHING_HELD)
-    band = choose_band(sources, inertia)
+    sensors = as_coarse(campaign.sensors, fitted(sources))
+    band = choose_band(sources, inertia, sensors)
     campaign = with_resonance(campaign, band.motion)
     units = warmed([prepare(source, band, ratio, means=means(campaign)) for source in sources])
     channels = list(dict.fromkeys(channel for unit in units if unit.role == "fit" for channel in unit.measured))
-    sensors = as_coarse(campaign.sensors, fitted(sources))
     floor = floors(fitted(sources), channels, band, sensors, ratio, inertia)
     noise = stated(channels, sensors, ratio, floor)
 
@@ -275,7 +275,8 @@ def run(campaign: Campaign, sources: Sequence[Source], seed: int, threads: int |
     lessers: dict[str, Lesser] = {}
     if held is not None:
         (found, proof, shown), lessers = beside(replay, held, proven(replay, held, found), floor)
-    return Session(setup.campaign, replay, held, calibrated, found, proof, shown, lessers, floor, setup.warnings)
+    baseline = found.rounds[0].before
+    return Session(setup.campaign, replay, held, baseline, found, proof, shown, lessers, floor, setup.warnings)
 
 
 def candidates(replay: Replay, current: Fit, ratio: float) -> list[Candidate]:

@@ -45,6 +45,11 @@ class SensorFacts:
     averaged: bool | None = None
     mounted_on: str | None = None
 
+    @property
+    def deviation(self) -> float:
+        """Standard deviation of a sample's noise, resolution included, in the unit of the channel; 0 for nothing."""
+        return math.hypot((self.resolution or 0.0) / math.sqrt(12.0), self.noise or 0.0)
+
 
 def encoder(bits: int, noise: float = 0.0, delay_s: float = 0.0) -> SensorFacts:
     """An angle sensor with 2^bits steps per revolution of its shaft; noise [rad], delay [s]."""

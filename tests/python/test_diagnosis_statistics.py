@@ -12,11 +12,12 @@ from hdfast.diagnosis.accept import convinces, repeats, strained
 from hdfast.diagnosis.evidence import Layout, Weights
 from hdfast.diagnosis.fitted import Fit
 from hdfast.diagnosis.lines import Line, snapped
+from hdfast.diagnosis.metric import Metric
 from hdfast.diagnosis.plant import Free, Structure
 from hdfast.diagnosis.projector import Projector
 from hdfast.diagnosis.score import Gain, folds_near, left_out, nrmse, weights_of
 from hdfast.diagnosis.statistics import statistics
-from hdfast.diagnosis.stir import Stir
+from hdfast.diagnosis.stir import Stir, told
 from hdfast.diagnosis.whiten import Whitener, whiten
 from hdfast.model import Model
 from scipy.linalg import toeplitz
@@ -115,6 +116,41 @@ def test_exact_left_out_mismatch_is_that_of_a_refit() -> None:
         A = fit.slopes[~inside]
         refit = np.linalg.solve(A.T @ A + np.eye(4) / 1e6, A.T @ y[~inside])
         np.testing.assert_allclose(found[inside], y[inside] - fit.slopes[inside] @ refit, rtol=1e-9, atol=1e-12)
+
+
+def test_exact_what_noise_feigns_leaves_half_of_the_information_in_every_direction() -> None:
+    """Units do not matter: coordinates in radians beside logarithms put twenty decades between the entries."""
+    rng = np.random.default_rng(8)
+    ways = np.linalg.qr(rng.standard_normal((4, 4)))[0]
+    root = np.diag([1e7, 1.0, 1e-2, 1e3]) @ ways
+    whole = root @ root.T
+    less = told(whole, (root * [1.1, 0.9, 0.3, 0.0]) @ root.T)
+    np.testing.assert_allclose(less, (root * [0.5, 0.5, 0.7, 1.0]) @ root.T, rtol=1e-9)
+
+
+def test_exact_a_refit_is_held_where_noise_feigns_more_than_the_slopes_tell() -> None:
+    """What one left-out fold changes then goes no farther than a few times what it would without that noise."""
+    rng = np.random.default_rng(9)
+    layout, fit = linear(600, 30, 3, rng)
+    stirred = np.zeros_like(fit.slopes)
+    stirred[:, 0] = 1.05 * rng.permutation(fit.slopes[:, 0])
+    shaken = replace(fit, stir=Stir(rng.permutation(fit.mismatch), stirred, np.ones(3)))
+    moved, calm = (left_out(one, one.white, layout, layout.block)[0] - one.mismatch for one in (shaken, fit))
+    assert np.std(moved) < 10.0 * np.std(calm)
+
+
+def test_exact_noise_that_shakes_beyond_any_limit_costs_no_less_than_none() -> None:
+    """A mismatch of the same size is limited: less the whole of the noise it would cost less than nothing."""
+    rng = np.random.default_rng(10)
+    layout, fit = linear(600, 30, 3, rng)
+    metric = Metric(fit.weights, fit.white, np.zeros(1))
+
+    def cost(size: float) -> float:
+        mismatch, noise = size * rng.standard_normal((2, 600))
+        stir = Stir(noise, np.zeros_like(fit.slopes), np.ones(3))
+        return metric.cost(layout, fit.structure, fit.structure.start, mismatch, stir)
+
+    assert all(abs(cost(size)) < 0.3 * size * 600 for size in (1.0, 10.0, 100.0))
 
 
 def test_exact_near_the_noise_an_effect_in_two_blocks_of_thirty_predicts_one_from_the_other() -> None:

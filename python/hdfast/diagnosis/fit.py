@@ -49,7 +49,7 @@ def fit(
     known: Fit | None = None,
     ahead: Fit | None = None,
 ) -> Fit:
-    """Fit a structure.
+    """Fit a structure; what ends at a bound is held there, so that its slopes are 0.
 
     Args:
         replay: recordings.
@@ -59,7 +59,7 @@ def fit(
             parameters computed alone, until no step with them finds better, and beyond where the fit ends beside it.
         ahead: a fit of the same structure from elsewhere, which is the answer once this one is in its valley.
     """
-    x = structure.start if start is None else np.array(start, dtype=np.float64)
+    x = np.clip(structure.start if start is None else start, *structure.bounds)
     kept = 0 if known is None else known.slopes.shape[1]
     widest = WIDEST * units_of(structure)
     steps = widest if structure.rattles else None
@@ -87,7 +87,10 @@ def fit(
         if not (structure.rattles or kept):
             place = replace(place, stir=stirred(replay, structure, place.x, place.mismatch, slopes))
     metric = Metric.of(replay, place.mismatch)
-    return Fit(structure, place.x, place.mismatch, slopes, rough, metric.weights, metric.white, place.stir)
+    held = np.any(place.x == structure.bounds, axis=0)
+    slopes[:, held], rough[:, held] = 0.0, 0.0
+    stir = replace(place.stir, slopes=np.where(held, 0.0, place.stir.slopes))
+    return Fit(structure, place.x, place.mismatch, slopes, rough, metric.weights, metric.white, stir)
 
 
 def _descended(
@@ -110,13 +113,14 @@ def _descended(
         if not fall > SETTLED:
             break
         place, found = tried[best], found + fall
-        stir = replace(stir, noise=seen(place.stir.noise)) if stir.loud else stir
+        stir = replace(stir, noise=place.stir.through(seen).noise) if stir.loud else stir
     return place, found
 
 
 def _along(replay: Replay, structure: Structure, place: _Place, step: Floats) -> list[_Place]:
     """The places at several lengths of a step (P,)."""
-    trials = place.x + np.multiply.outer(CAREFUL if structure.rattles else SHRINK, step)
+    shares = np.multiply.outer(CAREFUL if structure.rattles else SHRINK, step)
+    trials = np.clip(place.x + shares, *structure.bounds)
     if not place.stir.loud:
         return [_Place(*each, place.stir) for each in zip(trials, replay.mismatch(structure, trials), strict=True)]
     every = zip(trials, *replay.with_noise(structure, trials), strict=True)

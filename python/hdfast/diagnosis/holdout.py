@@ -175,7 +175,7 @@ def weigh_up(
     gained = loud - quiet
     if not (before.rattles or after.rattles):
         louder, quieter = white(layout, before.noise), white(layout, after.noise)
-        told, gained = told - 0.5 * (louder - quieter) ** 2, gained - 0.5 * (louder**2 - quieter**2)
+        told, gained = told - 0.5 * (louder - quieter) ** 2, gained - (limited(louder)[0] - limited(quieter)[0])
     errors = nrmse(layout, after.mismatch), nrmse(layout, before.mismatch)
     expected = Gain(np.maximum(layout.sums(told), 0.0), errors)
     mismatch = before.mismatch, after.mismatch

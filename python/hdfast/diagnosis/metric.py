@@ -63,8 +63,8 @@ class Metric:
         pull = (x - structure.start) / structure.sigma
         if stir is None or not stir.loud:
             return float(np.sum(half) + 0.5 * pull @ pull)
-        noise = 0.5 * float(np.sum(self.of_columns(layout, stir.noise) ** 2))
-        return float(np.sum(half) + 0.5 * stir.firmness @ pull**2) - noise
+        noise, _ = limited(self.of_columns(layout, stir.noise))
+        return float(np.sum(half - noise) + 0.5 * stir.firmness @ pull**2)
 
     def best_start(self, replay: Replay, structure: Structure, starts: Floats) -> Floats | None:
         """The start (P,) of several (M, P) that costs least; None where none can be simulated."""

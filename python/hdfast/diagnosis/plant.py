@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection, Container, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -73,6 +74,13 @@ class Free:
         value = np.exp(np.minimum(coordinate, LARGEST)) if self.positive else coordinate
         return np.clip(value, self.low, self.high)
 
+    @property
+    def bounds(self) -> tuple[float, float]:
+        """Coordinates of the bounds."""
+        if not self.positive:
+            return self.low, self.high
+        return math.log(self.low) if self.low > 0.0 else -math.inf, math.log(self.high)
+
 
 @dataclass(frozen=True)
 class Structure:
@@ -119,6 +127,11 @@ class Structure:
     def sigma(self) -> Floats:
         """Prior standard deviations in coordinates, shape (P,)."""
         return np.array([free.sigma for free in self.free])
+
+    @property
+    def bounds(self) -> Floats:
+        """Coordinates of the lower and upper bounds, shape (2, P)."""
+        return np.array([free.bounds for free in self.free]).reshape(-1, 2).T
 
     def values(self, coordinates: Floats) -> dict[str, Floats]:
         """Columns by name from coordinates (M, P)."""

@@ -13,7 +13,7 @@ from hdfast.diagnosis.fitted import Fit
 from hdfast.diagnosis.plant import Plant
 from hdfast.diagnosis.replay import Replay
 from hdfast.diagnosis.shaken import exchanged, noise_of
-from hdfast.diagnosis.stir import information
+from hdfast.diagnosis.stir import told
 from hdfast.diagnosis.whiten import Whitener
 
 FOLDS = 6
@@ -117,15 +117,16 @@ def left_out(fit: Fit, white: Whitener, layout: Layout, folds: Index) -> tuple[F
     _, share = limited(r)
     stir = fit.stir.whitened(layout, white)
     pull = stir.firmness * fit.structure.sigma**-2 * (fit.coordinates - fit.structure.start)
-    whole = information(fit.structure, A * np.sqrt(share)[:, None], stir)
+    prior = np.diag(stir.firmness * fit.structure.sigma**-2)
+    everything, noise = A.T @ (A * share[:, None]) + prior, stir.slopes.T @ stir.slopes
+    whole = told(everything, noise)
     score = A.T @ (share * r) - pull - stir.slopes.T @ stir.noise
     found, filtered = fit.mismatch.copy(), r.copy()
     for fold in np.unique(folds):
         rows = folds == fold
         own, feigned = A[rows], stir.slopes[rows]
-        without = whole - own.T @ (own * share[rows, None]) + feigned.T @ feigned
-        told = own.T @ (share[rows] * r[rows]) - feigned.T @ stir.noise[rows]
-        shift = np.linalg.solve(without, score - told)
+        without = told(everything - own.T @ (own * share[rows, None]), noise - feigned.T @ feigned)
+        shift = np.linalg.solve(without, score - own.T @ (share[rows] * r[rows]) + feigned.T @ stir.noise[rows])
         reach = float(np.sqrt(np.maximum(shift @ whole @ shift, 0.0)))
         shift *= min(1.0, FARTHEST * np.sqrt(len(shift)) / max(reach, 1e-300))
         found[rows] -= fit.slopes[rows] @ shift
@@ -152,7 +153,7 @@ def gain(replay: Replay, better: Fit, lesser: Fit, folds: Index, simulated: Fit 
             better.white(layout, np.where(replay.load_side, one.stir.noise, noise))
             for one, noise in ((lesser, noise_of(replay, lesser)), (better, moved.noise))
         )
-        gained -= 0.5 * (louder**2 - quieter**2)
+        gained -= limited(louder)[0] - limited(quieter)[0]
         after, before = (without_noise(layout, own, one.stir.noise) for own, one in ((after, better), (before, lesser)))
     errors = nrmse(layout, after), nrmse(layout, before)
     return Gain(layout.sums(gained), errors, fall(layout, after, before))

@@ -29,24 +29,22 @@ def linearise(
     Args:
         replay: recordings.
         structure: equations and free parameters.
-        x: coordinates (P,).
+        x: coordinates (P,) within their bounds, as all steps are.
         kept: how many parameters, from the first on, are left out.
         wide: steps (P,) to both sides; default small ones to one side.
 
     Returns:
         Mismatch (N,), slopes (N, P), and the noise of the acceleration that was taken from them (N, P).
     """
-    steps = (STEP * units_of(structure) if wide is None else wide)[kept:]
+    forth, back = (np.diag(steps)[kept:] for steps in _inside(structure, x, wide))
     shaken = SHAKEN if replay.plant.load_side else ACCELERATED
     noisy = [j for j, name in enumerate(structure.names) if name in shaken and j >= kept]
-    moves = np.zeros((len(steps), len(x)))
-    moves[:, kept:] = np.diag(steps)
-    higher = 1 + np.arange(len(steps))
-    lower = 0 * higher if wide is None else higher + len(steps)
-    moved = np.concatenate([x[None], x + moves, *([] if wide is None else [x - moves])])
+    higher = 1 + np.arange(len(forth))
+    lower = 0 * higher if wide is None else higher + len(forth)
+    moved = np.concatenate([x[None], x + forth, *([] if wide is None else [x - back])])
     own = np.array(noisy, dtype=int) - kept
     stacked, slow = replay.both(structure, moved, [*higher[own], *lower[own]])
-    spans = (steps if wide is None else 2.0 * steps)[:, None]
+    spans = (forth + back).sum(axis=1)[:, None]
     slopes, rough = np.zeros((replay.layout.size, len(x))), np.zeros((replay.layout.size, len(x)))
     slopes[:, kept:] = -((stacked[higher] - stacked[lower]) / spans).T
     rough[:, noisy] = slopes[:, noisy] + ((slow[: len(own)] - slow[len(own) :]) / spans[own]).T
@@ -81,13 +79,25 @@ def stirred(
     if known is not None:
         found[:, :kept] = known.stir.slopes
     if own:
-        steps = (STEP * units_of(structure))[own]
+        steps = _inside(structure, x)[0][own]
         moved = x + np.eye(len(x))[own] * steps[:, None]
         still = mismatch - slopes[:, own].T * steps[:, None]
         found[:, own] = np.nan_to_num((noise - replay.noise_on_load(structure, moved, still)) / steps[:, None]).T
     whole, feigned = (np.sum(white(replay.layout, one) ** 2, axis=0) for one in (slopes, found))
     told = np.maximum(whole - feigned, LEAST_TOLD * (whole + feigned))
     return Stir(noise, found, np.where(feigned > 0.0, (whole + feigned) / np.maximum(told, 1e-300), 1.0))
+
+
+def _inside(structure: Structure, x: Floats, wide: Floats | None = None) -> tuple[Floats, Floats]:
+    """Steps (P,) from coordinates (P,) forth and back, within the bounds; small ones in one direction.
+
+    Beyond a bound nothing changes: a slope taken there would leave a parameter where it ran aground.
+    """
+    low, high = structure.bounds
+    if wide is not None:
+        return np.minimum(wide, high - x), np.minimum(wide, x - low)
+    steps = STEP * units_of(structure)
+    return np.where(x + steps > high, -steps, steps), 0.0 * steps
 
 
 def units_of(structure: Structure) -> Floats:

@@ -9,9 +9,12 @@ from functools import partial
 import numpy as np
 
 from hdfast.checks import Floats
-from hdfast.diagnosis.evidence import Layout
+from hdfast.diagnosis.evidence import Layout, limited
 from hdfast.diagnosis.plant import Structure
 from hdfast.diagnosis.whiten import Whitener
+
+#: The largest share of what slopes tell that is taken for noise.
+MOST_FEIGNED = 0.5
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,8 +38,15 @@ class Stir:
         return cls(np.zeros(len(slopes)), np.zeros_like(slopes), np.ones(slopes.shape[-1]))
 
     def through(self, seen: Callable[[Floats], Floats]) -> Stir:
-        """The same as a filter of (N,) or (N, P) sees it."""
-        return replace(self, noise=seen(self.noise), slopes=seen(self.slopes)) if self.loud else self
+        """The same as a filter of (N,) or (N, P) sees it, no sample counted for more than one of a mismatch is.
+
+        A resonance without damping shakes beyond any limit: less all of that, its mismatch would cost less than none.
+        """
+        if not self.loud:
+            return self
+        noise = seen(self.noise)
+        root = np.sqrt(limited(noise)[1])
+        return replace(self, noise=root * noise, slopes=root[:, None] * seen(self.slopes))
 
     def whitened(self, layout: Layout, white: Whitener) -> Stir:
         """The same through a whitening filter."""
@@ -52,7 +62,21 @@ def information(structure: Structure, A: Floats, stir: Stir | None = None) -> Fl
     """Of the coordinates (P, P), from weighted slopes (N, P) and the prior, less what the noise of the angle feigns."""
     firmness = np.ones(A.shape[1]) if stir is None else stir.firmness
     whole = np.asarray(A.T @ A + np.diag(firmness * structure.sigma**-2))
-    if stir is None or not stir.loud:
+    return whole if stir is None or not stir.loud else told(whole, stir.slopes.T @ stir.slopes)
+
+
+def told(whole: Floats, feigned: Floats) -> Floats:
+    """What noise does not feign (P, P) of information (P, P): in every direction at least a share of it.
+
+    Where noise feigns all of it or more, nothing would hold a refit.
+    """
+    if not feigned.any() or not np.isfinite(whole + feigned).all():
         return whole
-    less: Floats = whole - stir.slopes.T @ stir.slopes
-    return less if np.isfinite(less).all() and np.linalg.eigvalsh(less)[0] > 0.0 else whole
+    try:
+        root = np.linalg.cholesky(whole)
+    except np.linalg.LinAlgError:
+        return whole
+    shares, ways = np.linalg.eigh(np.linalg.solve(root, np.linalg.solve(root, feigned).T))
+    along = root @ ways
+    less: Floats = whole - (along * np.minimum(shares, MOST_FEIGNED)) @ along.T
+    return less

@@ -23,6 +23,7 @@ from hdfast.diagnosis.lines import Line
 from hdfast.diagnosis.multistart import multistart
 from hdfast.diagnosis.plant import DRIVING, Free, Structure
 from hdfast.diagnosis.replay import Replay
+from hdfast.diagnosis.select import lower_valley
 from hdfast.diagnosis.session import candidates, nominal, set_up_usable, turned
 from hdfast.diagnosis.shaken import calmer, exchanged, quieted
 from hdfast.diagnosis.slopes import STEP, linearise
@@ -285,6 +286,39 @@ def test_exact_a_calibration_that_is_stuck_is_left_for_the_best_of_other_starts(
     aside = good.coordinates + 30.0 * sigma
     higher = replace(good, coordinates=aside, mismatch=replay.mismatch(structure, aside[None])[0])
     assert fit(replay, structure, good.coordinates + 15.0 * sigma, ahead=higher) is not higher
+
+
+@pytest.mark.parametrize(("side", "away"), [("low", -3.0), ("high", 3.0)])
+def test_exact_a_fit_leaves_the_bound_that_it_started_at(tmp_path: Path, side: str, away: float) -> None:
+    """Beyond a bound nothing changes, so that a fit that starts or steps there would stay: it ends where others do."""
+    setup = set_up_usable(load_campaign(small_campaign.write(tmp_path)), None)
+    structure = nominal(setup)
+    at, good = structure.names.index("B_m"), fit(setup.replay, structure)
+    free, far = structure.free[at], away * structure.sigma * np.isin(structure.names, ["B_m"])
+    bound = {side: float(free.from_coordinate((good.coordinates + far)[at]))}
+    bounded = replace(structure, free=tuple(replace(one, **bound) if one is free else one for one in structure.free))
+    found = fit(setup.replay, bounded, good.coordinates + 2.0 * far)
+    missed = (found.coordinates - good.coordinates) / np.sqrt(np.diag(good.covariance(setup.replay.layout)))
+    assert np.max(np.abs(missed)) < 0.3
+
+
+def test_exact_a_model_in_a_valley_of_its_own_is_fitted_anew_from_where_a_larger_one_left_it(tmp_path: Path) -> None:
+    """Whatever is added leads out of the valley, and would be given the credit; in one valley nothing is better."""
+    setup = set_up_usable(load_campaign(small_campaign.write(tmp_path)), None)
+    replay, structure = setup.replay, nominal(setup)
+    good = fit(replay, structure)
+    aside = good.coordinates + 0.3 * np.isin(structure.names, ["J_l", "B_sp"])
+    stuck = replace(good, coordinates=aside, mismatch=replay.mismatch(structure, aside[None])[0])
+    wider = structure.with_terms(
+        [], ["4"], [], {}, [Free(f"te_{wave}_4", 0.0, 1e-5, False, "rad") for wave in ("cos", "sin")]
+    )
+    larger = fit(replay, wider, np.append(good.coordinates, np.zeros(2)))
+    found = lower_valley(replay, stuck, [stuck, larger])
+    assert found is not None
+    missed = (found.coordinates - good.coordinates) / np.sqrt(np.diag(good.covariance(replay.layout)))
+    assert np.max(np.abs(missed)) < 0.3
+    assert lower_valley(replay, good, [larger, stuck]) is None
+    assert lower_valley(replay, good, []) is None
 
 
 def test_exact_a_fit_that_ends_beside_a_known_one_has_its_slopes(

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import small_campaign
 from hdfast.diagnosis import diagnose, session
-from hdfast.diagnosis.accept import of_its_own
+from hdfast.diagnosis.accept import of_its_own, own_gain
 from hdfast.diagnosis.score import groups
 from hdfast.recordings import load_campaign
 from scipy.signal import lsim, savgol_filter
@@ -91,8 +91,9 @@ def test_exact_a_late_actuator_has_to_gain_beside_what_a_refit_with_it_moves(tmp
     seen = found.evidence.session.search.rounds[0]
     replay, joint = found.evidence.session.replay.commanded(seen.before), seen.accepted.fit
     folds = groups(replay.plant, replay.layout)
-    assert of_its_own(replay, joint, seen.before, folds)
+    gained, candidate = seen.accepted.gain, seen.accepted.candidate
+    assert of_its_own(candidate, own_gain(replay, joint, seen.before, folds), gained)
     moved = joint.coordinates.copy()
     moved[joint.structure.names.index("actuator_lag_tau_e")] = np.log(1e-6)
     none = replace(joint, coordinates=moved, mismatch=replay.mismatch(joint.structure, moved[None])[0])
-    assert not of_its_own(replay, none, seen.before, folds)
+    assert not of_its_own(candidate, own_gain(replay, none, seen.before, folds), gained)

@@ -26,9 +26,9 @@ NEAR_FLOOR = 1.3
 AMPLITUDE_SIGMAS = 2.0
 PRICE, OWN_PRICE = 0.2, 0.05
 CERTAIN_ERRORS = 3.0
-RISE, TELLING, CERTAIN = 0.02, 8.0, 20.0
+RISE, MOST_RISE, TELLING, CERTAIN = 0.02, 0.05, 8.0, 20.0
 USELESS = 1.5
-CALMER = 0.1
+CALMER, OWN_SHARE = 0.1, 0.5
 SHORT, STILL, SMALL, HELD_OUT = "A1 gain", "A2 error", "A3 amplitude", "A7 held out"
 NO_MODEL = "A0 simulation"
 TIMING = ("actuator_lag", "delay", "sensor_delay", "sensor_lowpass")
@@ -54,6 +54,10 @@ class Rules:
         """The rules for what a fit leaves above noise of this nrmse."""
         return cls(floor, folds_near(replay, nrmse(replay.layout, current.mismatch), floor))
 
+    def near_noise(self, error: float) -> bool:
+        """Whether a mismatch of this nrmse is so small that refits of models tell what they lack."""
+        return error <= NEAR_NOISE * self.floor
+
     def beyond_noise(self, error: float) -> bool:
         """Whether a mismatch of this nrmse is no noise, so that it opens the search without the screen."""
         return error > NOISY * self.floor
@@ -66,7 +70,7 @@ class Rules:
         if candidate.effect in TIMING:
             return False
         p = seen.p.get(candidate.label, 1.0)
-        return (p <= ALARM and error <= NEAR_NOISE * self.floor) or (p <= NOTICED and error <= NEAR_FLOOR * self.floor)
+        return (p <= ALARM and self.near_noise(error)) or (p <= NOTICED and error <= NEAR_FLOOR * self.floor)
 
 
 def failed_rules(
@@ -83,8 +87,9 @@ def failed_rules(
         failed.append(SHORT)
     after, before = gained.nrmse
     waived = rules.waived(seen, candidate, before) and gained.total >= TELLING
-    enough = gained.fall >= FALL or waived or certain(candidate, gained, seen)
-    if after > (1.0 + RISE) * before or not enough:
+    beyond_doubt = certain(candidate, gained, seen)
+    enough = gained.fall >= FALL or waived or beyond_doubt
+    if after > (1.0 + (MOST_RISE if beyond_doubt else RISE)) * before or not enough:
         failed.append(STILL)
     if after > USELESS:
         failed.append("A8 prediction")
@@ -97,7 +102,8 @@ def failed_rules(
     failed += [f"A4 {name}" for name in [*_at_bounds(candidate, joint), *strained(joint, current, gained)][:1]]
     if not (failed or calmer(replay, joint, current) <= CALMER * gained.total):
         failed.append("A9 noise")
-    if not failed and candidate.effect in TIMING and not of_its_own(replay, joint, current, rules.folds):
+    asked = candidate.effect in TIMING or rules.near_noise(before)
+    if asked and not (failed or of_its_own(candidate, own_gain(replay, joint, current, rules.folds), gained)):
         failed.append("A10 own gain")
     return tuple(failed)
 
@@ -140,11 +146,8 @@ def repeats(gained: Gain, p: float, recordings: Index) -> bool:
     return convinces(gained.over(recordings), p if gained.ratio > CERTAIN_ERRORS else 1.0, SLOW_CHANCE)
 
 
-def of_its_own(replay: Replay, joint: Fit, current: Fit, folds: Index) -> bool:
-    """Whether an effect gains beside the model without it, once that has the parameters that were refitted with it.
-
-    What is late by a little moves phases, and takes the credit for whatever else its refit moves: where a controller
-    answers to disturbances, a lower inertia predicts better, with a lag or without.
+def own_gain(replay: Replay, joint: Fit, current: Fit, folds: Index) -> Gain:
+    """What an effect gains beside the model without it, once that has the parameters that were refitted with it.
 
     Args:
         replay: recordings.
@@ -156,7 +159,22 @@ def of_its_own(replay: Replay, joint: Fit, current: Fit, folds: Index) -> bool:
     shared = zip(current.structure.names, current.coordinates.tolist(), strict=True)
     alike = np.array([theirs.get(name, own) for name, own in shared])
     mismatch = replay.mismatch(current.structure, alike[None])[0]
-    return convinces(gain(replay, joint, replace(current, coordinates=alike, mismatch=mismatch), folds), 1.0)
+    return gain(replay, joint, replace(current, coordinates=alike, mismatch=mismatch), folds)
+
+
+def of_its_own(candidate: Candidate, own: Gain, gained: Gain) -> bool:
+    """Whether what an effect gains is its own, and not what its refit moves.
+
+    A model that was refitted without it loses less than one that was not, so that its own gain is the larger one. What
+    is late by a little moves phases, and takes the credit for whatever else its refit moves: where a controller answers
+    to disturbances, a lower inertia predicts better, with a lag or without. Its own gain has to convince.
+
+    Args:
+        candidate: the effect.
+        own: its gain beside the model with the same parameters.
+        gained: that beside the refitted one.
+    """
+    return convinces(own, 1.0) if candidate.effect in TIMING else own.total >= OWN_SHARE * gained.total
 
 
 def sizeable(replay: Replay, joint: Fit, candidate: Candidate) -> bool:
@@ -193,7 +211,7 @@ def _at_bounds(candidate: Candidate, fitted: Fit) -> list[str]:
     """The effect's own parameters that end at a bound; those of a multiple are of the factor."""
     ends = dict(zip(fitted.structure.names, fitted.coordinates, strict=True))
     bounded = [free for free in candidate.free if not free.ends]
-    return [free.name for free in bounded if not free.low < free.from_coordinate(ends[free.name]) < free.high]
+    return [free.name for free in bounded if not free.bounds[0] < ends[free.name] < free.bounds[1]]
 
 
 def strained(joint: Fit, current: Fit, gained: Gain) -> list[str]:

@@ -7,9 +7,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from hdfast.diagnosis.accept import NOTICED, SHORT, SLOW, SPARED, STILL, TIMING
+from hdfast.diagnosis.accept import ALARM, ALONE, SHORT, SLOW, SPARED, STILL, TIMING
 from hdfast.diagnosis.fit import fit
-from hdfast.diagnosis.holdout import Proof, replayed, weigh_up
+from hdfast.diagnosis.holdout import LIKELY, Proof, replayed, weigh_up
 from hdfast.diagnosis.lesser import without_one
 from hdfast.diagnosis.replay import Replay
 from hdfast.diagnosis.score import Gain, noise_floor
@@ -112,14 +112,17 @@ def _faintest(first: Round) -> Trial | None:
 def _confirmed(replay: Replay, held: Replay, first: Round, trial: Trial) -> Proven | None:
     """The search with one faint effect, where the held-out recordings confirm it and are predicted better with it.
 
-    What the screen does not notice has to gain two errors on the fitted recordings: no others speak for it alone.
+    What does not open a search has to gain two errors on the fitted recordings: no others speak for it alone. Where
+    the screen singles an effect out that gains more than that, its gain may stand in less than the error does.
     """
-    if first.screen.p[trial.candidate.label] > NOTICED and margin_of([trial.gain]) < 0.0:
+    likely = chance(trial, first)
+    if first.screen.p[trial.candidate.label] > ALARM and margin_of([trial.gain]) < 0.0:
         return None
     before, after = (replayed(held, model, first.before) for model in (first.before, trial.fit))
     floor, margin = noise_floor(held), margin_of([trial.gain])
-    proof = weigh_up(held.layout, trial.fit.white, before, after, floor, margin, chance(trial, first))
-    if not (proof.confirms and proof.holds) or proof.extended >= proof.baseline:
+    proof = weigh_up(held.layout, trial.fit.white, before, after, floor, margin, likely)
+    better = proof.extended < proof.baseline or (likely <= ALONE and margin >= LIKELY)
+    if not (proof.confirms and proof.holds and better):
         return None
     accepted = replace(trial, failed=(), confirmed=True)
     final = fit(replay.commanded(first.before), trial.fit.structure, trial.fit.coordinates)

@@ -19,13 +19,13 @@ from hdfast.diagnosis.fitted import Fit
 from hdfast.diagnosis.metric import Metric
 from hdfast.diagnosis.plant import Structure
 from hdfast.diagnosis.replay import Replay
-from hdfast.diagnosis.score import Gain, gain, nrmse
+from hdfast.diagnosis.score import CONVINCING, Gain, gain, nrmse
 from hdfast.diagnosis.screen import Screen, Signature, screen, signatures
 from hdfast.diagnosis.shapes import effect_of
 from hdfast.diagnosis.stages import Stages
 from hdfast.diagnosis.together import side_by_side
 
-MOST_EFFECTS = 4
+MOST_EFFECTS, MOST_ANEW = 4, 2
 SHORTLIST = 5
 #: Family-wise p value of the screen up to which a first effect is tried all the same: the held-out recordings may
 #: confirm it. Where friction holds the load, nothing of it shows to first order.
@@ -122,7 +122,7 @@ def search(
     rounds: list[Round] = []
     accepted: list[Trial] = []
     known: set[str] = set()
-    current = start
+    current, anew = start, 0
     while True:
         present = [trial.candidate.effect for trial in accepted]
         replay, rules = replay.commanded(current), Rules.near(replay, current, floor)
@@ -143,6 +143,12 @@ def search(
             for trial in side_by_side(replay, effort, shortlist):
                 trials.append(trial)
                 stages.done(f"refitted with {trial.candidate.effect}")
+        near = rules.near_noise(nrmse(replay.layout, current.mismatch))
+        lower = lower_valley(replay, current, [one.fit for one in trials]) if near and anew < MOST_ANEW else None
+        if lower is not None:
+            current, anew = lower, anew + 1
+            stages.say("a refit came upon a better fit of the model without it: once more from there")
+            continue
         known |= {one.candidate.effect for one in trials}
         best = _best(replay, trials, accepted, seen, rules)
         rounds.append(Round(current, accepted, every, found, seen, trials, best))
@@ -152,6 +158,29 @@ def search(
         accepted = [one for one in accepted if one not in replaced] + [best]
         current = fit(replay, best.fit.structure, best.fit.coordinates)
         stages.say(f"accepted {best.candidate.label}" + (f" after {', '.join(present)}" if present else ""))
+
+
+def lower_valley(replay: Replay, current: Fit, others: Sequence[Fit]) -> Fit | None:
+    """A better fit of a model, from where fits of larger ones left its parameters; None without one.
+
+    A fit may stop in a valley of its own. Whatever is added then leads out of it, and would be given the credit.
+
+    Args:
+        replay: recordings.
+        current: the model's own fit.
+        others: fits with more parameters, or with others in the place of some.
+    """
+    structure, metric = current.structure, Metric.about(replay, current)
+    own = dict(zip(structure.names, current.coordinates.tolist(), strict=True))
+    theirs = [dict(zip(one.structure.names, one.coordinates.tolist(), strict=True)) for one in others]
+    places = np.array([[one.get(name, at) for name, at in own.items()] for one in (own, *theirs)])
+    found = zip(places, replay.mismatch(structure, places), strict=True)
+    costs = np.nan_to_num([metric.cost(replay.layout, structure, *pair) for pair in found], nan=np.inf)
+    best = int(np.argmin(costs))
+    if not costs[0] - costs[best] > CONVINCING:
+        return None
+    lower = fit(replay, structure, places[best])
+    return lower if metric.best_fit(replay.layout, [current, lower]) is lower else None
 
 
 def _possible(candidate: Candidate, accepted: Sequence[Trial], current: Fit) -> bool:

@@ -170,9 +170,12 @@ def _decide(
 
 
 def _worse(session: Session) -> bool:
-    """Whether the errors of what was fitted and of what was held out both rise with what was accepted."""
+    """Whether the errors of what was fitted and of what was held out both rise with what was accepted.
+
+    That counts for nothing where the held-out recordings alone convince: errors are those of the loudest channel.
+    """
     proof, layout = session.proof, session.replay.layout
-    if proof is None or proof.extended <= RISEN * proof.baseline:
+    if proof is None or proof.extended <= RISEN * proof.baseline or proof.gain.limited >= CONVINCING:
         return False
     return nrmse(layout, session.search.final.mismatch) > RISEN * nrmse(layout, session.baseline.mismatch)
 

@@ -315,11 +315,7 @@ def test_exact_what_opens_no_search_is_not_confirmed_by_others_alone(monkeypatch
     weighed = []
     monkeypatch.setattr(prove, "noise_floor", lambda held: 0.1)
     monkeypatch.setattr(prove, "replayed", lambda *given: None)
-    monkeypatch.setattr(
-        prove,
-        "weigh_up",
-        lambda *given: weighed.append(p) or SimpleNamespace(confirms=False, extended=1.0, baseline=2.0),
-    )
+    monkeypatch.setattr(prove, "weigh_up", lambda *given: weighed.append(p) or SimpleNamespace(confirms=False))
     held = SimpleNamespace(layout=None)
     assert prove._confirmed(held, held, first, trial) is None
     assert bool(weighed) == asked

@@ -155,9 +155,7 @@ def own_gain(replay: Replay, joint: Fit, current: Fit, folds: Index) -> Gain:
         current: the model without it.
         folds: fold of every stacked sample.
     """
-    theirs = dict(zip(joint.structure.names, joint.coordinates.tolist(), strict=True))
-    shared = zip(current.structure.names, current.coordinates.tolist(), strict=True)
-    alike = np.array([theirs.get(name, own) for name, own in shared])
+    alike = current.beside(joint)
     mismatch = replay.mismatch(current.structure, alike[None])[0]
     return gain(replay, joint, replace(current, coordinates=alike, mismatch=mismatch), folds)
 

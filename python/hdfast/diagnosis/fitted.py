@@ -47,6 +47,12 @@ class Fit:
             return float(self.structure.values(self.coordinates)[name])
         return float(self.structure.fixed[name])
 
+    def beside(self, other: Fit) -> Floats:
+        """Coordinates (P,), of what another fit has as well those that it has."""
+        theirs = dict(zip(other.structure.names, other.coordinates.tolist(), strict=True))
+        own = zip(self.structure.names, self.coordinates.tolist(), strict=True)
+        return np.array([theirs.get(name, at) for name, at in own])
+
     @property
     def stiffness(self) -> float:
         """Of the mesh at small windup [N m/rad]."""

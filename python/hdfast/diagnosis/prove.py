@@ -115,14 +115,13 @@ def _confirmed(replay: Replay, held: Replay, first: Round, trial: Trial) -> Prov
     What does not open a search has to gain two errors on the fitted recordings: no others speak for it alone. Where
     the screen singles an effect out that gains more than that, its gain may stand in less than the error does.
     """
-    likely = chance(trial, first)
-    if first.screen.p[trial.candidate.label] > ALARM and margin_of([trial.gain]) < 0.0:
+    likely, margin = chance(trial, first), margin_of([trial.gain])
+    if first.screen.p[trial.candidate.label] > ALARM and margin < 0.0:
         return None
     before, after = (replayed(held, model, first.before) for model in (first.before, trial.fit))
-    floor, margin = noise_floor(held), margin_of([trial.gain])
-    proof = weigh_up(held.layout, trial.fit.white, before, after, floor, margin, likely)
-    better = proof.extended < proof.baseline or (likely <= ALONE and margin >= LIKELY)
-    if not (proof.confirms and proof.holds and better):
+    proof = weigh_up(held.layout, trial.fit.white, before, after, noise_floor(held), margin, likely)
+    hidden = likely <= ALONE and margin >= LIKELY
+    if not (proof.confirms and proof.holds and (hidden or proof.extended < proof.baseline)):
         return None
     accepted = replace(trial, failed=(), confirmed=True)
     final = fit(replay.commanded(first.before), trial.fit.structure, trial.fit.coordinates)

@@ -171,9 +171,7 @@ def lower_valley(replay: Replay, current: Fit, others: Sequence[Fit]) -> Fit | N
         others: fits with more parameters, or with others in the place of some.
     """
     structure, metric = current.structure, Metric.about(replay, current)
-    own = dict(zip(structure.names, current.coordinates.tolist(), strict=True))
-    theirs = [dict(zip(one.structure.names, one.coordinates.tolist(), strict=True)) for one in others]
-    places = np.array([[one.get(name, at) for name, at in own.items()] for one in (own, *theirs)])
+    places = np.array([current.coordinates, *(current.beside(one) for one in others)])
     found = zip(places, replay.mismatch(structure, places), strict=True)
     costs = np.nan_to_num([metric.cost(replay.layout, structure, *pair) for pair in found], nan=np.inf)
     best = int(np.argmin(costs))

@@ -24,7 +24,7 @@ from hdfast.diagnosis.multistart import multistart
 from hdfast.diagnosis.plant import DRIVING, Free, Structure
 from hdfast.diagnosis.replay import Replay
 from hdfast.diagnosis.select import lower_valley
-from hdfast.diagnosis.session import candidates, nominal, set_up_usable, turned
+from hdfast.diagnosis.session import candidates, nominal, set_up_usable, stands_still, turned
 from hdfast.diagnosis.shaken import calmer, exchanged, quieted
 from hdfast.diagnosis.slopes import STEP, linearise
 from hdfast.errors import InputError
@@ -116,8 +116,9 @@ def test_exact_a_load_that_stands_still_is_not_shaken(tmp_path: Path) -> None:
     text = file.read_text()
     period = 2.0 * math.pi * math.sqrt(0.5 / 31020.0)
     free = load_campaign(file)
-    assert turned(free, 1.01 * period) == pytest.approx(3e-4 + 0.5 / 121.0**2, rel=1e-12)
-    assert turned(free, 0.99 * period) == 3e-4
+    assert (stands_still(free, 0.99 * period), stands_still(free, 1.01 * period)) == (True, False)
+    assert turned(free, locked=False) == pytest.approx(3e-4 + 0.5 / 121.0**2, rel=1e-12)
+    assert turned(free, locked=True) == 3e-4
     file.write_text(text.replace("J_l = 0.5", "J_l = 1e9"))
     locked = set_up_usable(load_campaign(file), None)
     assert locked.replay.floor[0] < 2.0 * set_up_usable(free, None).replay.floor[0]

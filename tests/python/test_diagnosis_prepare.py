@@ -49,7 +49,7 @@ def test_exact_the_slowest_clock_sets_the_rate_of_all():
 
 
 def test_exact_held_values_set_the_rate():
-    held = replace(source(1000.0), news=66.7)
+    held = replace(source(1000.0), news={"motor_angle": 66.7})
     assert choose_band([held], 1e-4, {}).rate == pytest.approx(66.7)
 
 
@@ -210,6 +210,19 @@ def test_exact_a_sparse_columns_noise_is_that_of_its_own_rate():
         assert found[0] == pytest.approx(0.1 * np.sqrt(2.0 * band.motion / rate), rel=0.1)
 
 
+def test_exact_held_values_are_as_noisy_as_they_are_without_being_held():
+    """Repeated values differ by nothing: of a column held ten times most third differences are zero."""
+    rng = np.random.default_rng(3)
+    torque, angle = rng.normal(0.0, 0.1, 400), source(100.0).recording["motor_angle"] + rng.normal(0.0, 1e-3, 400)
+    plain = source(100.0, motor_torque=torque, motor_angle=angle)
+    held = source(1000.0, motor_torque=np.repeat(torque, 10), motor_angle=np.repeat(angle, 10))
+    held = replace(held, news={"motor_torque": 100.0, "motor_angle": 100.0})
+    bands = [choose_band([one], 1e-4, {}) for one in (plain, held)]
+    assert bands[1].angle_noise == pytest.approx(bands[0].angle_noise, rel=1e-6)
+    found = [floors([one], ["motor_torque"], bands[0], {}, RATIO, 0.0) for one in (plain, held)]
+    np.testing.assert_allclose(found[1], found[0], rtol=1e-6)
+
+
 def test_exact_a_dead_channel_is_not_judged():
     unit = prepare(source(500.0, output_torque=np.full(2000, 3.0)), Band(500.0, 50.0, 200.0), RATIO)
     assert not unit.judged["output_torque"].any()
@@ -235,11 +248,14 @@ def test_exact_a_load_angle_that_stays_is_not_judged():
     assert unit.judged["motor_torque"].any()
 
 
-def test_exact_a_load_angle_that_stays_is_judged_where_nothing_else_is():
-    still = {"load_angle": np.zeros(2000), "motor_torque": np.zeros(2000)}
-    unit = prepare(source(500.0, **still), Band(500.0, 50.0, 200.0), RATIO)
-    assert unit.judged["te"].any()
-    assert not unit.judged["motor_torque"].any()
+def test_exact_near_standstill_a_torque_is_judged_where_the_load_is_locked():
+    """Its windup, which the motor angle tells, is known at any speed; of a load that moves, te is judged instead."""
+    noise = 1e-4 * np.random.default_rng(2).standard_normal(2000)
+    slow = source(500.0, motor_angle=0.3 + noise, load_angle=np.full(2000, 0.002))
+    locked, free = (prepare(slow, Band(500.0, 50.0, 200.0), RATIO, locked=own) for own in (True, False))
+    assert (locked.judged["motor_torque"].any(), free.judged["motor_torque"].any()) == (True, False)
+    assert not any(unit.judged["te"].any() for unit in (locked, free))
+    assert (locked.locked, free.locked) == (pytest.approx(0.002, rel=1e-12), None)
 
 
 def test_exact_a_recording_shorter_than_its_margins_has_nothing_to_judge():
@@ -446,6 +462,18 @@ def test_exact_a_weight_that_hangs_at_the_start_sets_nothing_swinging():
     found = plant._simulate(model, drive, values, np.zeros(1), ["te"]).samples["te"][0]
     wound = (6.0 + 7.0 * np.sin(40.0 / RATIO + 1.1)) / 2e4
     np.testing.assert_allclose(found, 1e-4 * np.cos(40.0) + wound, atol=1e-7)
+
+
+def test_exact_a_locked_load_starts_where_it_is_locked():
+    """A start that takes it along with the motor would leave the gear wound up by the first angle for ever."""
+    t = np.arange(500) / 500.0
+    held = {"t": t, "motor_angle": 0.5 + 0.1 * t, "motor_torque": 0.1 * t, "load_angle": np.full(500, 0.003)}
+    band = Band(500.0, 20.0, 200.0)
+    unit = prepare(Source("held", held, "fit", "A", np.ones(500, dtype=bool)), band, RATIO, locked=True)
+    drive = {"ratio": RATIO, "J_m": 3e-4, "J_l": 1e9, "B_sp": 1.0, "k1": 2e4, "k3": 0.0, "k5": 0.0, "phi_max": 0.01}
+    plant = Plant([unit], ("motor_torque", "te"), band)
+    found = plant._simulate(Model(orders=[]), drive, {}, np.zeros(1), ["te"]).samples["te"][0]
+    np.testing.assert_allclose(found, unit.angle / RATIO - 0.003, atol=1e-7)
 
 
 def test_exact_a_given_filter_of_the_torque_passes_all_of_it():

@@ -8,7 +8,8 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from hdfast.diagnosis.accept import convinces, repeats, strained
+from hdfast.diagnosis.accept import convinces, repeats, strained, too_uneven
+from hdfast.diagnosis.changes import attentive
 from hdfast.diagnosis.evidence import Layout, Weights
 from hdfast.diagnosis.fitted import Fit
 from hdfast.diagnosis.lines import Line, snapped
@@ -185,6 +186,19 @@ def test_exact_a_gain_in_few_blocks_convinces_where_the_screen_singles_it_out(
 
 
 @pytest.mark.parametrize(
+    ("effect", "blocks", "uneven"),
+    [
+        ("backlash", [10.0, 10.0, *[0.0] * 58], False),
+        ("backlash", [10.0, *[0.0] * 59], True),
+        ("load_compliance", [*[10.0] * 3, *[0.0] * 57], True),
+        ("load_compliance", [*[10.0] * 5, *[0.0] * 55], False),
+    ],
+)
+def test_exact_what_stands_in_one_block_is_no_effect_and_what_is_linear_in_few(effect, blocks, uneven) -> None:
+    assert too_uneven(SimpleNamespace(effect=effect), Gain(np.array(blocks), (1.0, 1.0))) == uneven
+
+
+@pytest.mark.parametrize(
     ("own", "other", "gained", "names"),
     [
         (3.1, 0.5, 400.0, []),
@@ -323,3 +337,12 @@ def test_exact_whitening_leaves_independent_samples_of_unit_variance() -> None:
     kept = whiten(layout, coloured, np.zeros(1))(layout, coloured)
     assert np.std(kept) == pytest.approx(1.0, abs=0.05)
     assert abs(np.corrcoef(kept[1:], kept[:-1])[0, 1]) < 0.03
+
+
+def test_exact_more_changes_than_samples_leave_a_mismatch_at_unit_variance() -> None:
+    """What they explain of it is noise: a filter of what they leave would make gains of thousands of nats."""
+    rng = np.random.default_rng(8)
+    layout, fit = linear(68, 7, 2, rng)
+    replay = SimpleNamespace(layout=layout, floor=np.zeros(1))
+    heard = attentive(replay, fit, [rng.standard_normal((68, 5)) for _ in range(20)])
+    assert np.std(heard.white(layout, fit.mismatch)) == pytest.approx(1.0, abs=0.3)

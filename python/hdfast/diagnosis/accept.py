@@ -20,7 +20,7 @@ from hdfast.diagnosis.shaken import calmer
 
 ALARM, NOTICED, ALONE = 0.01, 0.05, 0.001
 NOISY = 1.15
-GAIN_ERRORS, CHANCE, SLOW_CHANCE, SPARED = 2.0, 0.01, 0.025, 4.0
+TWO_BLOCKS, GAIN_ERRORS, CHANCE, SLOW_CHANCE, SPARED = 1.4, 2.0, 0.01, 0.025, 4.0
 FALL = 0.05
 NEAR_FLOOR = 1.3
 AMPLITUDE_SIGMAS = 2.0
@@ -35,6 +35,8 @@ TIMING = ("actuator_lag", "delay", "sensor_delay", "sensor_lowpass")
 DRIFTS = ("sensor_offset_drift", "clock_skew", "ratio_error")
 ECCENTRIC, GRAVITY = "encoder_eccentricity", "gravity_unbalance"
 SLOW = (*DRIFTS, ECCENTRIC, GRAVITY)
+#: Linear laws: they act wherever the drive moves, and not in few blocks.
+LINEAR = ("base_compliance", "input_compliance", "load_compliance", "viscoelastic")
 
 
 @dataclass(frozen=True)
@@ -83,7 +85,7 @@ def failed_rules(
     slow = candidate.effect in DRIFTS or (candidate.effect in SLOW and len(replay.plant.units) > 1)
     p = seen.p.get(candidate.label, 1.0)
     beyond_chance = repeats(gained, p, replay.layout.unit_of_block) if slow else convinces(gained, p)
-    if not beyond_chance or p > NOTICED:
+    if not beyond_chance or p > NOTICED or too_uneven(candidate, gained):
         failed.append(SHORT)
     after, before = gained.nrmse
     waived = rules.waived(seen, candidate, before) and gained.total >= TELLING
@@ -131,6 +133,14 @@ def singled(gained: Gain, p: float) -> bool:
         p: family-wise p value of the screen.
     """
     return p <= ALONE and gained.spared >= SPARED
+
+
+def too_uneven(candidate: Candidate, gained: Gain) -> bool:
+    """Whether a gain differs so much from block to block that it is no effect's, however rare chance makes it.
+
+    What stands in two blocks alone gains by 1.41 of its errors. A linear law may vary less.
+    """
+    return gained.ratio < (GAIN_ERRORS if candidate.effect in LINEAR else TWO_BLOCKS)
 
 
 def repeats(gained: Gain, p: float, recordings: Index) -> bool:

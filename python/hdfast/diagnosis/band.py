@@ -137,9 +137,9 @@ def choose_band(sources: Sequence[Source], inertia: float, sensors: Mapping[str,
 
 def _density(name: str, source: Source, facts: SensorFacts) -> float:
     """Power density of the noise of a column [square of its unit per Hz], no more than a stated noise has."""
-    clock, values = source.recording["t"], source.recording[name]
-    shown = noise_density(clock, values)
-    return min(shown, 2.0 * period(clock[np.isfinite(values)]) * facts.deviation**2) if facts.noise else shown
+    t, values = source.numbers(name)
+    shown = noise_density(t, values)
+    return min(shown, 2.0 * period(t) * facts.deviation**2) if facts.noise else shown
 
 
 def noise_density(clock: Floats, values: Floats) -> float:

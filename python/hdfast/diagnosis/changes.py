@@ -19,6 +19,7 @@ from hdfast.diagnosis.slopes import ACCELERATED
 from hdfast.diagnosis.together import Found, Part, side_by_side
 from hdfast.diagnosis.whiten import whiten
 
+LEAST_FREEDOM = 0.5
 INDEPENDENT = 1e-6
 
 
@@ -107,7 +108,8 @@ def changes(replay: Replay, fit: Fit, candidates: Sequence[Candidate]) -> list[C
 def attentive(replay: Replay, fit: Fit, changed: Sequence[Floats]) -> Fit:
     """The fit with the whitening filter of what neither changes (N, d) nor a refit explain of its mismatch.
 
-    The filter of the mismatch itself would take a slow effect for noise and filter it away.
+    The filter of the mismatch itself would take a slow effect for noise and filter it away. Of a channel with hardly
+    more samples than there are changes these explain the noise as well: its filter is that of the whole mismatch.
     """
     layout, weights = replay.layout, fit.weights
     columns = weights.normalise(layout, np.concatenate([fit.slopes.T, *(one.T for one in changed)])).T
@@ -117,5 +119,9 @@ def attentive(replay: Replay, fit: Fit, changed: Sequence[Floats]) -> Fit:
     root = vectors[:, kept] / np.sqrt(values[kept])
     normal = weights.normalise(layout, fit.mismatch)
     unit = weights.normalise(layout, np.ones(layout.size))
-    unexplained = (normal - columns @ (root @ (root.T @ (columns.T @ normal)))) / unit
+    explained = columns @ (root @ (root.T @ (columns.T @ normal)))
+    freedom = np.bincount(layout.channel, 1.0 - np.sum((columns @ root) ** 2, axis=1))
+    few = freedom < LEAST_FREEDOM * np.bincount(layout.channel)
+    explained[few[layout.channel]] = 0.0
+    unexplained = (normal - explained) / unit
     return replace(fit, white=whiten(layout, unexplained, replay.floor))

@@ -74,7 +74,7 @@ def _of(column: str, sources: Sequence[Source], sensors: Mapping[str, SensorFact
 
     What moves fast need not be noise, and what is stated may be a bound.
     """
-    seen = [_white(source.recording[column]) for source in sources if column in source.recording]
+    seen = [_white(source.numbers(column)[1]) for source in sources if column in source.recording]
     if not seen:
         return 0.0
     said = sensors.get(column, SensorFacts()).deviation
@@ -84,14 +84,12 @@ def _of(column: str, sources: Sequence[Source], sensors: Mapping[str, SensorFact
 
 def _rate(column: str, sources: Sequence[Source]) -> float:
     """Numbers per second of a column, median over the recordings that have it; infinite where none has."""
-    clocks = [
-        source.recording["t"][np.isfinite(source.recording[column])] for source in sources if column in source.recording
-    ]
+    clocks = [source.numbers(column)[0] for source in sources if column in source.recording]
     rates = [1.0 / period(t) for t in clocks if len(t) > 1]
     return float(np.median(rates)) if rates else math.inf
 
 
 def _white(values: Floats) -> float:
     """Robust noise of a smooth signal from its third differences."""
-    third = np.diff(values[np.isfinite(values)], 3)
+    third = np.diff(values, 3)
     return 1.4826 * float(np.median(np.abs(third))) / math.sqrt(20.0) if len(third) else 0.0

@@ -11,9 +11,9 @@ import numpy as np
 
 from hdfast.checks import Floats
 from hdfast.diagnosis.band import Band
-from hdfast.diagnosis.hanging import hung
 from hdfast.diagnosis.lag import behind
 from hdfast.diagnosis.prepare import Unit
+from hdfast.diagnosis.wound import wound_up
 from hdfast.errors import Interrupted
 from hdfast.model import Model
 from hdfast.request import Progress
@@ -352,7 +352,7 @@ class Plant:
                 model=model,
                 scenario=[unit.ahead(own) for unit in self.units for own in lags.tolist()],
                 scenario_index=which * len(lags) + np.tile(place, units),
-                initial_state=hung(self.units, model, columns, which, self.threads),
+                initial_state=wound_up(self.units, model, columns, which, self.threads),
                 t_eval=[unit.fine for unit in self.units],
                 t_eval_index=which,
                 signals=list(signals),

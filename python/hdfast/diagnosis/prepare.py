@@ -51,6 +51,7 @@ class Unit:
         load_torque: external torque on the load [N m], shape (n,).
         scenario: the prescribed motion with the recorded torques.
         density: how many times as dense as its samples it is simulated.
+        locked: angle of a load that cannot move [rad], or None.
         whole: whether its motion went through no low-pass: the noise of the angle is in all of it.
         filtered: whether what the load's sensors recorded went through their low-pass.
         reading: from there to what the load's sensors recorded, by their own times, (n, density (n - 1) + 1); None
@@ -77,6 +78,7 @@ class Unit:
     scenario: Scenario = field(repr=False)
     density: int
     ratio: float
+    locked: float | None = None
     whole: bool = False
     filtered: bool = False
     reading: scipy.sparse.csr_array | None = field(default=None, repr=False)
@@ -153,7 +155,7 @@ class Unit:
         return replace(self, command=command, scenario=imposed(self.t, self.angle, command, self.load_torque))
 
 
-def prepare(source: Source, band: Band, ratio: float, *, means: bool = False) -> Unit:
+def prepare(source: Source, band: Band, ratio: float, *, means: bool = False, locked: bool = False) -> Unit:
     """Bring a recording to the working rate.
 
     Args:
@@ -161,6 +163,7 @@ def prepare(source: Source, band: Band, ratio: float, *, means: bool = False) ->
         band: working rate and low-pass.
         ratio: reduction ratio, for the transmission error.
         means: whether what is recorded of the load's side are means over the time since the one before.
+        locked: whether the load as stated cannot move, so that a torque tells the windup near standstill as well.
 
     Raises:
         InputError: too few samples are left of it at the working rate.
@@ -223,7 +226,10 @@ def prepare(source: Source, band: Band, ratio: float, *, means: bool = False) ->
         for channel, mask in judged.items()
     }
     if "te" in judged and not _varies(recording["load_angle"]):
-        judged["te"] &= not any(mask.any() for channel, mask in judged.items() if channel != "te")
+        judged["te"][:] = False
+    held = locked and "load_angle" in recording and not _varies(recording["load_angle"])
+    if held and not any(mask.any() for mask in judged.values()):
+        judged["motor_torque"] = usable & (_varies(measured["motor_torque"]) and _varies(recording["motor_torque"]))
     return Unit(
         name=source.name,
         role=source.role,
@@ -244,6 +250,7 @@ def prepare(source: Source, band: Band, ratio: float, *, means: bool = False) ->
         scenario=imposed(t, angle, command, load),
         density=density,
         ratio=ratio,
+        locked=float(np.nanmean(recording["load_angle"])) if held else None,
         whole=band.replayed >= widest,
         filtered=band.sensed < widest,
         reading=reading(denser(t, density), clock, t, step if means else 0.0) if own else None,
@@ -282,7 +289,7 @@ def _eroded(mask: Mask, width: int) -> Mask:
 def _varies(values: Floats) -> bool:
     """Whether values (n,), some of them missing, are neither dead nor known beforehand, as a locked output's angle is.
 
-    One that stays has no noise to hold a mismatch against: it is judged only where a recording has nothing else.
+    One that stays has no noise to hold a mismatch against.
     """
     known = values[np.isfinite(values)]
     return bool(known.size and np.ptp(known) > CONSTANT * np.max(np.abs(known)))

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from hdfast.diagnosis.accept import ALARM, ALONE, SHORT, SLOW, SPARED, STILL, TIMING
+from hdfast.diagnosis.accept import ALARM, ALONE, SHORT, SLOW, SPARED, STILL, TIMING, too_uneven
 from hdfast.diagnosis.fit import fit
 from hdfast.diagnosis.holdout import LIKELY, Proof, replayed, weigh_up
 from hdfast.diagnosis.lesser import without_one
@@ -116,7 +116,8 @@ def _confirmed(replay: Replay, held: Replay, first: Round, trial: Trial) -> Prov
     the screen singles an effect out that gains more than that, its gain may stand in less than the error does.
     """
     likely, margin = chance(trial, first), margin_of([trial.gain])
-    if first.screen.p[trial.candidate.label] > ALARM and margin < 0.0:
+    faint = first.screen.p[trial.candidate.label] > ALARM and margin < 0.0
+    if faint or too_uneven(trial.candidate, trial.gain):
         return None
     before, after = (replayed(held, model, first.before) for model in (first.before, trial.fit))
     proof = weigh_up(held.layout, trial.fit.white, before, after, noise_floor(held), margin, likely)

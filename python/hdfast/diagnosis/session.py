@@ -118,13 +118,10 @@ def usable(health: Health) -> list[Source]:
     ]
 
 
-def _news(item: RecordingHealth) -> float:
-    """New values per second of the slowest column that holds its values; infinite where none does."""
-    slowest = min(
-        (item.facts.effective_rate_hz[name] for name in COLUMNS if name in item.facts.effective_rate_hz),
-        default=math.inf,
-    )
-    return slowest if slowest < HELD * item.facts.rate_hz else math.inf
+def _news(item: RecordingHealth) -> dict[str, float]:
+    """New values per second of the columns that hold theirs."""
+    rates = item.facts.effective_rate_hz
+    return {name: rates[name] for name in COLUMNS if rates.get(name, math.inf) < HELD * item.facts.rate_hz}
 
 
 def set_up(campaign: Campaign, sources: Sequence[Source], threads: int | None) -> Setup:
@@ -139,7 +136,8 @@ def set_up(campaign: Campaign, sources: Sequence[Source], threads: int | None) -
         InputError: no sample of what is fitted can be judged, or the motor torque is constant.
     """
     ratio = campaign.priors["ratio"].value
-    inertia = turned(campaign, max(float(np.ptp(source.recording["t"])) for source in sources))
+    locked = stands_still(campaign, max(float(np.ptp(source.recording["t"])) for source in sources))
+    inertia = turned(campaign, locked)
     named = any(one.role == "heldout" for one in campaign.recordings)
     slowest = max(period(source.recording["t"]) for source in sources)
     sources = on_time(sources, lateness(campaign, slowest)[MOTOR])
@@ -148,7 +146,7 @@ def set_up(campaign: Campaign, sources: Sequence[Source], threads: int | None) -
     sensors = as_coarse(campaign.sensors, fitted(sources))
     band = choose_band(sources, inertia, sensors)
     campaign = with_resonance(campaign, band.motion)
-    units = warmed([prepare(source, band, ratio, means=means(campaign)) for source in sources])
+    units = warmed([prepare(source, band, ratio, means=means(campaign), locked=locked) for source in sources])
     channels = list(dict.fromkeys(channel for unit in units if unit.role == "fit" for channel in unit.measured))
     floor = floors(fitted(sources), channels, band, sensors, ratio, inertia)
     noise = stated(channels, sensors, ratio, floor)
@@ -209,16 +207,19 @@ def warmed(units: Sequence[Unit]) -> list[Unit]:
     ]
 
 
-def turned(campaign: Campaign, longest: float) -> float:
-    """Inertia at the motor that the noise of its angle makes a torque of [kg m^2].
+def stands_still(campaign: Campaign, longest: float) -> bool:
+    """Whether the load's torsional resonance takes longer than the longest recording [s], as that of a locked output.
 
-    A load whose torsional resonance takes longer than the longest recording [s] stands still in all of them, as that
-    of a locked output does: what shakes the motor does not reach it.
+    It stands still in all of them, then.
     """
-    ratio, inertia = campaign.priors["ratio"].value, campaign.priors["J_l"].value
-    stiffness = campaign.priors[COEFFICIENTS[campaign.drive.spring][0]].value
-    still = campaign.base == "two_inertia" and inertia > stiffness * (longest / (2.0 * math.pi)) ** 2
-    return campaign.priors["J_m"].value + (0.0 if still else inertia / ratio**2)
+    inertia, stiffness = (campaign.priors[name].value for name in ("J_l", COEFFICIENTS[campaign.drive.spring][0]))
+    return campaign.base == "two_inertia" and inertia > stiffness * (longest / (2.0 * math.pi)) ** 2
+
+
+def turned(campaign: Campaign, locked: bool) -> float:
+    """Inertia at the motor that the noise of its angle makes a torque of [kg m^2]; it does not reach a locked load."""
+    priors = campaign.priors
+    return priors["J_m"].value + (0.0 if locked else priors["J_l"].value / priors["ratio"].value ** 2)
 
 
 def set_up_usable(campaign: Campaign, threads: int | None) -> Setup:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
@@ -25,7 +24,7 @@ class Source:
         role: "fit" or "heldout".
         group: label shared by recordings of one rig, day and temperature.
         good: which samples are usable.
-        news: new values per second of a column that holds its values for several samples, the slowest; else infinite.
+        news: new values per second of each column that holds its values for several samples.
         steps: smallest step by column, the larger of what is stated and what the values show.
     """
 
@@ -34,13 +33,20 @@ class Source:
     role: str
     group: str
     good: Mask
-    news: float = math.inf
+    news: Mapping[str, float] = field(default_factory=dict)
     steps: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def rate(self) -> float:
         """How many samples per second say something new [Hz]."""
-        return min(1.0 / period(self.recording["t"]), self.news)
+        return min([1.0 / period(self.recording["t"]), *self.news.values()])
+
+    def numbers(self, column: str) -> tuple[Floats, Floats]:
+        """Times [s] and values of the numbers of a column, each once where it holds them for several samples."""
+        known = np.isfinite(self.recording[column])
+        t, values = self.recording["t"][known], self.recording[column][known]
+        held = max(1, round(1.0 / (period(t) * self.news[column]))) if column in self.news else 1
+        return t[::held], values[::held]
 
 
 def fitted(sources: Sequence[Source]) -> list[Source]:

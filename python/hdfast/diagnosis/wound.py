@@ -1,4 +1,4 @@
-"""Starts of a replay where a weight hangs on the load: the gear carries it before anything moves."""
+"""Starts of a replay that is wound up before anything moves: a weight hangs on the load, or the load is locked."""
 
 from __future__ import annotations
 
@@ -14,13 +14,14 @@ from hdfast.sweep import sweep
 WEIGHT = "gravity_unbalance"
 
 
-def hung(
+def wound_up(
     units: Sequence[Unit], model: Model, columns: Mapping[str, Floats | float], which: np.ndarray, threads: int | None
 ) -> Floats | None:
-    """States at the start (M, 4), wound up by load torque and weight; None where no gear carries a weight.
+    """States at the start (M, 4), wound up by load torque and weight, or by a load that is locked; None without either.
 
     A start that is relaxed knows the load torque alone, so that a weight would set the load swinging: for the first
-    instant it is counted as load torque.
+    instant it is counted as load torque. It takes the load along with the motor, which one that is locked never
+    forgets.
 
     Args:
         units: the recordings.
@@ -29,11 +30,12 @@ def hung(
         which: recording of each row, shape (M,).
         threads: threads of the engine.
     """
-    if WEIGHT not in model.terms or model.base != "two_inertia":
+    hangs, stays = WEIGHT in model.terms, any(unit.locked is not None for unit in units)
+    if model.base != "two_inertia" or not (hangs or stays):
         return None
     angle, speed = np.array([(unit.angle[0], unit.speed[0]) for unit in units])[which].T
     turned = angle / columns["ratio"]
-    weight = columns[f"{WEIGHT}_T_gravity"] * np.sin(turned + columns[f"{WEIGHT}_psi"])
+    weight = columns[f"{WEIGHT}_T_gravity"] * np.sin(turned + columns[f"{WEIGHT}_psi"]) if hangs else 0.0
     found = sweep(
         {**columns, "tau_load": columns.get("tau_load", 0.0) + weight},
         model=model,
@@ -46,4 +48,6 @@ def hung(
         threads=threads,
     )
     te, follows = (np.nan_to_num(found.samples[name][:, 0]) for name in ("te", "omega_l"))
-    return np.column_stack([angle, speed, turned - te, follows])
+    locked = np.array([np.nan if unit.locked is None else unit.locked for unit in units])[which]
+    free = np.isnan(locked)
+    return np.column_stack([angle, speed, np.where(free, turned - te, locked), np.where(free, follows, 0.0)])

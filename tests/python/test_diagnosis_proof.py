@@ -306,7 +306,9 @@ def test_exact_a_first_effect_is_tried_where_the_screen_suspects_it_or_cannot_sh
     assert tried(first=False) == ["hysteresis"]
 
 
-@pytest.mark.parametrize(("p", "spread", "asked"), [(0.02, 0.0, True), (0.02, 9.0, False), (0.01, 9.0, True)])
+@pytest.mark.parametrize(
+    ("p", "spread", "asked"), [(0.02, 0.0, True), (0.02, 2.6, False), (0.01, 2.6, True), (0.01, 9.0, False)]
+)
 def test_exact_what_opens_no_search_is_not_confirmed_by_others_alone(monkeypatch, p, spread, asked) -> None:
     blocks = 1.0 + spread * np.resize([1.0, -1.0], 20)
     trial = SimpleNamespace(candidate=SimpleNamespace(effect="load_side_friction", label="load_side_friction"),
@@ -323,7 +325,7 @@ def test_exact_what_opens_no_search_is_not_confirmed_by_others_alone(monkeypatch
 
 @pytest.mark.parametrize(
     ("p", "margin", "error", "named"),
-    [(1e-3, 0.25, 1.01, True), (2e-3, 0.25, 1.01, False), (1e-3, 0.24, 1.01, False), (2e-3, 0.0, 0.99, True)],
+    [(1e-3, 0.25, 1.01, True), (2e-3, 0.25, 1.01, False), (1e-3, 0.24, 1.01, False), (2e-3, 0.1, 0.99, True)],
 )
 def test_exact_what_is_singled_out_is_confirmed_where_the_loudest_channel_hides_it(
     monkeypatch, p, margin, error, named

@@ -221,15 +221,17 @@ def prepare(source: Source, band: Band, ratio: float, *, means: bool = False, lo
         if channel not in judged:
             judged[channel] = settled & usable & _unbroken(clock, values, t, band)
     nearest = np.clip(np.rint(clock / t[1]).astype(np.int64), 0, len(t) - 1)
-    judged = {
-        channel: mask & (_varies(measured[channel]) and _varies(recorded[channel][mask[nearest]]))
-        for channel, mask in judged.items()
-    }
-    if "te" in judged and not _varies(recording["load_angle"]):
+
+    def alive(channel: str, mask: Mask) -> Mask:
+        return mask & (_varies(measured[channel]) and _varies(recorded[channel][mask[nearest]]))
+
+    judged = {channel: alive(channel, mask) for channel, mask in judged.items()}
+    stays = "te" in judged and not _varies(recording["load_angle"])
+    if stays:
         judged["te"][:] = False
-    held = locked and "load_angle" in recording and not _varies(recording["load_angle"])
+    held = locked and stays
     if held and not any(mask.any() for mask in judged.values()):
-        judged["motor_torque"] = usable & (_varies(measured["motor_torque"]) and _varies(recording["motor_torque"]))
+        judged["motor_torque"] = alive("motor_torque", usable)
     return Unit(
         name=source.name,
         role=source.role,

@@ -30,10 +30,14 @@ def wound_up(
         which: recording of each row, shape (M,).
         threads: threads of the engine.
     """
-    hangs, stays = WEIGHT in model.terms, any(unit.locked is not None for unit in units)
-    if model.base != "two_inertia" or not (hangs or stays):
+    hangs = WEIGHT in model.terms
+    locked = np.array([np.nan if unit.locked is None else unit.locked for unit in units])[which]
+    free = np.isnan(locked)
+    if model.base != "two_inertia" or (free.all() and not hangs):
         return None
     angle, speed = np.array([(unit.angle[0], unit.speed[0]) for unit in units])[which].T
+    if not free.any():
+        return np.column_stack([angle, speed, locked, np.zeros_like(speed)])
     turned = angle / columns["ratio"]
     weight = columns[f"{WEIGHT}_T_gravity"] * np.sin(turned + columns[f"{WEIGHT}_psi"]) if hangs else 0.0
     found = sweep(
@@ -48,6 +52,4 @@ def wound_up(
         threads=threads,
     )
     te, follows = (np.nan_to_num(found.samples[name][:, 0]) for name in ("te", "omega_l"))
-    locked = np.array([np.nan if unit.locked is None else unit.locked for unit in units])[which]
-    free = np.isnan(locked)
     return np.column_stack([angle, speed, np.where(free, turned - te, locked), np.where(free, follows, 0.0)])

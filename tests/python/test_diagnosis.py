@@ -22,6 +22,7 @@ from hdfast.diagnosis.holdout import replayed, weigh_up
 from hdfast.diagnosis.lines import Line
 from hdfast.diagnosis.multistart import multistart
 from hdfast.diagnosis.plant import DRIVING, Free, Structure
+from hdfast.diagnosis.prepare import SHAKES
 from hdfast.diagnosis.replay import Replay
 from hdfast.diagnosis.select import lower_valley
 from hdfast.diagnosis.session import candidates, nominal, set_up_usable, stands_still, turned
@@ -184,8 +185,7 @@ def test_exact_the_slope_of_what_multiplies_an_acceleration_holds_none_of_its_no
 
 def silenced(replay: Replay) -> Replay:
     """The same recordings with further noises of the angle that are none."""
-    band = replace(replay.plant.band, angle_noise=0.0)
-    units = [unit.noisy(band, number) for number, unit in enumerate(replay.plant.units)]
+    units = [replace(unit, noises=((0.0 * unit.t, 0.0 * unit.t),) * SHAKES) for unit in replay.plant.units]
     return replace(replay, plant=replace(replay.plant, units=units))
 
 

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from hdfast.diagnosis.angle_noise import another
 from hdfast.diagnosis.band import Band, choose_band, low_pass, noise_density
 from hdfast.diagnosis.evidence import lay_out
 from hdfast.diagnosis.noise import as_coarse, floors
@@ -321,12 +322,54 @@ def test_exact_one_more_noise_of_the_angle_is_as_large_and_as_wide_as_the_record
     loud = still + size * np.random.default_rng(2).standard_normal(len(t))
     band = Band(500.0, 200.0, 200.0, 2.0 * size**2 / rate)
     exact, unit = (prepare(source(rate, motor_angle=angle), band, RATIO) for angle in (still, loud))
-    more = unit.noisy(band, 0).shaken[0]
+    more = unit.shaken[0]
     shown = [fft.rfft(one.angle - other.angle) for one, other in ((unit, exact), (more, unit))]
     frequency = fft.rfftfreq(len(unit.t), 1.0 / 500.0)
     for low, high in ((0.0, 100.0), (100.0, 180.0), (210.0, 250.0)):
         recorded, drawn = (np.sum(np.abs(one[(frequency > low) & (frequency < high)]) ** 2) for one in shown)
         assert drawn == pytest.approx(recorded, rel=0.4)
+
+
+def encoded(turns, step, averaged=1):
+    """Six seconds at so many steps per sample, with a ripple, and what an encoder makes of it: rounded, or a mean."""
+    fine = np.arange(6000 * averaged) / averaged
+    motion = step * (turns * fine + 0.5 * np.sin(2.0 * np.pi * 3e-3 * fine))
+    return motion[::averaged], (step * np.rint(motion / step)).reshape(-1, averaged).mean(axis=1)
+
+
+@pytest.mark.parametrize("turns", [24.03, 0.03])
+def test_exact_one_more_noise_of_an_encoder_at_a_steady_speed_has_its_lines(turns):
+    """At 1 kHz its steps come round 30 times a second: a line, where white noise of its size is even."""
+    step = 2.0 * np.pi / 2**14
+    motion, rounded = encoded(turns, step)
+    band = Band(500.0, 45.0, 200.0, step**2 / 12.0 * 2.0 / 1000.0)
+    one = replace(source(1000.0, 6.0, motor_angle=rounded), steps={"motor_angle": step})
+    exact, unit, white = (
+        prepare(found, band, RATIO) for found in (source(1000.0, 6.0, motor_angle=motion), one, replace(one, steps={}))
+    )
+    frequency = fft.rfftfreq(len(unit.t), 1.0 / 500.0)
+    line = (frequency > 25.0) & (frequency < 35.0)
+    recorded, drawn, even = (
+        np.sum(np.abs(fft.rfft(noise))[line] ** 2)
+        for noise in (unit.angle - exact.angle, unit.noises[0][0], white.noises[0][0])
+    )
+    assert drawn == pytest.approx(recorded, rel=0.4)
+    assert even < 0.3 * recorded
+
+
+def test_exact_steps_of_an_encoder_that_averages_are_as_large_as_it_shows():
+    step = 2.0 * np.pi / 2**14
+    motion, mean = encoded(24.03, step, averaged=8)
+    found = another(mean, motion, step, 0.0, np.random.default_rng(1))
+    assert np.std(np.diff(found, 3)) == pytest.approx(np.std(np.diff(mean, 3)), rel=1e-3)
+    assert np.std(found) < 0.5 * step
+
+
+def test_exact_a_torque_on_the_load_strikes_as_fast_as_it_was_recorded():
+    """A resonance above the band of the motor torque answers to what the low-pass of that would take from a blow."""
+    blow = np.where(np.arange(2000) < 1000, 0.0, 10.0)
+    unit = prepare(source(500.0, load_torque=blow), Band(500.0, 40.0, 200.0), RATIO)
+    np.testing.assert_allclose(unit.load_torque, blow, atol=1e-9)
 
 
 def test_exact_torques_are_simulated_as_densely_as_their_band_needs():

@@ -12,12 +12,12 @@ import numpy as np
 import scipy
 
 from hdfast.checks import Floats
-from hdfast.diagnosis.band import CLOCK, FINE, PASS_SHARE, Band, low_pass, noise_density
+from hdfast.diagnosis.angle_noise import another
+from hdfast.diagnosis.band import CLOCK, FINE, SLOW_SHARE, Band, low_pass, noise_density
+from hdfast.diagnosis.clocks import Clocks
 from hdfast.diagnosis.reading import reading
 from hdfast.diagnosis.source import Mask, Source
-from hdfast.errors import InputError
 from hdfast.health.subject import REQUIRED
-from hdfast.recordings.clock import period
 from hdfast.scenario import Scenario
 
 LEAD_IN = 0.25
@@ -25,7 +25,7 @@ AT_REST, RESTING = 0.02, 0.02
 SLOWEST_SHARE = 0.005
 MARGIN, REVERSED = 3.0, 1.5
 CONSTANT = 1e-9
-FEWEST, FIRST = 5, 8
+FIRST = 8
 SHAKES = 2
 REPLAYED = (*REQUIRED, "load_torque")
 
@@ -52,11 +52,10 @@ class Unit:
         scenario: the prescribed motion with the recorded torques.
         density: how many times as dense as its samples it is simulated.
         locked: angle of a load that cannot move [rad], or None.
-        whole: whether its motion went through no low-pass: the noise of the angle is in all of it.
         filtered: whether what the load's sensors recorded went through their low-pass.
         reading: from there to what the load's sensors recorded, by their own times, (n, density (n - 1) + 1); None
             where the working rate is far below the recorder's, or its clock even and no means are taken.
-        noises: further noises of its angle and their rates [rad, rad/s], each (n,); none where none were drawn.
+        noises: further noises of its angle and their rates [rad, rad/s], each (n,); none where nothing was recorded.
     """
 
     name: str
@@ -79,7 +78,6 @@ class Unit:
     density: int
     ratio: float
     locked: float | None = None
-    whole: bool = False
     filtered: bool = False
     reading: scipy.sparse.csr_array | None = field(default=None, repr=False)
     noises: tuple[tuple[Floats, Floats], ...] = field(default=(), repr=False)
@@ -128,21 +126,6 @@ class Unit:
         """The same recording replayed on a motion that differs by some angle [rad], shape (n,)."""
         return replace(self, scenario=imposed(self.t, self.angle + angle, self.command, self.load_torque))
 
-    def noisy(self, band: Band, number: int) -> Unit:
-        """The same recording with further noises of its angle, through the low-pass that its own went through.
-
-        Args:
-            band: the noise's density and the low-pass.
-            number: of the recording, which draws its own.
-        """
-        return replace(self, noises=tuple(self._noise(band, draw, number) for draw in range(SHAKES)))
-
-    def _noise(self, band: Band, draw: int, number: int) -> tuple[Floats, Floats]:
-        rng = np.random.default_rng([draw, number])
-        noise = np.sqrt(0.5 * band.angle_noise * band.rate) * rng.standard_normal(len(self.t))
-        noise = noise if self.whole else low_pass(noise, band.replayed, band.rate)
-        return noise, scipy.interpolate.CubicSpline(self.t, noise)(self.t, 1)
-
     @cached_property
     def shaken(self) -> tuple[Unit, ...]:
         """The same recording, replayed with each of the further noises of its angle."""
@@ -155,13 +138,16 @@ class Unit:
         return replace(self, command=command, scenario=imposed(self.t, self.angle, command, self.load_torque))
 
 
-def prepare(source: Source, band: Band, ratio: float, *, means: bool = False, locked: bool = False) -> Unit:
+def prepare(
+    source: Source, band: Band, ratio: float, *, number: int = 0, means: bool = False, locked: bool = False
+) -> Unit:
     """Bring a recording to the working rate.
 
     Args:
         source: the recording; `motor_angle` and `motor_torque` are needed.
         band: working rate and low-pass.
         ratio: reduction ratio, for the transmission error.
+        number: of the recording, which draws its own further noises.
         means: whether what is recorded of the load's side are means over the time since the one before.
         locked: whether the load as stated cannot move, so that a torque tells the windup near standstill as well.
 
@@ -169,27 +155,8 @@ def prepare(source: Source, band: Band, ratio: float, *, means: bool = False, lo
         InputError: too few samples are left of it at the working rate.
     """
     recording = source.recording
-    clock = recording["t"] - recording["t"][0]
-    step = period(clock)
-    fine = np.arange(0.0, clock[-1] + 0.5 * step, step)
-    rate = 1.0 / step
-    stride = max(1, round(rate / band.rate))
-    alike = abs(rate / (stride * band.rate) - 1.0) <= CLOCK
-    widest = (1.0 - CLOCK) * PASS_SHARE * rate
-    t = fine[::stride] if alike else np.arange(0.0, fine[-1], 1.0 / band.rate)
-    if len(t) < FEWEST:
-        raise InputError(
-            f"{source.name}: {len(t)} samples are left of its {clock[-1]:.3g} s at {band.rate:.3g} Hz, at which all "
-            f"recordings are compared (allowed: at least {FEWEST}); leave it out, or the slowest or the longest of them"
-        )
-
-    def bring(values: Floats, corner: float = band.motion, widest: float = widest) -> Floats:
-        known = np.isfinite(values)
-        even = np.interp(fine, clock[known], values[known])
-        if corner < widest:
-            even = low_pass(even, corner, rate)
-        return np.ascontiguousarray(even[::stride] if alike else np.interp(t, fine, even))
-
+    clocks = Clocks.of(source, band)
+    clock, t, bring = clocks.recorded, clocks.working, clocks.bring
     angle = bring(recording["motor_angle"], band.replayed)
     spline = scipy.interpolate.CubicSpline(t, angle)
     speed, acceleration = spline(t, 1), spline(t, 2)
@@ -201,13 +168,13 @@ def prepare(source: Source, band: Band, ratio: float, *, means: bool = False, lo
     if "output_torque" in recording:
         recorded["output_torque"] = recording["output_torque"]
     measured = {
-        channel: bring(values, band.of(channel), math.inf if channel == "motor_torque" else widest)
+        channel: bring(values, band.of(channel), whole=channel != "motor_torque")
         for channel, values in recorded.items()
     }
     loaded = "load_torque" in recording and bool(np.isfinite(recording["load_torque"]).any())
-    load = bring(recording["load_torque"]) if loaded else np.zeros_like(t)
+    load = bring(recording["load_torque"], band.sensed) if loaded else np.zeros_like(t)
     command = band.quiet(measured["motor_torque"])
-    own = stride == 1 and (means or _uneven(clock, step))
+    own = clocks.stride == 1 and (means or _uneven(clock, clocks.step))
     density = FINE if own else band.density
     usable = _usable(source, clock, t, band)
     slowest = _slowest(clock, recording["motor_angle"], speed, band)
@@ -248,15 +215,31 @@ def prepare(source: Source, band: Band, ratio: float, *, means: bool = False, lo
         judged=judged,
         resting=usable & _eroded(np.abs(speed) <= slowest, forgotten),
         load_torque=load,
-        temperature=bring(recording["temperature"]) if "temperature" in recording else None,
+        temperature=bring(recording["temperature"], band.motion) if "temperature" in recording else None,
         scenario=imposed(t, angle, command, load),
         density=density,
         ratio=ratio,
         locked=float(np.nanmean(recording["load_angle"])) if held else None,
-        whole=band.replayed >= widest,
-        filtered=band.sensed < widest,
-        reading=reading(denser(t, density), clock, t, step if means else 0.0) if own else None,
+        filtered=band.sensed < clocks.widest,
+        reading=reading(denser(t, density), clock, t, clocks.step if means else 0.0) if own else None,
+        noises=_noises(source, clocks, band, number),
     )
+
+
+def _noises(source: Source, clocks: Clocks, band: Band, number: int) -> tuple[tuple[Floats, Floats], ...]:
+    """Further noises of the motor angle, through the low-pass that it went through, and their rates."""
+    recorded = clocks.filled(source.recording["motor_angle"])
+    rate = 1.0 / clocks.step
+    motion = low_pass(recorded, SLOW_SHARE * band.motion, rate)
+    step = 0.0 if "motor_angle" in source.news else source.steps.get("motor_angle", 0.0)
+    deviation = math.sqrt(0.5 * band.angle_noise * rate)
+
+    def drawn(draw: int) -> tuple[Floats, Floats]:
+        noise = another(recorded, motion, step, deviation, np.random.default_rng([draw, number]))
+        found = clocks.thinned(noise, band.replayed)
+        return found, scipy.interpolate.CubicSpline(clocks.working, found)(clocks.working, 1)
+
+    return tuple(drawn(draw) for draw in range(SHAKES))
 
 
 def _uneven(clock: Floats, step: float) -> bool:

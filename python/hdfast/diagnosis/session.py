@@ -146,14 +146,16 @@ def set_up(campaign: Campaign, sources: Sequence[Source], threads: int | None) -
     sensors = as_coarse(campaign.sensors, fitted(sources))
     band = choose_band(sources, inertia, sensors)
     campaign = with_resonance(campaign, band.motion)
-    units = warmed([prepare(source, band, ratio, means=means(campaign), locked=locked) for source in sources])
+    averaged = means(campaign)
+    units = warmed(
+        [prepare(one, band, ratio, number=n, means=averaged, locked=locked) for n, one in enumerate(sources)]
+    )
     channels = list(dict.fromkeys(channel for unit in units if unit.role == "fit" for channel in unit.measured))
     floor = floors(fitted(sources), channels, band, sensors, ratio, inertia)
     noise = stated(channels, sensors, ratio, floor)
 
     def replay(role: str) -> Replay:
-        own = [unit.seen_on(channels) for unit in units if unit.role == role]
-        plant = Plant([unit.noisy(band, number) for number, unit in enumerate(own)], channels, band, threads)
+        plant = Plant([unit.seen_on(channels) for unit in units if unit.role == role], channels, band, threads)
         return Replay(plant, lay_out(plant, noise), floor, noise)
 
     judged = replay("fit")

@@ -11,7 +11,7 @@ from hdfast.diagnosis.band import Band, choose_band, low_pass, noise_density
 from hdfast.diagnosis.evidence import lay_out
 from hdfast.diagnosis.noise import as_coarse, floors
 from hdfast.diagnosis.plant import Free, Plant, Structure
-from hdfast.diagnosis.prepare import prepare
+from hdfast.diagnosis.prepare import joined, prepare
 from hdfast.diagnosis.reading import reading
 from hdfast.diagnosis.session import far_slower, warmed, with_heldout
 from hdfast.diagnosis.source import Source
@@ -370,6 +370,19 @@ def test_exact_a_torque_on_the_load_strikes_as_fast_as_it_was_recorded():
     blow = np.where(np.arange(2000) < 1000, 0.0, 10.0)
     unit = prepare(source(500.0, load_torque=blow), Band(500.0, 40.0, 200.0), RATIO)
     np.testing.assert_allclose(unit.load_torque, blow, atol=1e-9)
+
+
+@pytest.mark.parametrize(("frequency", "lost", "left"), [(45.0, 0.025, 0.002), (90.0, 0.1, 0.025)])
+def test_exact_a_torque_on_the_load_is_joined_by_lines_that_do_not_cut_its_corners(frequency, lost, left):
+    """What answers a blow at its resonance would take the difference for another inertia, or for a coupling."""
+    t, dense = np.arange(500) / 500.0, np.arange(20000) / 20000.0
+    wave = np.sin(2.0 * np.pi * frequency * t)
+    found = [
+        2.0 * np.mean(np.interp(dense, t, values) * np.sin(2.0 * np.pi * frequency * dense))
+        for values in (wave, joined(wave))
+    ]
+    assert 1.0 - found[0] > lost
+    assert found[1] == pytest.approx(1.0, abs=left)
 
 
 def test_exact_torques_are_simulated_as_densely_as_their_band_needs():

@@ -254,8 +254,17 @@ def denser(t: Floats, density: int) -> Floats:
 
 def imposed(t: Floats, angle: Floats, command: Floats, load: Floats) -> Scenario:
     """The prescribed motion (n,) [s, rad] with the torques asked of the drive and put on the load (n,) [N m]."""
-    replayed = {"t": t, "motor_angle": angle, "motor_torque": command, "load_torque": load}
+    replayed = {"t": t, "motor_angle": angle, "motor_torque": command, "load_torque": joined(load)}
     return Scenario.replay(replayed, input="motor_motion")
+
+
+def joined(values: Floats) -> Floats:
+    """Values (n,) between which straight lines are as large as what was sampled.
+
+    Lines cut corners: of a frequency they leave sinc(f / rate)^2. Moved outwards by a twelfth of their second
+    differences, values lose that in the fourth order of f alone.
+    """
+    return np.asarray(values - np.diff(np.pad(values, 1, mode="edge"), 2) / 12.0)
 
 
 def _slowest(clock: Floats, angle: Floats, speed: Floats, band: Band) -> float:

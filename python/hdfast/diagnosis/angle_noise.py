@@ -19,7 +19,7 @@ def another(recorded: Floats, motion: Floats, step: float, deviation: float, rng
         recorded: angle at equal distances [rad], (n,).
         motion: the same without most of its noise [rad], (n,).
         step: of the encoder [rad], 0 for none.
-        deviation: standard deviation of noise that is white [rad]; of what an encoder rounds it is not less.
+        deviation: standard deviation of all of the noise [rad]; what is more than steps make is white.
         rng: of the draw.
     """
     if step == 0.0:

@@ -32,5 +32,5 @@ def another(recorded: Floats, motion: Floats, step: float, deviation: float, rng
 
 
 def _roughness(values: Floats) -> float:
-    """Of noise (n,): rms of its third differences, in which motion is nothing."""
+    """Of noise (n,): rms of its third differences, in which motion is nothing; of coarse steps the median may be 0."""
     return float(np.sqrt(np.mean(np.diff(values, 3) ** 2)))

@@ -157,7 +157,8 @@ def prepare(
     recording = source.recording
     clocks = Clocks.of(source, band)
     clock, t, bring = clocks.recorded, clocks.working, clocks.bring
-    angle = bring(recording["motor_angle"], band.replayed)
+    encoder = clocks.filled(recording["motor_angle"])
+    angle = clocks.thinned(encoder, band.replayed)
     spline = scipy.interpolate.CubicSpline(t, angle)
     speed, acceleration = spline(t, 1), spline(t, 2)
     recorded = {"motor_torque": recording["motor_torque"]}
@@ -222,20 +223,21 @@ def prepare(
         locked=float(np.nanmean(recording["load_angle"])) if held else None,
         filtered=band.sensed < clocks.widest,
         reading=reading(denser(t, density), clock, t, clocks.step if means else 0.0) if own else None,
-        noises=_noises(source, clocks, band, number),
+        noises=_noises(source, encoder, clocks, band, number),
     )
 
 
-def _noises(source: Source, clocks: Clocks, band: Band, number: int) -> tuple[tuple[Floats, Floats], ...]:
-    """Further noises of the motor angle, through the low-pass that it went through, and their rates."""
-    recorded = clocks.filled(source.recording["motor_angle"])
+def _noises(
+    source: Source, encoder: Floats, clocks: Clocks, band: Band, number: int
+) -> tuple[tuple[Floats, Floats], ...]:
+    """Further noises of the motor angle (k,) [rad], through the low-pass that it went through, and their rates."""
     rate = 1.0 / clocks.step
-    motion = low_pass(recorded, SLOW_SHARE * band.motion, rate)
+    motion = low_pass(encoder, SLOW_SHARE * band.motion, rate)
     step = 0.0 if "motor_angle" in source.news else source.steps.get("motor_angle", 0.0)
     deviation = math.sqrt(0.5 * band.angle_noise * rate)
 
     def drawn(draw: int) -> tuple[Floats, Floats]:
-        noise = another(recorded, motion, step, deviation, np.random.default_rng([draw, number]))
+        noise = another(encoder, motion, step, deviation, np.random.default_rng([draw, number]))
         found = clocks.thinned(noise, band.replayed)
         return found, scipy.interpolate.CubicSpline(clocks.working, found)(clocks.working, 1)
 

@@ -24,6 +24,7 @@ def arguments(command: argparse.ArgumentParser, whole: Callable[[str, int, int],
     """Declare the arguments; `whole` makes a reader of whole numbers."""
     command.add_argument("campaign", metavar="CAMPAIGN.toml", help="nominal drive, sensors and recordings")
     command.add_argument("--out", metavar="DIR", help="folder for verdict.json, report.html and extended_model.toml")
+    command.add_argument("--no-report", action="store_true", help="leave out report.html, a fifth of the time")
     command.add_argument(
         "--seed", type=whole("--seed", 0, MAX_SEED), default=0, help="seed of the random draws (default: 0)"
     )
@@ -40,11 +41,13 @@ def run(options: argparse.Namespace) -> int:
     found = diagnose(
         campaign, seed=options.seed, threads=options.threads, progress=not options.quiet and sys.stderr.isatty()
     )
-    page = found.report(options.out) if options.out else None
+    written = None
+    if options.out:
+        written = found.save(options.out) if options.no_report else found.report(options.out)
     if options.json:
         print(json_text(found.to_dict()))
     elif not options.quiet:
         print(f"{found.verdict.replace('_', ' ')}: {found.content['sentence']}")
-        if page is not None:
-            print(page)
+        if written is not None:
+            print(written)
     return REJECTED if found.verdict == "data_rejected" else 0

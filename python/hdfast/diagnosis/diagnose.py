@@ -68,20 +68,30 @@ class Diagnosis:
         return extended_model(self.campaign, final.structure, values, sigma, unnamed=unnamed)
 
     def report(self, folder: str | Path) -> Path:
-        """Write report.html, verdict.json, extended_model.toml and a copy of the campaign; returns the page's path.
+        """Write report.html beside what `save` writes; returns the page's path.
 
         Raises:
             InputError: the folder cannot be written, or holds another campaign file and no results.
         """
         from hdfast.report.diagnosis_page import PAGE, page
 
+        path = self.save(folder)
+        with threadpool_limits(1):
+            files.write_text(path / PAGE, page(self))
+        return path / PAGE
+
+    def save(self, folder: str | Path) -> Path:
+        """Write verdict.json, extended_model.toml and a copy of the campaign; returns the folder's path.
+
+        Raises:
+            InputError: the folder cannot be written, or holds another campaign file and no results.
+        """
         path = files.prepare_results(folder, self.campaign.text)
         files.write_json(path / "verdict.json", self.to_dict())
         files.write_text(path / files.CAMPAIGN, self.campaign.text)
         with threadpool_limits(1):
             files.write_text(path / "extended_model.toml", self.model)
-            files.write_text(path / PAGE, page(self))
-        return path / PAGE
+        return path
 
     def __repr__(self) -> str:
         return f"Diagnosis({self.verdict}: {self.content['sentence']})"

@@ -29,7 +29,7 @@ OUTCOME = "outcome.json"
 LATE = "late"
 CODE = (".py", ".so", ".pyd")
 COMMAND = "import sys; from hdfast.cli import main; sys.exit(main())"
-DIAGNOSE = (sys.executable, "-c", COMMAND, "diagnose", "{campaign}", "--out", "{out}", "--quiet")
+DIAGNOSE = (sys.executable, "-c", COMMAND, "diagnose", "{campaign}", "--out", "{out}", "--no-report", "--quiet")
 ACCEPTED_CODES = (0, 1)
 
 

@@ -256,6 +256,18 @@ def test_exact_command_writes_the_same_page_from_another_run(tmp_path, monkeypat
     assert (out / "report.html").read_text() == quiet_page
 
 
+def test_exact_without_report_the_other_files_are_the_same(tmp_path, monkeypatch, quiet, capsys):
+    monkeypatch.setattr("hdfast.diagnosis.command.diagnose", lambda _campaign, **_: quiet)
+    campaign = small_campaign.write(tmp_path)
+    whole, short = tmp_path / "whole", tmp_path / "short"
+    for out, flags in ((whole, []), (short, ["--no-report"])):
+        assert main(["diagnose", str(campaign), "--out", str(out), *flags]) == 0
+    assert str(short) in capsys.readouterr().out
+    assert {path.name for path in short.iterdir()} == {path.name for path in whole.iterdir()} - {"report.html"}
+    for path in short.iterdir():
+        assert path.read_bytes() == (whole / path.name).read_bytes()
+
+
 def test_exact_telling_window_is_of_a_recording_kept_for_the_proof(found):
     trace, (begin, end) = telling(traces(found.evidence))
     assert trace.unit.role == "heldout"

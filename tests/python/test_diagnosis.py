@@ -21,13 +21,14 @@ from hdfast.diagnosis.fitted import Fit
 from hdfast.diagnosis.holdout import replayed, weigh_up
 from hdfast.diagnosis.lines import Line
 from hdfast.diagnosis.multistart import multistart
-from hdfast.diagnosis.plant import DRIVING, Free, Structure
+from hdfast.diagnosis.plant import DRIVING
 from hdfast.diagnosis.prepare import SHAKES
 from hdfast.diagnosis.replay import Replay
 from hdfast.diagnosis.select import lower_valley
 from hdfast.diagnosis.session import candidates, nominal, set_up_usable, stands_still, turned
 from hdfast.diagnosis.shaken import calmer, exchanged, quieted
 from hdfast.diagnosis.slopes import STEP, linearise
+from hdfast.diagnosis.structure import Free, Structure
 from hdfast.errors import InputError
 from hdfast.recordings import load_campaign
 

@@ -20,7 +20,7 @@ from hdfast.diagnosis.holdout import Proof
 from hdfast.diagnosis.lesser import Lesser
 from hdfast.diagnosis.library import OF_THE_WINDUP, Sizes, library
 from hdfast.diagnosis.limits import NEEDS_TEMPERATURE, RIGID, SILENT, limits, unseen
-from hdfast.diagnosis.plant import Free, Plant, Structure
+from hdfast.diagnosis.plant import Plant
 from hdfast.diagnosis.resolution import unresolved
 from hdfast.diagnosis.rivals import stand
 from hdfast.diagnosis.score import Gain
@@ -30,6 +30,7 @@ from hdfast.diagnosis.session import set_up_usable
 from hdfast.diagnosis.shapes import in_every_sensor, positive
 from hdfast.diagnosis.stages import Stages
 from hdfast.diagnosis.stir import Stir
+from hdfast.diagnosis.structure import Free, Structure
 from hdfast.errors import InputError
 from hdfast.health import check
 from hdfast.model import Model

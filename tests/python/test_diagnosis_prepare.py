@@ -10,11 +10,12 @@ from hdfast.diagnosis.angle_noise import another
 from hdfast.diagnosis.band import Band, choose_band, low_pass, noise_density
 from hdfast.diagnosis.evidence import lay_out
 from hdfast.diagnosis.noise import as_coarse, floors
-from hdfast.diagnosis.plant import Free, Plant, Structure
+from hdfast.diagnosis.plant import Plant
 from hdfast.diagnosis.prepare import joined, prepare
 from hdfast.diagnosis.reading import reading
 from hdfast.diagnosis.session import far_slower, warmed, with_heldout
 from hdfast.diagnosis.source import Source
+from hdfast.diagnosis.structure import Free, Structure
 from hdfast.errors import InputError
 from hdfast.model import Model
 from hdfast.recordings.clock import period

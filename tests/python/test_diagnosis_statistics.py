@@ -14,11 +14,11 @@ from hdfast.diagnosis.evidence import Layout, Weights
 from hdfast.diagnosis.fitted import Fit
 from hdfast.diagnosis.lines import Line, snapped
 from hdfast.diagnosis.metric import Metric
-from hdfast.diagnosis.plant import Free, Structure
 from hdfast.diagnosis.projector import Projector
 from hdfast.diagnosis.score import Gain, folds_near, left_out, nrmse, weights_of
 from hdfast.diagnosis.statistics import statistics
 from hdfast.diagnosis.stir import Stir, told
+from hdfast.diagnosis.structure import Free, Structure
 from hdfast.diagnosis.whiten import Whitener, whiten
 from hdfast.model import Model
 from scipy.linalg import toeplitz

@@ -11,12 +11,12 @@ from hdfast.diagnosis.candidate import Candidate
 from hdfast.diagnosis.evidence import Index
 from hdfast.diagnosis.fitted import Fit
 from hdfast.diagnosis.masking import FAR
-from hdfast.diagnosis.plant import TORQUE_SCALE
 from hdfast.diagnosis.replay import Replay
 from hdfast.diagnosis.resolution import unresolved
 from hdfast.diagnosis.score import NEAR_NOISE, Gain, folds_near, gain, nrmse
 from hdfast.diagnosis.screen import Screen
 from hdfast.diagnosis.shaken import calmer
+from hdfast.diagnosis.structure import TORQUE_SCALE
 
 ALARM, NOTICED, ALONE = 0.01, 0.05, 0.001
 NOISY = 1.15

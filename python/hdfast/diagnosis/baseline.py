@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from hdfast.diagnosis.lateness import DELAY, MOTOR, apart, lateness
-from hdfast.diagnosis.plant import REVERSAL, TORQUE_LEAD, TORQUE_SCALE, Free, Structure
+from hdfast.diagnosis.structure import REVERSAL, TORQUE_LEAD, TORQUE_SCALE, Free, Structure
 from hdfast.params import params
 from hdfast.recordings import Campaign
 from hdfast.sensors import SensorFacts, stage_of

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from hdfast.checks import Floats
-from hdfast.diagnosis.plant import Free, Structure
+from hdfast.diagnosis.structure import Free, Structure
 from hdfast.errors import InputError
 
 NOTHING = 1e-6

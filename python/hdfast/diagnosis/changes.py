@@ -13,9 +13,9 @@ from hdfast.checks import Floats
 from hdfast.diagnosis.candidate import Candidate
 from hdfast.diagnosis.evidence import Index
 from hdfast.diagnosis.fitted import Fit
-from hdfast.diagnosis.plant import Structure
 from hdfast.diagnosis.replay import Replay
 from hdfast.diagnosis.slopes import ACCELERATED
+from hdfast.diagnosis.structure import Structure
 from hdfast.diagnosis.together import Found, Part, side_by_side
 from hdfast.diagnosis.whiten import whiten
 

@@ -7,7 +7,8 @@ from collections.abc import Mapping
 from typing import Any
 
 from hdfast.diagnosis.lateness import DELAY
-from hdfast.diagnosis.plant import NUISANCE, TORQUE, TORQUE_SCALE, Structure
+from hdfast.diagnosis.plant import TORQUE
+from hdfast.diagnosis.structure import NUISANCE, TORQUE_SCALE, Structure
 from hdfast.drive_file import UNKNOWN
 from hdfast.params import params
 from hdfast.recordings import Campaign

@@ -11,10 +11,10 @@ from hdfast.checks import Floats
 from hdfast.diagnosis.evidence import limited
 from hdfast.diagnosis.fitted import Fit
 from hdfast.diagnosis.metric import Metric
-from hdfast.diagnosis.plant import Structure
 from hdfast.diagnosis.replay import Replay
 from hdfast.diagnosis.slopes import linearise, stirred, units_of
 from hdfast.diagnosis.stir import Stir, information
+from hdfast.diagnosis.structure import Structure
 
 #: Where a load rattles in a gap, slopes over small steps are chance. They are taken across so many standard deviations,
 #: at most over so much.

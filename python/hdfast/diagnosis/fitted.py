@@ -8,8 +8,8 @@ import numpy as np
 
 from hdfast.checks import Floats
 from hdfast.diagnosis.evidence import Layout, Weights
-from hdfast.diagnosis.plant import Structure
 from hdfast.diagnosis.stir import Stir, information
+from hdfast.diagnosis.structure import Structure
 from hdfast.diagnosis.whiten import Whitener
 
 #: By how much a law that is not quite the drive's widens an interval: on 110 opened blind cases those of the covariance

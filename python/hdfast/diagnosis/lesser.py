@@ -10,10 +10,10 @@ from hdfast.checks import Floats
 from hdfast.diagnosis.evidence import Index
 from hdfast.diagnosis.fit import fit
 from hdfast.diagnosis.fitted import Fit
-from hdfast.diagnosis.plant import Structure
 from hdfast.diagnosis.replay import Replay
 from hdfast.diagnosis.score import Gain, gain
 from hdfast.diagnosis.select import Search, Trial, without
+from hdfast.diagnosis.structure import Structure
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,9 +11,10 @@ import numpy as np
 from hdfast.diagnosis.accept import DRIFTS
 from hdfast.diagnosis.candidate import Candidate
 from hdfast.diagnosis.library import OF_THE_LOAD_ANGLE, OF_THE_WINDUP
-from hdfast.diagnosis.plant import Plant, Structure
+from hdfast.diagnosis.plant import Plant
 from hdfast.diagnosis.screen import Screen, Signature
 from hdfast.diagnosis.shapes import effect_of
+from hdfast.diagnosis.structure import Structure
 from hdfast.sensors.names import table
 from hdfast.terms import terms
 

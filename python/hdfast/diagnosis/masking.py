@@ -8,7 +8,7 @@ import numpy as np
 
 from hdfast.diagnosis.evidence import Layout
 from hdfast.diagnosis.fitted import Fit
-from hdfast.diagnosis.plant import NUISANCE
+from hdfast.diagnosis.structure import NUISANCE
 
 FAR = 3.0
 MOVED_SIGMAS = 2.0

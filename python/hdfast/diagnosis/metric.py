@@ -10,9 +10,9 @@ import numpy as np
 from hdfast.checks import Floats
 from hdfast.diagnosis.evidence import Layout, Weights, limited, weigh
 from hdfast.diagnosis.fitted import Fit
-from hdfast.diagnosis.plant import Structure
 from hdfast.diagnosis.replay import Replay
 from hdfast.diagnosis.stir import Stir
+from hdfast.diagnosis.structure import Structure
 from hdfast.diagnosis.whiten import Whitener, whiten
 
 NEAR = 1.5

@@ -9,8 +9,8 @@ from hdfast.checks import Floats
 from hdfast.diagnosis.fit import fit
 from hdfast.diagnosis.fitted import Fit
 from hdfast.diagnosis.metric import Metric
-from hdfast.diagnosis.plant import Structure
 from hdfast.diagnosis.replay import Replay
+from hdfast.diagnosis.structure import Structure
 from hdfast.spring import COEFFICIENTS
 
 DRAWS = 64

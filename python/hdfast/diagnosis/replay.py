@@ -12,9 +12,10 @@ import numpy as np
 from hdfast.checks import Floats
 from hdfast.diagnosis.evidence import Layout
 from hdfast.diagnosis.fitted import Fit
-from hdfast.diagnosis.plant import TORQUE, Plant, Structure
+from hdfast.diagnosis.plant import TORQUE, Plant
 from hdfast.diagnosis.prepare import SHAKES
 from hdfast.diagnosis.source import Mask
+from hdfast.diagnosis.structure import Structure
 from hdfast.scenario_parts import MAX_TORQUE
 
 

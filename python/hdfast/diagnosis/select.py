@@ -17,12 +17,12 @@ from hdfast.diagnosis.changes import attentive, changes
 from hdfast.diagnosis.fit import fit
 from hdfast.diagnosis.fitted import Fit
 from hdfast.diagnosis.metric import Metric
-from hdfast.diagnosis.plant import Structure
 from hdfast.diagnosis.replay import Replay
 from hdfast.diagnosis.score import CONVINCING, Gain, gain, nrmse
 from hdfast.diagnosis.screen import Screen, Signature, screen, signatures
 from hdfast.diagnosis.shapes import effect_of
 from hdfast.diagnosis.stages import Stages
+from hdfast.diagnosis.structure import Structure
 from hdfast.diagnosis.together import side_by_side
 
 MOST_EFFECTS, MOST_ANEW = 4, 2

@@ -22,7 +22,7 @@ from hdfast.diagnosis.library import HIGHEST_INTEGER, Sizes, library
 from hdfast.diagnosis.lines import order_lines, several, snapped, tone_lines
 from hdfast.diagnosis.multistart import multistart
 from hdfast.diagnosis.noise import COLUMNS, as_coarse, floors, stated
-from hdfast.diagnosis.plant import Plant, Structure
+from hdfast.diagnosis.plant import Plant
 from hdfast.diagnosis.prepare import Unit, prepare
 from hdfast.diagnosis.prove import proven
 from hdfast.diagnosis.replay import Replay
@@ -30,6 +30,7 @@ from hdfast.diagnosis.score import noise_floor
 from hdfast.diagnosis.select import Search, search
 from hdfast.diagnosis.source import Source, fitted
 from hdfast.diagnosis.stages import Stages
+from hdfast.diagnosis.structure import Structure
 from hdfast.errors import InputError
 from hdfast.health import Health, check
 from hdfast.health.result import RecordingHealth

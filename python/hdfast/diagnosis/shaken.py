@@ -9,9 +9,10 @@ import numpy as np
 from hdfast.checks import Floats
 from hdfast.diagnosis.fitted import Fit
 from hdfast.diagnosis.metric import near
-from hdfast.diagnosis.plant import TORQUE, Structure
+from hdfast.diagnosis.plant import TORQUE
 from hdfast.diagnosis.replay import Replay
 from hdfast.diagnosis.slopes import ACCELERATED, SHAKEN
+from hdfast.diagnosis.structure import Structure
 
 NOTHING = -30.0
 

@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from dataclasses import replace
 
 from hdfast.diagnosis.candidate import Candidate
-from hdfast.diagnosis.plant import Free
+from hdfast.diagnosis.structure import Free
 from hdfast.terms import Term, terms
 
 EFFECTS = {"maxwell_slip": "hysteresis"}

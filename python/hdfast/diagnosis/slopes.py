@@ -7,9 +7,9 @@ import numpy as np
 from hdfast.checks import Floats
 from hdfast.diagnosis.fitted import Fit
 from hdfast.diagnosis.metric import Metric
-from hdfast.diagnosis.plant import TORQUE_SCALE, Structure
 from hdfast.diagnosis.replay import Replay
 from hdfast.diagnosis.stir import Stir
+from hdfast.diagnosis.structure import TORQUE_SCALE, Structure
 
 STEP = 2e-3
 #: What the noise of the angle adds to the load side [nats] below which it moves no parameter.

@@ -10,7 +10,7 @@ import numpy as np
 
 from hdfast.checks import Floats
 from hdfast.diagnosis.evidence import Layout, limited
-from hdfast.diagnosis.plant import Structure
+from hdfast.diagnosis.structure import Structure
 from hdfast.diagnosis.whiten import Whitener
 
 #: The largest share of what slopes tell that is taken for noise.

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from hdfast.diagnosis.plant import NUISANCE
+from hdfast.diagnosis.structure import NUISANCE
 from hdfast.diagnosis.verdict import Verdict
 from hdfast.health.finding import NOTE, REJECT, WARNING
 from hdfast.printing import html_table

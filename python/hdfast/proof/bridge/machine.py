@@ -13,9 +13,9 @@ import scipy
 
 from hdfast.checks import Floats
 from hdfast.diagnosis import diagnose
-from hdfast.diagnosis.plant import TORQUE_SCALE
 from hdfast.diagnosis.prepare import Unit
 from hdfast.diagnosis.session import Session
+from hdfast.diagnosis.structure import TORQUE_SCALE
 from hdfast.errors import InputError
 from hdfast.health import Health
 from hdfast.recordings import Recording, load_campaign

@@ -9,7 +9,7 @@ import math
 import os
 import secrets
 import tempfile
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, BinaryIO
 
@@ -39,6 +39,29 @@ def prepare(folder: str | Path) -> Path:
     except OSError as error:
         raise InputError(f"out = {str(folder)!r} cannot be written: {error.strerror}") from None
     return path
+
+
+@contextlib.contextmanager
+def alone_in(folder: str | Path) -> Iterator[Path]:
+    """As `prepare`, with nobody else's run in the folder meanwhile; a process that ends in any way leaves it free.
+
+    Raises:
+        InputError: the folder cannot be created or written, or another run is at work there.
+    """
+    import fcntl  # not on every system
+
+    path = prepare(folder)
+    held = os.open(path, os.O_RDONLY)
+    try:
+        try:
+            fcntl.flock(held, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            raise InputError(
+                f"out = {str(folder)!r}: another run is at work there (wait for its end, or name another folder)"
+            ) from None
+        yield path
+    finally:
+        os.close(held)
 
 
 def prepare_results(folder: str | Path, campaign: str, own: Sequence[str] = RESULTS) -> Path:

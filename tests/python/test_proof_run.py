@@ -11,6 +11,7 @@ import time
 
 import answers as made
 import pytest
+from hdfast import files
 from hdfast.cli import main
 from hdfast.errors import InputError, MissingPackageError
 from hdfast.proof import making, run, seal, tool
@@ -153,6 +154,25 @@ def test_exact_a_brace_in_a_command_is_a_brace(folders):
     tool.answer(folders.cases / "a1", folders.answers("own") / "a1", own, 20.0, threading.Event())
     detail = json.loads((folders.answers("own") / "a1" / tool.OUTCOME).read_text())["detail"]
     assert re.search(r"\{/.*campaign\.toml\} \{x\}$", detail)
+
+
+@pytest.mark.parametrize("prove", [run.prove, run.prove_real])
+def test_exact_a_folder_that_another_run_is_at_work_in_is_left_alone(tmp_path, prove):
+    made_from = {"cases": 2} if prove is run.prove else {"campaigns": [tmp_path / "campaign.toml"]}
+    root = tmp_path / "set"
+    with files.alone_in(root), pytest.raises(InputError, match="another run is at work there"):
+        prove(root, **made_from, seed=1, workers=1, step=lambda *_: None)
+    with files.alone_in(root):
+        assert not list(root.iterdir())
+
+
+def test_exact_tools_side_by_side_share_the_threads(folders, monkeypatch):
+    monkeypatch.setenv("HDFAST_NUM_THREADS", "5")
+    told = [sys.executable, "-c", "import os, sys; sys.exit('threads ' + os.environ['HDFAST_NUM_THREADS'])"]
+    for side_by_side, threads in ((1, 5), (2, 2), (8, 1)):
+        out = folders.answers("own") / "a1"
+        tool.answer(folders.cases / "a1", out, told, 20.0, threading.Event(), side_by_side)
+        assert json.loads((out / tool.OUTCOME).read_text())["detail"] == f"exit code 1: threads {threads}"
 
 
 def test_exact_the_tool_sees_nothing_but_its_case(finished):

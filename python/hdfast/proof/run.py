@@ -62,14 +62,15 @@ def prove(
         shared: cases that the others answer, the first by name.
 
     Raises:
-        InputError: the tool cannot be started.
+        InputError: the tool cannot be started, or another run is at work in the folder.
         SealError: data, labels, salt or answers are not those that were sealed.
         MissingPackageError: numba is not installed.
     """
     tool = startable(tool)
-    folders = Folders(files.prepare(root))
-    making.make(folders, cases, seed, workers, lambda done, total: step("cases", done, total))
-    return judge(folders, workers, name, tool, limit, step, others, shared)
+    with files.alone_in(root) as path:
+        folders = Folders(path)
+        making.make(folders, cases, seed, workers, lambda done, total: step("cases", done, total))
+        return judge(folders, workers, name, tool, limit, step, others, shared)
 
 
 def prove_real(
@@ -85,13 +86,14 @@ def prove_real(
         seed, workers, step, name, tool, limit, others, shared: as in `prove`.
 
     Raises:
-        InputError: a campaign cannot be used, or the tool cannot be started.
+        InputError: a campaign cannot be used, the tool cannot be started, or another run is at work in the folder.
         SealError: data, labels, salt or answers are not those that were sealed.
     """
     tool = startable(tool)
-    folders = Folders(files.prepare(root))
-    bridge.make(folders, campaigns, seed, lambda done, total: step("machines", done, total))
-    return judge(folders, workers, name, tool, limit, step, others, shared, bridge.LIMITATIONS)
+    with files.alone_in(root) as path:
+        folders = Folders(path)
+        bridge.make(folders, campaigns, seed, lambda done, total: step("machines", done, total))
+        return judge(folders, workers, name, tool, limit, step, others, shared, bridge.LIMITATIONS)
 
 
 def judge(

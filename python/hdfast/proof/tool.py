@@ -22,6 +22,7 @@ from hdfast import files
 from hdfast.errors import InputError
 from hdfast.proof.score import Answer, read_answer
 from hdfast.proof.seal import SealError
+from hdfast.threads import VARIABLES, resolve_threads
 
 LIMIT = 120.0
 POLL = 0.2
@@ -51,6 +52,8 @@ def answer_all(
 ) -> None:  # fmt: skip
     """Answer every case that has no outcome yet; when interrupted, tools under way are ended without one.
 
+    Tools that run side by side share the threads: each with all of them, they would wait for each other.
+
     The limit is that of a case with the machine to itself: one that is late beside others is answered once more, alone,
     also where that is after an interruption.
 
@@ -67,11 +70,10 @@ def answer_all(
     step(len(names) - len(left), len(names))
     stop = threading.Event()
     for side_by_side in sorted({workers, 1}, reverse=True):
-        alone = side_by_side == 1
-        now = [name for name in left if alone or not late_mark(answers / name).exists()]
+        now = [name for name in left if side_by_side == 1 or not late_mark(answers / name).exists()]
         with ThreadPoolExecutor(side_by_side) as pool:
             try:
-                told = [pool.submit(answer, cases / n, answers / n, tool, limit, stop, alone=alone) for n in now]
+                told = [pool.submit(answer, cases / n, answers / n, tool, limit, stop, side_by_side) for n in now]
                 for future in as_completed(told):
                     future.result()
                     step(len(names) - len(unanswered(names, answers)), len(names))
@@ -127,12 +129,11 @@ def fingerprint() -> str:
 
 
 def answer(
-    case: Path, out: Path, tool: Sequence[str], limit: float, stop: threading.Event,
-    *, alone: bool = True,
+    case: Path, out: Path, tool: Sequence[str], limit: float, stop: threading.Event, side_by_side: int = 1,
 ) -> None:  # fmt: skip
     """Answer one case: copy it away, run the tool there, bring its folder back, and say how it ended.
 
-    Of an answer that is late without having been `alone` only a mark is left, and the next one is told as given again.
+    Of an answer that is late without having been alone only a mark is left, and the next one is told as given again.
 
     Raises:
         CancelledError: `stop` was set before the tool ended; nothing is left of the answer.
@@ -145,9 +146,9 @@ def answer(
         shutil.copytree(case, here / "case")
         places = {"{campaign}": str(here / "case" / "campaign.toml"), "{out}": str(here / "out")}
         begin = time.monotonic()
-        fault, detail = _run([_filled(part, places) for part in tool], here, limit, stop)
+        fault, detail = _run([_filled(part, places) for part in tool], here, limit, stop, side_by_side)
         seconds = time.monotonic() - begin
-        if fault == LATE and not alone:
+        if fault == LATE and side_by_side > 1:
             files.write_text(files.prepare(out.parent) / mark.name, "")
             return
         (here / "out").mkdir(exist_ok=True)
@@ -163,12 +164,15 @@ def _filled(part: str, places: Mapping[str, str]) -> str:
     return part
 
 
-def _run(command: Sequence[str], cwd: Path, limit: float, stop: threading.Event) -> tuple[str, str]:
+def _run(
+    command: Sequence[str], cwd: Path, limit: float, stop: threading.Event, side_by_side: int
+) -> tuple[str, str]:  # fmt: skip
     """Fault and detail of one run."""
+    threads = {VARIABLES[0]: str(max(1, resolve_threads() // side_by_side))}
     try:
         process = subprocess.Popen(
             command, cwd=cwd, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE,
-            start_new_session=True,
+            start_new_session=True, env=os.environ | threads,
         )  # fmt: skip
     except OSError as error:
         raise InputError(f"tool = {command[0]!r} cannot be started: {error.strerror}") from None

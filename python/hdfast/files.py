@@ -59,6 +59,8 @@ def alone_in(folder: str | Path) -> Iterator[Path]:
             raise InputError(
                 f"out = {str(folder)!r}: another run is at work there (wait for its end, or name another folder)"
             ) from None
+        except OSError:
+            pass  # a file system without locks: nobody can be told
         yield path
     finally:
         os.close(held)

@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+import errno
+import fcntl
 import json
 import os
 import re
@@ -164,6 +166,15 @@ def test_exact_a_folder_that_another_run_is_at_work_in_is_left_alone(tmp_path, p
         prove(root, **made_from, seed=1, workers=1, step=lambda *_: None)
     with files.alone_in(root):
         assert not list(root.iterdir())
+
+
+def test_exact_a_file_system_without_locks_is_worked_on(tmp_path, monkeypatch):
+    def refuse(*_):
+        raise OSError(errno.EBADF, "Bad file descriptor")
+
+    monkeypatch.setattr(fcntl, "flock", refuse)
+    with files.alone_in(tmp_path / "set") as path:
+        assert path == tmp_path / "set"
 
 
 def test_exact_tools_side_by_side_share_the_threads(folders, monkeypatch):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 import scipy
@@ -185,9 +186,14 @@ def low_pass(values: Floats, corner: float, rate: float, stride: int = 1) -> Flo
     np.subtract(values, line, out=own[..., :n])
     own[..., n : n + beyond] = -own[..., n - 2 : n - 2 - beyond : -1]
     own[..., length - beyond :] = -own[..., beyond:0:-1]
-    share = 1.0 / (1.0 + (rate / corner * np.arange(length // 2 + 1) / length) ** STEEPNESS)
-    passed = _thinned(share * scipy.fft.rfft(own), length, stride)
+    passed = _thinned(_shares(rate / corner, length) * scipy.fft.rfft(own), length, stride)
     return np.asarray(line[..., ::stride] + scipy.fft.irfft(passed, length // stride)[..., : (n - 1) // stride + 1])
+
+
+@lru_cache(maxsize=256)
+def _shares(rate: float, length: int) -> Floats:
+    """What the low-pass leaves of each frequency of as many values, (length // 2 + 1,); their rate in corners."""
+    return 1.0 / (1.0 + (rate * np.arange(length // 2 + 1) / length) ** STEEPNESS)
 
 
 def _thinned(spectrum: Floats, length: int, stride: int) -> Floats:

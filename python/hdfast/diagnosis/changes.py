@@ -11,7 +11,7 @@ import numpy as np
 
 from hdfast.checks import Floats
 from hdfast.diagnosis.candidate import Candidate
-from hdfast.diagnosis.evidence import Index
+from hdfast.diagnosis.evidence import Index, inner
 from hdfast.diagnosis.fitted import Fit
 from hdfast.diagnosis.replay import Replay
 from hdfast.diagnosis.slopes import ACCELERATED
@@ -114,7 +114,7 @@ def attentive(replay: Replay, fit: Fit, changed: Sequence[Floats]) -> Fit:
     layout, weights = replay.layout, fit.weights
     columns = weights.normalise(layout, np.concatenate([fit.slopes.T, *(one.T for one in changed)])).T
     columns = columns / np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
-    values, vectors = np.linalg.eigh(columns.T @ columns)
+    values, vectors = np.linalg.eigh(inner(columns, columns))
     kept = values > INDEPENDENT * values[-1]
     root = vectors[:, kept] / np.sqrt(values[kept])
     normal = weights.normalise(layout, fit.mismatch)

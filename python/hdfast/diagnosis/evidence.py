@@ -165,6 +165,17 @@ def _at_rest(unit: Unit) -> float:
     return math.hypot(REST_READINGS * float(np.mean(shown)), ZERO_SHARE * float(np.std(torque)))
 
 
+def inner(one: Floats, other: Floats) -> Floats:
+    """Sums over all samples of (N, p) times (N, ...), shape (p, ...); `@` would keep other threads waiting for it."""
+    return np.asarray(np.dot(one.T, other))
+
+
+def members(owner: Index) -> list[Index]:
+    """The samples of each owner (N,), in their order."""
+    order = np.argsort(owner, kind="stable")
+    return np.split(order, np.flatnonzero(np.diff(owner[order])) + 1)
+
+
 @dataclass(frozen=True, eq=False)
 class Weights:
     """Scale of the mismatch per channel and how many samples count as one.
@@ -177,9 +188,14 @@ class Weights:
     scale: Floats
     colour: float
 
+    @property
+    def unit(self) -> Floats:
+        """What a channel is divided by, so that a sum of squares counts independent samples, shape (C,)."""
+        return self.scale * math.sqrt(self.colour)
+
     def normalise(self, layout: Layout, stacked: Floats) -> Floats:
-        """Divide (..., N) by scale and root of colour, so that a sum of squares counts independent samples."""
-        return stacked / (self.scale * math.sqrt(self.colour))[layout.channel]
+        """Divide (..., N) by the unit of each channel."""
+        return stacked / self.unit[layout.channel]
 
 
 def limited(values: Floats) -> tuple[Floats, Floats]:

@@ -8,7 +8,7 @@ from functools import partial
 import numpy as np
 
 from hdfast.checks import Floats
-from hdfast.diagnosis.evidence import limited
+from hdfast.diagnosis.evidence import inner, limited
 from hdfast.diagnosis.fitted import Fit
 from hdfast.diagnosis.metric import Metric
 from hdfast.diagnosis.replay import Replay
@@ -155,7 +155,7 @@ def _step(structure: Structure, x: Floats, A: Floats, r: Floats, stir: Stir) -> 
     """Gauss-Newton step of the coordinates from weighted slopes (2N, P) and mismatch (2N,), and from the noise's."""
     _, share = limited(r)
     pull = stir.firmness * structure.sigma**-2 * (x - structure.start)
-    score = A.T @ (share * r) - pull
+    score = inner(A, share * r) - pull
     if stir.loud:
         score -= stir.slopes.T @ stir.noise
     whole = information(structure, A * np.sqrt(share)[:, None], stir)

@@ -51,9 +51,12 @@ class Metric:
 
     def of_columns(self, layout: Layout, stacked: Floats) -> Floats:
         """Both parts of (N,) or (N, P), one after the other: (2N,) or (2N, P)."""
-        fine = self.fine[layout.channel]
-        bulk = self.weights.normalise(layout, np.sqrt(1.0 - fine) * stacked.T).T
-        return np.asarray(np.concatenate([bulk, (np.sqrt(fine) * self.white(layout, stacked).T).T]))
+        found = np.empty((2 * layout.size, *stacked.shape[1:]))
+        bulk, fine = np.split(found, 2)
+        shares = np.sqrt(1.0 - self.fine) / self.weights.unit, np.sqrt(self.fine)
+        for part, values, share in zip((bulk, fine), (stacked, self.white(layout, stacked)), shares, strict=True):
+            np.multiply(values.T, share[layout.channel], out=part.T)
+        return found
 
     def cost(
         self, layout: Layout, structure: Structure, x: Floats, mismatch: Floats, stir: Stir | None = None

@@ -7,7 +7,7 @@ from functools import cached_property
 import numpy as np
 
 from hdfast.checks import Floats
-from hdfast.diagnosis.evidence import CAP, Index, Layout
+from hdfast.diagnosis.evidence import CAP, Index, Layout, inner, members
 from hdfast.diagnosis.fitted import Fit
 
 REPEATS, FELT = 8, 1.0
@@ -20,11 +20,11 @@ class Projector:
         self.layout = layout
         self.mismatch = fit.white(layout, fit.mismatch)
         self.A = fit.white(layout, fit.slopes)
-        self.inverse = np.linalg.inv(self.A.T @ self.A + np.diag(fit.structure.sigma**-2))
+        self.inverse = np.linalg.inv(inner(self.A, self.A) + np.diag(fit.structure.sigma**-2))
 
     def absorbed(self, signal: Floats) -> Floats:
         """Coordinates (P, ...) that a refit gives to a whitened signal (N, ...)."""
-        coordinates: Floats = self.inverse @ (self.A.T @ signal)
+        coordinates: Floats = self.inverse @ inner(self.A, signal)
         return coordinates
 
     def left(self, signal: Floats, absorbed: Floats | None = None) -> Floats:
@@ -59,10 +59,8 @@ class Projector:
     def _followed(self) -> list[tuple[Index, Floats, Floats, Floats]]:
         """How the fit followed each block: rows (n,), slopes (n, P), their directions (P, P), factor of each (P,)."""
         root = np.linalg.cholesky(self.inverse)
-        order = np.argsort(self.layout.block, kind="stable")
-        bounds = np.flatnonzero(np.diff(self.layout.block[order])) + 1
         found = []
-        for rows in np.split(order, bounds):
+        for rows in members(self.layout.block):
             B = self.A[rows] @ root
             values, vectors = np.linalg.eigh(B.T @ B)
             values = np.clip(values, 0.0, 1.0 - 1e-6)

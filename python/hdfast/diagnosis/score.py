@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from hdfast.checks import Floats
-from hdfast.diagnosis.evidence import Index, Layout, limited
+from hdfast.diagnosis.evidence import Index, Layout, inner, limited, members
 from hdfast.diagnosis.fitted import Fit
 from hdfast.diagnosis.plant import Plant
 from hdfast.diagnosis.replay import Replay
@@ -118,12 +118,11 @@ def left_out(fit: Fit, white: Whitener, layout: Layout, folds: Index) -> tuple[F
     stir = fit.stir.whitened(layout, white)
     pull = stir.firmness * fit.structure.sigma**-2 * (fit.coordinates - fit.structure.start)
     prior = np.diag(stir.firmness * fit.structure.sigma**-2)
-    everything, noise = A.T @ (A * share[:, None]) + prior, stir.slopes.T @ stir.slopes
+    everything, noise = inner(A, A * share[:, None]) + prior, inner(stir.slopes, stir.slopes)
     whole = told(everything, noise)
-    score = A.T @ (share * r) - pull - stir.slopes.T @ stir.noise
+    score = inner(A, share * r) - pull - inner(stir.slopes, stir.noise)
     found, filtered = fit.mismatch.copy(), r.copy()
-    for fold in np.unique(folds):
-        rows = folds == fold
+    for rows in members(folds):
         own, feigned = A[rows], stir.slopes[rows]
         without = told(everything - own.T @ (own * share[rows, None]), noise - feigned.T @ feigned)
         shift = np.linalg.solve(without, score - own.T @ (share[rows] * r[rows]) + feigned.T @ stir.noise[rows])

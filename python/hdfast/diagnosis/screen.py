@@ -10,11 +10,12 @@ import numpy as np
 from hdfast.checks import Floats
 from hdfast.diagnosis.candidate import Candidate
 from hdfast.diagnosis.changes import Change, Changer
-from hdfast.diagnosis.evidence import Layout
+from hdfast.diagnosis.evidence import Layout, inner
 from hdfast.diagnosis.fitted import Fit
 from hdfast.diagnosis.projector import Projector
 from hdfast.diagnosis.replay import Replay
 from hdfast.diagnosis.statistics import statistics
+from hdfast.diagnosis.together import on_threads
 
 NEGLIGIBLE = 1e-3
 SEEN, SLIGHT, SMALL = 7.0, 1.0, 0.3
@@ -74,13 +75,13 @@ class _Bulk:
     def __init__(self, fit: Fit, layout: Layout) -> None:
         self.fit, self.layout = fit, layout
         self.A = fit.weights.normalise(layout, fit.slopes.T).T
-        self.inverse = np.linalg.inv(self.A.T @ self.A + np.diag(fit.structure.sigma**-2))
+        self.inverse = np.linalg.inv(inner(self.A, self.A) + np.diag(fit.structure.sigma**-2))
         self.residual = fit.weights.normalise(layout, fit.mismatch)
 
     def gain(self, change: Floats) -> float:
         """Fall of half the sum of squares, in independent samples, by a change (N, d) and a refit."""
         raw = self.fit.weights.normalise(self.layout, change.T).T
-        left = raw - self.A @ (self.inverse @ (self.A.T @ raw))
+        left = raw - self.A @ (self.inverse @ inner(self.A, raw))
         gram, score = left.T @ left, left.T @ self.residual
         return float(0.5 * score @ np.linalg.solve(gram + 1e-9 * np.trace(gram) * np.eye(len(gram)), score))
 
@@ -131,7 +132,8 @@ def signatures(replay: Replay, fit: Fit, changed: Sequence[Change]) -> list[Sign
     signer, changer = _Signer(replay, fit), Changer(replay, fit)
 
     def signed(some: Sequence[Change]) -> list[tuple[Change, Signature]]:
-        return [(one, signature) for one in some if (signature := signer.sign(one)) is not None]
+        told = zip(some, on_threads(replay.plant.threads, signer.sign, some), strict=True)
+        return [(one, signature) for one, signature in told if signature is not None]
 
     found = signed(changed)
     found += signed(
@@ -164,7 +166,8 @@ def screen(replay: Replay, fit: Fit, found: Sequence[Signature], rng: np.random.
     projector = Projector(fit, replay.layout)
     left = [one.left for one in found]
     one_sided = [one.candidate.one_sided for one in found]
-    seen = statistics(replay.layout, projector, left, rng, one_sided, [one.feigned for one in found])
+    feigned = [one.feigned for one in found]
+    seen = statistics(replay.layout, projector, left, rng, one_sided, feigned, replay.plant.threads)
     labels = [one.candidate.label for one in found]
     needed = seen.rare * np.quantile(seen.largest, 0.99)
     columns = (seen.observed, seen.p, needed, seen.spread)

@@ -6,10 +6,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 
 from hdfast.checks import Floats
 from hdfast.diagnosis.evidence import Layout
 from hdfast.diagnosis.projector import Projector
+from hdfast.diagnosis.together import on_threads
 
 DRAWS = 9999
 BORROWED = 20.0
@@ -48,6 +50,7 @@ def statistics(
     rng: np.random.Generator,
     one_sided: Sequence[bool] | None = None,
     feigned: Sequence[Floats] | None = None,
+    threads: int | None = 1,
 ) -> Statistics:
     """How far the mismatch reaches along each projected signature, in units of what noise does.
 
@@ -66,26 +69,20 @@ def statistics(
         rng: of the null.
         one_sided: signatures of effects that cannot be negative, which a mismatch of the other sign does not support.
         feigned: length of the mismatch along each signature that is known to be noise, (d,).
+        threads: for the signatures, side by side.
     """
     sides = np.zeros(len(left), dtype=bool) if one_sided is None else np.asarray(one_sided)
-    unit = [_orthonormal(one) for one in left]
-    residuals = [projector.residual_about(one) for one in unit]
-    scores = [one.T @ own for one, own in zip(unit, residuals, strict=True)]
-    if feigned is not None:
-        known = zip(unit, left, feigned, strict=True)
-        lengths = [np.linalg.solve((one.T @ own).T, noise) if noise.any() else noise for one, own, noise in known]
-        scores = [score - length for score, length in zip(scores, lengths, strict=True)]
+    known = [None] * len(left) if feigned is None else feigned
     plain = projector.levered(projector.residual)
-    corrected = [plain if own is projector.residual else projector.levered(own) for own in residuals]
-    spreads = [_inflation(layout, one, own) for one, own in zip(unit, corrected, strict=True)]
-    variance, blocks = np.array(spreads).T
+    told = on_threads(threads, lambda own: _along(layout, projector, plain, *own), list(zip(left, known, strict=True)))
+    scores = [one.score for one in told]
+    variance, blocks, heard = np.array([(one.variance, one.blocks, one.heard) for one in told]).T
     freedom = blocks + BORROWED
     typical = max(float(np.median(variance)), QUIETEST)
     shrunk = (blocks * variance + BORROWED * typical) / freedom
-    heard = np.array([_by_octave(layout, one, own) for one, own in zip(unit, residuals, strict=True)])
     least = np.maximum(heard, QUIETEST)
     spread = np.sqrt(np.maximum(shrunk, least))
-    whole = np.concatenate(unit, axis=1)
+    whole = np.concatenate([one.unit for one in told], axis=1)
     values, vectors = np.linalg.eigh(whole.T @ whole)
     root = vectors * np.sqrt(np.maximum(values, 0.0))
     drawn = rng.standard_normal((DRAWS, len(values))) @ root.T
@@ -104,6 +101,36 @@ def statistics(
         rare[j] = np.quantile(reached, 0.99)
         largest = np.maximum(largest, reached / rare[j])
     return Statistics(observed, spread, rare, largest)
+
+
+@dataclass(frozen=True, eq=False)
+class _Along:
+    """What stands along one signature.
+
+    Attributes:
+        unit: the signature's columns of unit length at right angles, shape (N, d).
+        score: length of the mismatch along them, shape (d,).
+        variance, blocks: of a residual along them as its blocks show it, and from how many of them.
+        heard: the same variance as the spectrum shows it.
+    """
+
+    unit: Floats
+    score: Floats
+    variance: float
+    blocks: float
+    heard: float
+
+
+def _along(layout: Layout, projector: Projector, plain: Floats, left: Floats, feigned: Floats | None) -> _Along:
+    """Of a projected signature (N, d), with the residual (N,) that is levered for all."""
+    unit = _orthonormal(left)
+    residual = projector.residual_about(unit)
+    score = unit.T @ residual
+    if feigned is not None and feigned.any():
+        score = score - np.linalg.solve((unit.T @ left).T, feigned)
+    corrected = plain if residual is projector.residual else projector.levered(residual)
+    variance, blocks = _inflation(layout, unit, corrected)
+    return _Along(unit, score, variance, blocks, _by_octave(layout, unit, residual))
 
 
 def _orthonormal(signature: Floats) -> Floats:
@@ -133,11 +160,14 @@ def _by_octave(layout: Layout, unit: Floats, residual: Floats) -> float:
     share, count = np.zeros_like(power), np.zeros_like(power)
     for _, channel, where in layout.pieces:
         n = where.stop - where.start
-        octave = np.minimum(np.log2(n / (2.0 * np.arange(1, n // 2 + 1))).astype(np.int64), OCTAVES - 1)
+        quick = scipy.fft.next_fast_len(n, real=True)
+        octave = np.minimum(np.log2(quick / (2.0 * np.arange(1, quick // 2 + 1))).astype(np.int64), OCTAVES - 1)
         row = layout.channels.index(channel)
-        for values, into in ((about[where, None], power), (unit[where], share)):
-            squares = np.sum(np.abs(np.fft.rfft(values, axis=0)[1 : n // 2 + 1]) ** 2, axis=1)
-            into[row] += np.bincount(octave, squares, minlength=OCTAVES)
+        values = np.vstack([about[where], unit[where].T])
+        values -= values.mean(axis=1, keepdims=True)
+        squares = np.abs(scipy.fft.rfft(values, quick)[:, 1:]) ** 2
+        power[row] += np.bincount(octave, squares[0], minlength=OCTAVES)
+        share[row] += np.bincount(octave, squares[1:].sum(axis=0), minlength=OCTAVES)
         count[row] += n * np.bincount(octave, minlength=OCTAVES)
     density = power / np.maximum(count, 1.0)
     return float(np.sum(share * density) / max(float(np.sum(share)), 1e-300))

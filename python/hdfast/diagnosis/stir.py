@@ -9,7 +9,7 @@ from functools import partial
 import numpy as np
 
 from hdfast.checks import Floats
-from hdfast.diagnosis.evidence import Layout, limited
+from hdfast.diagnosis.evidence import Layout, inner, limited
 from hdfast.diagnosis.structure import Structure
 from hdfast.diagnosis.whiten import Whitener
 
@@ -61,8 +61,8 @@ class Stir:
 def information(structure: Structure, A: Floats, stir: Stir | None = None) -> Floats:
     """Of the coordinates (P, P), from weighted slopes (N, P) and the prior, less what the noise of the angle feigns."""
     firmness = np.ones(A.shape[1]) if stir is None else stir.firmness
-    whole = np.asarray(A.T @ A + np.diag(firmness * structure.sigma**-2))
-    return whole if stir is None or not stir.loud else told(whole, stir.slopes.T @ stir.slopes)
+    whole = inner(A, A) + np.diag(firmness * structure.sigma**-2)
+    return whole if stir is None or not stir.loud else told(whole, inner(stir.slopes, stir.slopes))
 
 
 def told(whole: Floats, feigned: Floats) -> Floats:

@@ -173,7 +173,8 @@ def _standing_out(replay: Replay, heard: Fit, columns: Sequence[Floats], rng: np
     told = [index for index, one in enumerate(left) if one.shape[1]]
     reached = np.zeros(len(left))
     if told:
-        seen = statistics(replay.layout, projector, [left[index] for index in told], rng)
+        some = [left[index] for index in told]
+        seen = statistics(replay.layout, projector, some, rng, threads=replay.plant.threads)
         reached[told] = seen.observed / (seen.rare * np.quantile(seen.largest, 0.99))
     return reached
 

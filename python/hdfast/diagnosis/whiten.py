@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
-import scipy
+from numpy.lib.stride_tricks import as_strided
 
 from hdfast.checks import Floats
 from hdfast.diagnosis.evidence import Index, Layout, colour, spread_of
@@ -15,6 +16,8 @@ ORDER = 16
 FEWEST_PER_TAP = 20
 QUIETEST = 0.1
 RIDGE = 1e-6
+#: Samples that are filtered by one product of matrices: of many columns it takes a fifth of the time of one by one.
+TOGETHER = 16
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,13 +35,27 @@ class Whitener:
         found = np.zeros_like(stacked)
         for _, channel, where in layout.pieces:
             taps, own = self.taps[channel], stacked[where]
-            filtered = scipy.signal.lfilter(taps[-1], [1.0], own, axis=0)
+            filtered = _filtered(taps[-1], own)
             since = layout.since[where]
             soon = np.flatnonzero(since < len(taps) - 1)
             past = np.maximum(soon[:, None] - np.arange(len(taps)), 0)
             filtered[soon] = np.einsum("hl,hl...->h...", taps[since[soon]], own[past])
             found[where] = filtered
         return found
+
+
+def _filtered(taps: Floats, values: Floats) -> Floats:
+    """Values (n,) or (n, d) through a filter with taps (p + 1,), of zeros before them."""
+    order, n = len(taps) - 1, len(values)
+    rows = math.ceil(n / TOGETHER)
+    padded = np.zeros((rows * TOGETHER + order, math.prod(values.shape[1:])))
+    padded[order : order + n] = values.reshape(n, -1)
+    each, own = padded.strides
+    windows = as_strided(padded, (rows, TOGETHER + order, padded.shape[1]), (TOGETHER * each, each, own))
+    banded = np.zeros((TOGETHER, TOGETHER + order))
+    for row in range(TOGETHER):
+        banded[row, row : row + order + 1] = taps[::-1]
+    return np.asarray((banded @ windows).reshape(-1, padded.shape[1])[:n].reshape(values.shape))
 
 
 def whiten(layout: Layout, stacked: Floats, floor: Floats) -> Whitener:

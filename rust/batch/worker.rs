@@ -199,7 +199,7 @@ impl<S: Scalar> Queue<'_, '_, S> {
         for (place, &signal) in job.signals.iter().enumerate() {
             let value = |state| signal.of_state(base, state, inverse_ratio);
             if states.first().is_some_and(|state| value(state).is_none()) {
-                derived.push((place, signal));
+                derived.extend(signal.quantity().map(|quantity| (place, signal, quantity)));
             }
             // SAFETY: as above.
             unsafe {
@@ -211,10 +211,10 @@ impl<S: Scalar> Queue<'_, '_, S> {
         }
         if !derived.is_empty() {
             let times = &seat.assignment.grid[..states.len()];
-            retrace.rates_at(seat, times, states, &mut |moment, rates| {
-                for &(place, signal) in &derived {
-                    put(place, moment, signal.of_rates(rates, &states[moment], inverse_ratio));
-                }
+            let wanted: Vec<_> = derived.iter().map(|entry| entry.2).collect();
+            retrace.quantities(seat, times, states, &wanted, &mut |which, moment, value| {
+                let (place, signal, _) = derived[which];
+                put(place, moment, signal.of_quantity(value, &states[moment], inverse_ratio));
             });
         }
         for moment in states.len()..writer.times() {

@@ -123,32 +123,40 @@ pub struct Rates<R: Real, const N: usize> {
     pub shafts: [Shaft<R>; 2],
 }
 
-impl<R: Real, const N: usize> Rates<R, N> {
-    /// What stands in one lane.
+/// What the equations pass through, to be asked for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Quantity {
+    /// Transmission error.
+    Te,
+    /// Load speed.
+    OmegaL,
+    /// Windup of the gear spring.
+    Windup,
+    /// Its rate.
+    WindupRate,
+    /// Kinematic error.
+    Error,
+    /// Motor torque.
+    MotorTorque,
+    /// Torque that the drive delivers.
+    DriveTorque,
+    /// Gear torque at the output.
+    GearTorque,
+}
+
+impl Quantity {
+    /// Its value.
     #[inline(always)]
-    pub fn lane(&self, lane: usize) -> Rates<R::Lane, N> {
-        let mut slope = [R::Lane::zero(); N];
-        for index in 0..N {
-            slope[index] = self.slope[index].get(lane);
-        }
-        Rates {
-            slope,
-            error: self.error.get(lane),
-            windup: self.windup.get(lane),
-            windup_rate: self.windup_rate.get(lane),
-            te: self.te.get(lane),
-            omega_l: self.omega_l.get(lane),
-            alpha_l: self.alpha_l.get(lane),
-            upsilon: self.upsilon.get(lane),
-            gear_torque: self.gear_torque.get(lane),
-            motor_torque: self.motor_torque.get(lane),
-            asked_torque: self.asked_torque.get(lane),
-            drive_torque: self.drive_torque.get(lane),
-            load_torque: self.load_torque.get(lane),
-            term_power: self.term_power.get(lane),
-            reserve: self.reserve.get(lane),
-            margin: self.margin.get(lane),
-            shafts: self.shafts.map(|shaft| Shaft { net: shaft.net.get(lane), breakaway: shaft.breakaway.get(lane) }),
+    pub fn of<R: Real, const N: usize>(self, rates: &Rates<R, N>) -> R {
+        match self {
+            Self::Te => rates.te,
+            Self::OmegaL => rates.omega_l,
+            Self::Windup => rates.windup,
+            Self::WindupRate => rates.windup_rate,
+            Self::Error => rates.error,
+            Self::MotorTorque => rates.motor_torque,
+            Self::DriveTorque => rates.drive_torque,
+            Self::GearTorque => rates.gear_torque,
         }
     }
 }

@@ -1,7 +1,7 @@
 //! The torsional mode after an event: a damped sinusoid fitted to the windup rate.
 
 use super::least_squares::LeastSquares;
-use crate::model::{Layout, Row};
+use crate::model::{Layout, Quantity, Row};
 use crate::real::Scalar;
 use crate::solve::{Retrace, Seat};
 use std::f64::consts::TAU;
@@ -55,8 +55,9 @@ pub fn mode<S: Scalar, const N: usize>(
     if times.len() < SAMPLES / 2 {
         return MISSING;
     }
-    let mut data = Vec::with_capacity(times.len());
-    retrace.rates_at(seat, &moments, &states, &mut |_, rates| data.push(rates.windup_rate.plain()));
+    let mut data = vec![0.0; times.len()];
+    retrace
+        .quantities(seat, &moments, &states, &[Quantity::WindupRate], &mut |_, place, rate| data[place] = rate.plain());
     let mut problem = LeastSquares::new(&data);
     let travel = angles[angles.len() - 1] - angles[0];
     problem.push(vec![1.0; times.len()]);

@@ -1,6 +1,6 @@
 //! Time signals a user can ask for.
 
-use crate::model::{Base, Rates};
+use crate::model::{Base, Quantity};
 use crate::real::Scalar;
 use crate::solve::{ALL_STATES, Demand, Retrace, Seat};
 
@@ -66,8 +66,13 @@ impl Signal {
         state: &[S; N],
     ) -> S {
         let inverse_ratio = seat.assignment.row.constants.inverse_ratio;
-        self.of_state(retrace.base(), state, inverse_ratio)
-            .unwrap_or_else(|| self.of_rates(&retrace.rates(seat, t, state), state, inverse_ratio))
+        match (self.of_state(retrace.base(), state, inverse_ratio), self.quantity()) {
+            (None, Some(quantity)) => {
+                let value = quantity.of(&retrace.rates(seat, t, state));
+                self.of_quantity(value, state, inverse_ratio)
+            }
+            (told, _) => told.unwrap_or(S::splat(f64::NAN)),
+        }
     }
 
     /// Tells the solver which states samples of the signal are made of.
@@ -101,20 +106,23 @@ impl Signal {
         }
     }
 
-    /// The signal out of everything that the equations pass through.
-    pub fn of_rates<S: Scalar, const N: usize>(self, rates: &Rates<S, N>, state: &[S; N], inverse_ratio: S) -> S {
+    /// What the equations pass through for a signal that no state tells.
+    pub fn quantity(self) -> Option<Quantity> {
         match self {
-            Self::ThetaM => state[0],
-            Self::OmegaM => state[1],
-            Self::ThetaL => state[0] * inverse_ratio - rates.te,
-            Self::OmegaL => rates.omega_l,
-            Self::Te => rates.te,
-            Self::Windup => rates.windup,
-            Self::WindupRate => rates.windup_rate,
-            Self::ThetaE => rates.error,
-            Self::MotorTorque => rates.motor_torque,
-            Self::DriveTorque => rates.drive_torque,
-            Self::GearTorque => rates.gear_torque,
+            Self::ThetaM | Self::OmegaM => None,
+            Self::ThetaL | Self::Te => Some(Quantity::Te),
+            Self::OmegaL => Some(Quantity::OmegaL),
+            Self::Windup => Some(Quantity::Windup),
+            Self::WindupRate => Some(Quantity::WindupRate),
+            Self::ThetaE => Some(Quantity::Error),
+            Self::MotorTorque => Some(Quantity::MotorTorque),
+            Self::DriveTorque => Some(Quantity::DriveTorque),
+            Self::GearTorque => Some(Quantity::GearTorque),
         }
+    }
+
+    /// The signal out of that.
+    pub fn of_quantity<S: Scalar, const N: usize>(self, value: S, state: &[S; N], inverse_ratio: S) -> S {
+        if self == Self::ThetaL { state[0] * inverse_ratio - value } else { value }
     }
 }

@@ -7,7 +7,7 @@ use super::stepper::Stepper;
 use super::watch::{Candidate, WATCHED};
 use super::{Integrands, Method};
 use crate::model::terms::Motion;
-use crate::model::{Harmonics, Layout, Model, Rates, Row, Segment};
+use crate::model::{Harmonics, Layout, Model, Quantity, Rates, Row, Segment};
 use crate::real::{Mask, Real, Task};
 use std::marker::PhantomData;
 
@@ -62,9 +62,29 @@ impl<R: Real, M: Model<N>, T: Method, const N: usize> Again<R, M, T, N> {
         seat.place(lane, &mut self.stepper, segment, moment);
     }
 
-    /// Everything the equations pass through at the lanes' instants; a shaft slides the way it moves.
-    pub fn rates(&mut self) -> Rates<R, N> {
-        R::apart(Instants::<R, M, N> { stepper: &mut self.stepper, model: PhantomData })
+    /// Some of what the equations pass through at ascending instants of a row, which share out among the lanes in
+    /// stretches; a shaft slides the way it moves. `each` gets the numbers of quantity and instant, and the value.
+    pub fn quantities(
+        &mut self,
+        seat: &Seat<R::Lane, N>,
+        (times, states): (&[f64], &[[R::Lane; N]]),
+        wanted: &[Quantity],
+        each: &mut dyn FnMut(usize, usize, R::Lane),
+    ) {
+        let stretch = times.len().div_ceil(R::LANES);
+        let mut segments = vec![None; R::LANES];
+        for further in 0..stretch {
+            let due = || (further..times.len()).step_by(stretch).enumerate();
+            for (lane, place) in due() {
+                segments[lane] = Some(seat.follow(lane, &mut self.stepper, segments[lane], times[place]));
+                self.stepper.bring(lane, times[place], &states[place]);
+            }
+            let rates = R::apart(Instants::<R, M, N> { stepper: &mut self.stepper, model: PhantomData });
+            for (which, quantity) in wanted.iter().enumerate() {
+                let values = quantity.of(&rates);
+                due().for_each(|(lane, place)| each(which, place, values.get(lane)));
+            }
+        }
     }
 
     /// The slopes of the kinematic error at motor angles, all lanes being of one row.

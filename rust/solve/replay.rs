@@ -8,7 +8,7 @@ use super::stepper::Stepper;
 use super::watch::WATCHED;
 use super::{Integrands, Method};
 use crate::model::terms::Motion;
-use crate::model::{Base, Drive, Drivetrain, Energies, Harmonics, Layout, Model, Pieces, Rates, Row, spring};
+use crate::model::{Base, Drive, Drivetrain, Energies, Harmonics, Layout, Model, Pieces, Quantity, Rates, Row, spring};
 use crate::real::{Path, Real, Scalar, Task};
 use std::marker::PhantomData;
 
@@ -18,13 +18,15 @@ pub trait Retrace<S: Scalar, const N: usize> {
     fn dense(&mut self, seat: &Seat<S, N>, start: &Record<S, N>, step: f64) -> Dense<S, N>;
     /// Everything the equations pass through at an instant; a shaft slides the way it moves.
     fn rates(&mut self, seat: &Seat<S, N>, t: f64, state: &[S; N]) -> Rates<S, N>;
-    /// The same at ascending instants, as many at once as there are lanes: `each` gets their places in turn.
-    fn rates_at(
+    /// Some of it at ascending instants, as many at once as there are lanes: `each` gets the places of quantity and
+    /// instant, and the value.
+    fn quantities(
         &mut self,
         seat: &Seat<S, N>,
         times: &[f64],
         states: &[[S; N]],
-        each: &mut dyn FnMut(usize, &Rates<S, N>),
+        wanted: &[Quantity],
+        each: &mut dyn FnMut(usize, usize, S),
     );
     /// The energy at an instant.
     fn energies(&mut self, seat: &Seat<S, N>, t: f64, state: &[S; N]) -> Energies<S>;
@@ -201,23 +203,16 @@ impl<P: Path, M: Model<N>, T: Method, const N: usize> Retrace<Lane<P>, N> for Re
         Lane::<P>::apart(Instant::<Lane<P>, M, N> { stepper: &self.stepper, t, state, model: PhantomData })
     }
 
-    fn rates_at(
+    fn quantities(
         &mut self,
         seat: &Seat<Lane<P>, N>,
         times: &[f64],
         states: &[[Lane<P>; N]],
-        each: &mut dyn FnMut(usize, &Rates<Lane<P>, N>),
+        wanted: &[Quantity],
+        each: &mut dyn FnMut(usize, usize, Lane<P>),
     ) {
-        let lanes = P::Lanes::LANES;
         self.again.load(seat, self.shared);
-        let mut segments = seat.segments_before(times);
-        for (chunk, (times, states)) in times.chunks(lanes).zip(states.chunks(lanes)).enumerate() {
-            for (lane, ((&t, state), segment)) in times.iter().zip(states).zip(&mut segments).enumerate() {
-                self.again.place(lane, seat, segment, (t, state));
-            }
-            let rates = self.again.rates();
-            (0..times.len()).for_each(|lane| each(chunk * lanes + lane, &rates.lane(lane)));
-        }
+        self.again.quantities(seat, (times, states), wanted, each);
     }
 
     fn energies(&mut self, seat: &Seat<Lane<P>, N>, t: f64, state: &[Lane<P>; N]) -> Energies<Lane<P>> {

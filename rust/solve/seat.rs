@@ -181,15 +181,24 @@ impl<S: Scalar, const N: usize> Seat<S, N> {
         load.value + load.slope * S::splat(t - segment.start)
     }
 
-    /// The segments in force just before ascending times, one after the other.
-    pub fn segments_before<'a>(&'a self, times: &'a [f64]) -> impl Iterator<Item = &'a Segment> {
+    /// Puts in force in a lane the segment just before a time, if it is none of an earlier time; its place.
+    pub fn follow<R: Real<Lane = S>>(
+        &self,
+        lane: usize,
+        stepper: &mut Stepper<R, N>,
+        earlier: Option<usize>,
+        t: f64,
+    ) -> usize {
         let segments = &self.assignment.program.segments;
-        times.iter().scan(0, |place, &t| {
-            while segments.get(*place + 1).is_some_and(|next| next.start < t) {
-                *place += 1;
-            }
-            Some(&segments[*place])
-        })
+        let first = || segments.partition_point(|segment| segment.start < t).saturating_sub(1);
+        let mut place = earlier.unwrap_or_else(first);
+        while segments.get(place + 1).is_some_and(|next| next.start < t) {
+            place += 1;
+        }
+        if earlier != Some(place) {
+            stepper.input.set_lane(lane, &segments[place], &self.assignment.row);
+        }
+        place
     }
 
     /// When the lane has to stop next.
@@ -340,10 +349,7 @@ impl<S: Scalar, const N: usize> Seat<S, N> {
         (t, state): (f64, &[S; N]),
     ) {
         stepper.input.set_lane(lane, segment, &self.assignment.row);
-        stepper.t.set(lane, t);
-        for (lanes, &value) in stepper.state.iter_mut().zip(state) {
-            lanes.set(lane, value);
-        }
+        stepper.bring(lane, t, state);
     }
 }
 

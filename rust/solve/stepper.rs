@@ -61,6 +61,14 @@ pub struct Trial<R: Real, const N: usize> {
 }
 
 impl<R: Real, const N: usize> Stepper<R, N> {
+    /// Brings a lane to a time and state.
+    pub fn bring(&mut self, lane: usize, t: f64, state: &[R::Lane; N]) {
+        self.t.set(lane, t);
+        for (lanes, &value) in self.state.iter_mut().zip(state) {
+            lanes.set(lane, value);
+        }
+    }
+
     pub fn new<M: Model<N>, T: Method>(
         layout: &Layout,
         row: &Row<R::Lane>,

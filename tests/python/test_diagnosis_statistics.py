@@ -22,6 +22,7 @@ from hdfast.diagnosis.structure import Free, Structure
 from hdfast.diagnosis.whiten import Whitener, whiten
 from hdfast.model import Model
 from scipy.linalg import toeplitz
+from scipy.signal import lfilter
 
 
 def linear(
@@ -92,6 +93,20 @@ def test_exact_whitening_predicts_from_the_samples_since_a_gap() -> None:
             left = np.sqrt(covariance[0] - ahead @ covariance[1 : since + 1])
             expected = (wave[begin + since] - ahead @ wave[begin : begin + since][::-1]) / left
             assert filtered[begin + since] == pytest.approx(expected, abs=0.15)
+
+
+@pytest.mark.parametrize("columns", [(), (1,), (5,)])
+@pytest.mark.parametrize("samples", [8, 16, 17, 200])
+@pytest.mark.parametrize("order", [0, 5, 16])
+def test_against_scipy_a_whitening_filter_begins_with_the_samples_there_are(
+    order: int, samples: int, columns: tuple[int, ...]
+) -> None:
+    rng = np.random.default_rng([order, samples])
+    layout, _ = linear(samples, 2, 1, rng)
+    taps = rng.standard_normal(order + 1)
+    white = Whitener({"motor_torque": np.tril(np.tile(taps, (order + 1, 1)))})
+    stacked = rng.standard_normal((samples, *columns))
+    np.testing.assert_allclose(white(layout, stacked), lfilter(taps, [1.0], stacked, axis=0), rtol=1e-12, atol=1e-12)
 
 
 def test_exact_of_a_mean_counts_what_is_certain_of_it() -> None:

@@ -7,7 +7,7 @@ use super::stepper::Stepper;
 use super::watch::{Candidate, WATCHED};
 use super::{Integrands, Method};
 use crate::model::terms::Motion;
-use crate::model::{Harmonics, Layout, Model, Quantity, Rates, Row, Segment};
+use crate::model::{Harmonics, Layout, Model, Quantity, Rates, Row};
 use crate::real::{Mask, Real, Task};
 use std::marker::PhantomData;
 
@@ -40,7 +40,8 @@ impl<R: Real, M: Model<N>, T: Method, const N: usize> Again<R, M, T, N> {
         (start, step): (&Record<R::Lane, N>, f64),
         shared: &Harmonics<R::Lane>,
     ) {
-        self.place(lane, seat, seat.segment_before(start.t + 0.5 * step), (start.t, &start.state));
+        let segment = seat.segment_before(start.t + 0.5 * step);
+        seat.place(lane, &mut self.stepper, segment, (start.t, &start.state));
         let Stepper { directions, held, .. } = &mut self.stepper;
         for (lanes, &direction) in directions.iter_mut().zip(&start.branch.directions) {
             lanes.set(lane, R::Lane::splat(f64::from(direction)));
@@ -55,11 +56,6 @@ impl<R: Real, M: Model<N>, T: Method, const N: usize> Again<R, M, T, N> {
     /// Puts a row's constants into all lanes.
     pub fn load(&mut self, seat: &Seat<R::Lane, N>, shared: &Harmonics<R::Lane>) {
         (0..R::LANES).for_each(|lane| seat.load(lane, &mut self.stepper, shared));
-    }
-
-    /// Brings a lane to an instant of a row.
-    pub fn place(&mut self, lane: usize, seat: &Seat<R::Lane, N>, segment: &Segment, moment: (f64, &[R::Lane; N])) {
-        seat.place(lane, &mut self.stepper, segment, moment);
     }
 
     /// Some of what the equations pass through at ascending instants of a row, which share out among the lanes in

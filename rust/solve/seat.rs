@@ -170,8 +170,11 @@ impl<S: Scalar, const N: usize> Seat<S, N> {
 
     /// The segment in force just before a time.
     pub fn segment_before(&self, t: f64) -> &Segment {
-        let segments = &self.assignment.program.segments;
-        &segments[segments.partition_point(|segment| segment.start < t).saturating_sub(1)]
+        &self.assignment.program.segments[self.place_before(t)]
+    }
+
+    fn place_before(&self, t: f64) -> usize {
+        self.assignment.program.segments.partition_point(|segment| segment.start < t).saturating_sub(1)
     }
 
     /// The load torque just before a time [N m].
@@ -190,8 +193,7 @@ impl<S: Scalar, const N: usize> Seat<S, N> {
         t: f64,
     ) -> usize {
         let segments = &self.assignment.program.segments;
-        let first = || segments.partition_point(|segment| segment.start < t).saturating_sub(1);
-        let mut place = earlier.unwrap_or_else(first);
+        let mut place = earlier.unwrap_or_else(|| self.place_before(t));
         while segments.get(place + 1).is_some_and(|next| next.start < t) {
             place += 1;
         }

@@ -53,9 +53,8 @@ class Metric:
         """Both parts of (N,) or (N, P), one after the other: (2N,) or (2N, P)."""
         found = np.empty((2 * layout.size, *stacked.shape[1:]))
         bulk, fine = np.split(found, 2)
-        shares = np.sqrt(1.0 - self.fine) / self.weights.unit, np.sqrt(self.fine)
-        for part, values, share in zip((bulk, fine), (stacked, self.white(layout, stacked)), shares, strict=True):
-            np.multiply(values.T, share[layout.channel], out=part.T)
+        np.multiply(stacked.T, (np.sqrt(1.0 - self.fine) / self.weights.unit)[layout.channel], out=bulk.T)
+        np.multiply(self.white(layout, stacked).T, np.sqrt(self.fine)[layout.channel], out=fine.T)
         return found
 
     def cost(

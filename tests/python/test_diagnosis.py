@@ -315,12 +315,12 @@ def test_exact_a_model_in_a_valley_of_its_own_is_fitted_anew_from_where_a_larger
         [], ["4"], [], {}, [Free(f"te_{wave}_4", 0.0, 1e-5, False, "rad") for wave in ("cos", "sin")]
     )
     larger = fit(replay, wider, np.append(good.coordinates, np.zeros(2)))
-    found = lower_valley(replay, stuck, [stuck, larger])
+    found = lower_valley(replay, stuck, larger)
     assert found is not None
     missed = (found.coordinates - good.coordinates) / np.sqrt(np.diag(good.covariance(replay.layout)))
     assert np.max(np.abs(missed)) < 0.3
-    assert lower_valley(replay, good, [larger, stuck]) is None
-    assert lower_valley(replay, good, []) is None
+    assert lower_valley(replay, good, larger) is None
+    assert lower_valley(replay, good, stuck) is None
 
 
 def test_exact_a_fit_that_ends_beside_a_known_one_has_its_slopes(

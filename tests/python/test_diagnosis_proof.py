@@ -306,41 +306,62 @@ def test_exact_a_first_effect_is_tried_where_the_screen_suspects_it_or_cannot_sh
     assert tried(first=False) == ["hysteresis"]
 
 
-@pytest.mark.parametrize(
-    ("p", "spread", "asked"), [(0.02, 0.0, True), (0.02, 2.6, False), (0.01, 2.6, True), (0.01, 9.0, False)]
-)
-def test_exact_what_opens_no_search_is_not_confirmed_by_others_alone(monkeypatch, p, spread, asked) -> None:
-    blocks = 1.0 + spread * np.resize([1.0, -1.0], 20)
-    trial = SimpleNamespace(candidate=SimpleNamespace(effect="load_side_friction", label="load_side_friction"),
-                            fit=SimpleNamespace(white=None), gain=Gain(blocks, (0.1, 0.2)))  # fmt: skip
-    first = SimpleNamespace(before=None, screen=SimpleNamespace(p={"load_side_friction": p}))
-    weighed = []
-    monkeypatch.setattr(prove, "noise_floor", lambda held: 0.1)
-    monkeypatch.setattr(prove, "replayed", lambda *given: None)
-    monkeypatch.setattr(prove, "weigh_up", lambda *given: weighed.append(p) or SimpleNamespace(confirms=False))
-    held = SimpleNamespace(layout=None)
-    assert prove._confirmed(held, held, first, trial) is None
-    assert bool(weighed) == asked
-
-
-@pytest.mark.parametrize(
-    ("p", "margin", "error", "named"),
-    [(1e-3, 0.25, 1.01, True), (2e-3, 0.25, 1.01, False), (1e-3, 0.24, 1.01, False), (2e-3, 0.1, 0.99, True)],
-)
-def test_exact_what_is_singled_out_is_confirmed_where_the_loudest_channel_hides_it(
-    monkeypatch, p, margin, error, named
-) -> None:
+def confirmed_on_others(monkeypatch, p, gained, *, beside=(), **shown) -> bool:
+    """Whether a faint friction is confirmed, with this p value, gain and proof, beside these other effects."""
     candidate = SimpleNamespace(effect="load_side_friction", label="load_side_friction")
     fitted = SimpleNamespace(white=None, structure=None, coordinates=None)
-    trial = select.Trial(candidate, fitted, Gain(np.full(20, margin), (0.1, 0.2)), (accept.STILL,))
-    first = select.Round(fitted, [], [], [], SimpleNamespace(p={"load_side_friction": p}), [trial], None)
-    proof = SimpleNamespace(confirms=True, holds=True, baseline=1.0, extended=error)
+    trial = select.Trial(candidate, fitted, gained, (accept.STILL,))
+    last = select.Round(fitted, [], [], [], SimpleNamespace(p={"load_side_friction": p}), [trial], None)
     for name in ("noise_floor", "replayed", "fit"):
         monkeypatch.setattr(prove, name, lambda *given: fitted)
+    proof = SimpleNamespace(confirms=True, holds=True, baseline=1.0, **shown)
     monkeypatch.setattr(prove, "weigh_up", lambda *given: proof)
     monkeypatch.setattr(prove, "_holding", lambda replay, held, found: found.accepted)
     held = SimpleNamespace(layout=None, commanded=lambda one: None)
-    assert bool(prove._confirmed(held, held, first, trial)) == named
+    accepted = prove._confirmed(held, held, select.Search([last], fitted, list(beside)), trial)
+    if accepted is None:
+        return False
+    assert accepted[:-1] == list(beside)
+    return bool(accepted[-1].candidate is candidate and accepted[-1].confirmed and not accepted[-1].failed)
+
+
+@pytest.mark.parametrize(
+    ("p", "spread", "beside", "named"),
+    [
+        (0.02, 0.0, (), True), (0.02, 2.6, (), False), (0.01, 2.6, (), True), (0.01, 9.0, (), False),
+        (0.01, 0.0, ("backlash",), False),
+    ],
+)  # fmt: skip
+@pytest.mark.parametrize("alone", [False, True])
+def test_exact_what_opens_no_search_is_confirmed_by_others_where_these_speak_alone(
+    monkeypatch, p, spread, beside, named, alone
+) -> None:
+    gained = Gain(1.0 + spread * np.resize([1.0, -1.0], 20), (0.1, 0.2))
+    shown = {"extended": 0.9, "speaks_alone": alone}
+    assert confirmed_on_others(monkeypatch, p, gained, beside=beside, **shown) == (named or alone)
+
+
+@pytest.mark.parametrize(
+    ("p", "margin", "error", "alone", "named"),
+    [
+        (1e-3, 0.25, 1.01, False, True), (2e-3, 0.25, 1.01, False, False), (1e-3, 0.24, 1.01, False, False),
+        (2e-3, 0.1, 0.99, False, True), (2e-3, 0.25, 1.01, True, True), (2e-3, 0.24, 1.01, True, False),
+    ],
+)  # fmt: skip
+def test_exact_what_is_singled_out_is_confirmed_where_the_loudest_channel_hides_it(
+    monkeypatch, p, margin, error, alone, named
+) -> None:
+    gained = Gain(np.full(20, margin), (0.1, 0.2))
+    assert confirmed_on_others(monkeypatch, p, gained, extended=error, speaks_alone=alone) == named
+
+
+@pytest.mark.parametrize(("gained", "alone"), [(3.6, False), (3.9, True)])
+def test_exact_others_speak_alone_where_chance_makes_their_gain_once_in_ten_thousand(gained, alone) -> None:
+    """Nothing left out loses what is expected of it, give or take the root of twice that."""
+    expected, deviation = 8.0, 4.0
+    blocks = Gain(np.full(8, (gained * deviation - expected) / 8.0), (1.0, 1.0))
+    proof = Proof(1.0, 1.0, 0.1, blocks, Gain(np.full(8, expected / 8.0), (1.0, 1.0)), 0.0, ())
+    assert proof.speaks_alone == alone
 
 
 @pytest.mark.parametrize(("error", "beyond_doubt", "broken"), [

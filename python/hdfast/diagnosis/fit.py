@@ -25,8 +25,8 @@ MUCH = 10.0
 CHORDS = 2
 SHRINK = (1.0, 0.25)
 CAREFUL = (*SHRINK, 0.06)
-#: What a step has to find [nats], and a round of steps for another one where noise of the angle is loud: its slopes are
-#: taken anew, so that the next round always finds a little.
+#: What a step has to find [nats], and a round of steps for another one where noise of the angle is loud, or a load
+#: rattles: slopes are chance there and taken anew, so that the next round always finds a little.
 SETTLED, WORTH = 0.05, 0.5
 VALLEY, LOWER = 0.5, 1.0
 #: Squared distance in standard deviations within which slopes are alike.
@@ -74,7 +74,7 @@ def fit(
         if turn == MOST_ROUNDS or (turn >= ROUNDS and found < MUCH):
             break
         precision = partial(_precision, replay, metric, structure, slopes, place.stir)
-        if found < (WORTH if place.stir.loud else SETTLED):
+        if found < (WORTH if place.stir.loud or structure.rattles else SETTLED):
             if known is None or not kept or _beside(known, place.x, precision()):
                 break
             kept = 0

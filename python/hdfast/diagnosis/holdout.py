@@ -22,7 +22,7 @@ TELLS, MUTE, POWERED = 0.5, 2.0, 8.0
 LIKELY = 5.0
 CLEARLY, WORSE = 0.9, 1.02
 PART, LARGER, SMALLER_ERRORS = 0.25, 3.0, 4.0
-RARE = 0.003
+RARE, ALMOST_NEVER = 0.003, 1e-4
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,6 +72,11 @@ class Proof:
         """
         least, most = self._part, LARGER * self.expected.total + PROOF_ERRORS * self._spread
         return not self._worse and least < self.gain.limited <= most and self._rare
+
+    @property
+    def speaks_alone(self) -> bool:
+        """Whether chance would hardly make what these recordings gain, whatever the others show."""
+        return self._chance <= ALMOST_NEVER
 
     @property
     def refutes(self) -> bool:

@@ -55,6 +55,7 @@ class Unit:
         filtered: whether what the load's sensors recorded went through their low-pass.
         reading: from there to what the load's sensors recorded, by their own times, (n, density (n - 1) + 1); None
             where the working rate is far below the recorder's, or its clock even and no means are taken.
+        step: of the recorded motor angle [rad], 0 where it has none.
         noises: further noises of its angle and their rates [rad, rad/s], each (n,); none where nothing was recorded.
     """
 
@@ -80,6 +81,7 @@ class Unit:
     locked: float | None = None
     filtered: bool = False
     reading: scipy.sparse.csr_array | None = field(default=None, repr=False)
+    step: float = 0.0
     noises: tuple[tuple[Floats, Floats], ...] = field(default=(), repr=False)
 
     @property
@@ -223,6 +225,7 @@ def prepare(
         locked=float(np.nanmean(recording["load_angle"])) if held else None,
         filtered=band.sensed < clocks.widest,
         reading=reading(denser(t, density), clock, t, clocks.step if means else 0.0) if own else None,
+        step=source.steps.get("motor_angle", 0.0),
         noises=_noises(source, encoder, clocks, band, number),
     )
 

@@ -21,19 +21,19 @@ Proven = tuple[Search, Proof, dict[str, float]]
 def proven(replay: Replay, held: Replay, found: Search) -> Proven:
     """The search as far as it holds on what was held out, its proof, and the gains of its effects there.
 
-    Where it accepted nothing, the effect that came closest is looked at once more: what the fitted recordings show too
-    faintly for a name the others may confirm.
+    Of what it did not accept in the end, the effect that came closest is looked at once more: what the fitted
+    recordings show too faintly for a name the others may confirm.
 
     Args:
         replay: the recordings that were fitted.
         held: those that were held out.
         found: the search.
     """
-    if found.accepted:
-        return _holding(replay, held, found)
-    faint = _faintest(found.rounds[0])
-    confirmed = None if faint is None else _confirmed(replay, held, found.rounds[0], faint)
-    return confirmed or _holding(replay, held, found)
+    whole = _holding(replay, held, found)
+    faint = _faintest(found.rounds[-1])
+    if faint is None or whole[0] is not found:
+        return whole
+    return _confirmed(replay, held, found, faint) or whole
 
 
 def _holding(replay: Replay, held: Replay, found: Search) -> Proven:
@@ -96,35 +96,42 @@ def chance(trial: Trial, seen: Round) -> float:
     return 1.0 if one_block or trial.candidate.effect in SLOW else seen.screen.p[trial.candidate.label]
 
 
-def _faintest(first: Round) -> Trial | None:
+def _faintest(last: Round) -> Trial | None:
     """The best effect whose gain, or whose fall of the error, alone was too small to be accepted.
 
     Clocks, filters and drifts are alike in all recordings of a recorder, which would confirm them.
     """
     faint = [
         one
-        for one in first.trials
-        if set(one.failed) <= {SHORT, STILL} and one.gain.limited > 0.0 and one.candidate.effect not in (*TIMING, *SLOW)
+        for one in last.trials
+        if one.failed
+        and set(one.failed) <= {SHORT, STILL}
+        and one.gain.limited > 0.0
+        and one.candidate.effect not in (*TIMING, *SLOW)
     ]
     return max(faint, key=lambda one: one.gain.limited, default=None)
 
 
-def _confirmed(replay: Replay, held: Replay, first: Round, trial: Trial) -> Proven | None:
-    """The search with one faint effect, where the held-out recordings confirm it and are predicted better with it.
+def _confirmed(replay: Replay, held: Replay, found: Search, trial: Trial) -> Proven | None:
+    """The search with one faint effect more, where the held-out recordings confirm it and are predicted better with it.
 
-    What does not open a search has to gain two errors on the fitted recordings: no others speak for it alone. Where
-    the screen singles an effect out that gains more than that, its gain may stand in less than the error does.
+    What does not open a search has to gain two errors on the fitted recordings, unless the others speak for it alone,
+    as they have to for what is uneven, and for what comes beside other effects. Where these or the screen single an
+    effect out that gains more than that, its gain may stand in less than the error does.
     """
-    likely, margin = chance(trial, first), margin_of([trial.gain])
-    faint = first.screen.p[trial.candidate.label] > ALARM and margin < 0.0
-    if faint or too_uneven(trial.candidate, trial.gain):
-        return None
-    before, after = (replayed(held, model, first.before) for model in (first.before, trial.fit))
+    last, nominal = found.rounds[-1], found.rounds[0].before
+    likely, margin = chance(trial, last), margin_of([trial.gain])
+    before, after = (replayed(held, model, nominal) for model in (last.before, trial.fit))
     proof = weigh_up(held.layout, trial.fit.white, before, after, noise_floor(held), margin, likely)
-    hidden = likely <= ALONE and margin >= LIKELY
-    if not (proof.confirms and proof.holds and (hidden or proof.extended < proof.baseline)):
+    if not (proof.confirms and proof.holds):
+        return None
+    faint = last.screen.p[trial.candidate.label] > ALARM and margin < 0.0
+    doubtful = faint or bool(found.accepted) or too_uneven(trial.candidate, trial.gain)
+    hidden = margin >= LIKELY and (likely <= ALONE or proof.speaks_alone)
+    if (doubtful and not proof.speaks_alone) or not (hidden or proof.extended < proof.baseline):
         return None
     accepted = replace(trial, failed=(), confirmed=True)
-    final = fit(replay.commanded(first.before), trial.fit.structure, trial.fit.coordinates)
-    trials = [accepted if one is trial else one for one in first.trials]
-    return _holding(replay, held, Search([replace(first, trials=trials, accepted=accepted)], final, [accepted]))
+    final = fit(replay.commanded(last.before), trial.fit.structure, trial.fit.coordinates)
+    trials = [accepted if one is trial else one for one in last.trials]
+    rounds = [*found.rounds[:-1], replace(last, trials=trials, accepted=accepted)]
+    return _holding(replay, held, Search(rounds, final, [*found.accepted, accepted]))

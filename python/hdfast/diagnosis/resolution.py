@@ -23,12 +23,14 @@ def unresolved(candidate: Candidate, fitted: Fit, replay: Replay) -> bool:
 
     A bristle has to take longer to bend than the band's slowest rise, and to give way within the motion, or it is a
     spring; a falling friction law has to reach beyond the speeds whose direction is uncertain; a ripple of the torque
-    has to be seen to repeat. A gap of a fraction of an arc second is a bend of the spring that every drive has.
+    has to be seen to repeat. A gap of a fraction of an arc second is a bend of the spring that every drive has, and
+    within one step of the motor's angle is where rounding leaves the load.
     """
     effect = candidate.effect
     if effect == "backlash":
         plausible = next(one.low for one in terms()[effect].parameters if one.name == "half_gap")
-        return fitted.value("backlash_half_gap") < NARROWEST * plausible
+        finest = min(unit.step / unit.ratio for unit in replay.plant.units)
+        return fitted.value("backlash_half_gap") < max(NARROWEST * plausible, finest)
     travel = max(float(np.ptp(unit.angle)) for unit in replay.plant.units)
     if effect == "torque_ripple" and candidate.order is not None:
         return candidate.order * travel < REPEATED * 2.0 * math.pi

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Hashable, Sequence
 from collections.abc import Set as AbstractSet
+from contextlib import closing
 from dataclasses import dataclass, field, replace
 from functools import partial
 from operator import attrgetter
@@ -25,7 +26,7 @@ from hdfast.diagnosis.stages import Stages
 from hdfast.diagnosis.structure import Structure
 from hdfast.diagnosis.together import side_by_side
 
-MOST_EFFECTS, MOST_ANEW = 4, 2
+MOST_EFFECTS, MOST_ANEW = 4, 3
 SHORTLIST = 5
 #: Family-wise p value of the screen up to which a first effect is tried all the same: the held-out recordings may
 #: confirm it. Where friction holds the load, nothing of it shows to first order.
@@ -135,16 +136,12 @@ def search(
         seen = screen(replay, heard, found, rng)
         stages.done(f"screened {len(found)} candidates: p = {seen.smallest_p:.3f}")
         trials: list[Trial] = []
-        alarm = seen.smallest_p <= ALARM
-        if (alarm or rules.beyond_noise(nrmse(replay.layout, current.mismatch))) and len(accepted) < MOST_EFFECTS:
+        lower, error = None, nrmse(replay.layout, current.mismatch)
+        if (seen.smallest_p <= ALARM or rules.beyond_noise(error)) and len(accepted) < MOST_EFFECTS:
             shortlist = _shortlist(found, seen, first=not accepted)
-            stages.expect(len(shortlist))
             effort = partial(_try, current=current, rules=rules, seen=seen, known=known)
-            for trial in side_by_side(replay, effort, shortlist):
-                trials.append(trial)
-                stages.done(f"refitted with {trial.candidate.effect}")
-        near = rules.near_noise(nrmse(replay.layout, current.mismatch))
-        lower = lower_valley(replay, current, [one.fit for one in trials]) if near and anew < MOST_ANEW else None
+            watched = current if rules.near_noise(error) and anew < MOST_ANEW else None
+            trials, lower = _tried(replay, effort, shortlist, watched, stages)
         if lower is not None:
             current, anew = lower, anew + 1
             stages.say("a refit came upon a better fit of the model without it: once more from there")
@@ -160,24 +157,46 @@ def search(
         stages.say(f"accepted {best.candidate.label}" + (f" after {', '.join(present)}" if present else ""))
 
 
-def lower_valley(replay: Replay, current: Fit, others: Sequence[Fit]) -> Fit | None:
-    """A better fit of a model, from where fits of larger ones left its parameters; None without one.
+def _tried(
+    replay: Replay,
+    effort: Callable[[Replay, list[Signature]], Trial],
+    shortlist: Sequence[list[Signature]],
+    watched: Fit | None,
+    stages: Stages,
+) -> tuple[list[Trial], Fit | None]:
+    """Trials of all shortlisted, or those until one leads to a better fit of the watched model, and that fit."""
+    trials: list[Trial] = []
+    stages.expect(len(shortlist))
+    with closing(side_by_side(replay, effort, shortlist)) as found:
+        for trial in found:
+            trials.append(trial)
+            stages.done(f"refitted with {trial.candidate.effect}")
+            lower = None if watched is None else lower_valley(replay, watched, trial.fit)
+            if lower is not None:
+                stages.expect(len(trials) - len(shortlist))
+                return trials, lower
+    return trials, None
+
+
+def lower_valley(replay: Replay, current: Fit, other: Fit) -> Fit | None:
+    """A better fit of a model, from where that of a larger one left its parameters; None without one.
 
     A fit may stop in a valley of its own. Whatever is added then leads out of it, and would be given the credit.
 
     Args:
         replay: recordings.
         current: the model's own fit.
-        others: fits with more parameters, or with others in the place of some.
+        other: one with more parameters, or with others in the place of some.
     """
-    structure, metric = current.structure, Metric.about(replay, current)
-    places = np.array([current.coordinates, *(current.beside(one) for one in others)])
-    found = zip(places, replay.mismatch(structure, places), strict=True)
-    costs = np.nan_to_num([metric.cost(replay.layout, structure, *pair) for pair in found], nan=np.inf)
-    best = int(np.argmin(costs))
-    if not costs[0] - costs[best] > CONVINCING:
+    structure, metric, place = current.structure, Metric.about(replay, current), current.beside(other)
+    found = replay.mismatch(structure, place[None])[0]
+    here, there = (
+        metric.cost(replay.layout, structure, *pair)
+        for pair in ((current.coordinates, current.mismatch), (place, found))
+    )
+    if not here - there > CONVINCING:
         return None
-    lower = fit(replay, structure, places[best])
+    lower = fit(replay, structure, place)
     return lower if metric.best_fit(replay.layout, [current, lower]) is lower else None
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Generator, Sequence
 from concurrent.futures import CancelledError, ThreadPoolExecutor
 from dataclasses import replace
 from functools import partial
@@ -16,11 +16,13 @@ Part = TypeVar("Part")
 Found = TypeVar("Found")
 
 
-def side_by_side(replay: Replay, work: Callable[[Replay, Part], Found], parts: Sequence[Part]) -> Iterator[Found]:
+def side_by_side(
+    replay: Replay, work: Callable[[Replay, Part], Found], parts: Sequence[Part]
+) -> Generator[Found, None, None]:
     """What `work` makes of each part, in their order: the same as one after another.
 
     The few rows of one part would leave most lanes of all threads empty: every part gets its share of the threads. When
-    one fails or the user interrupts, the others' simulations end with `CancelledError`.
+    one fails, the user interrupts or asks for no more, the others' simulations end with `CancelledError`.
     """
     stopped = Event()
 

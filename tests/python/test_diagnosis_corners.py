@@ -164,7 +164,7 @@ def test_exact_a_search_is_taken_back_to_what_holds(monkeypatch, holds, refutes,
             return together and self.span == (0, len(holds))
 
     class Model(int):
-        white = None
+        white = mismatch = None
 
     class Trial:
         gain = nothing
@@ -178,6 +178,7 @@ def test_exact_a_search_is_taken_back_to_what_holds(monkeypatch, holds, refutes,
             self.screen = SimpleNamespace(p={f"effect {number}": 1.0})
 
     monkeypatch.setattr(prove, "noise_floor", lambda held: 0.1)
+    monkeypatch.setattr(prove, "nrmse", lambda layout, mismatch: 1.0)
     monkeypatch.setattr(prove, "replayed", lambda held, model, reference: model)
     monkeypatch.setattr(prove, "weigh_up", lambda layout, white, before, after, *rest: Said(int(before), int(after)))
     monkeypatch.setattr(prove, "_without", lambda *given: None)
@@ -216,16 +217,17 @@ def test_exact_a_faint_effect_stands_where_what_is_held_out_confirms_it(
     errors = (1.0, 1.0)
     weighed = []
 
-    def weigh_up(layout, white, before, after, floor, margin=0.0, p=1.0):
+    def weigh_up(layout, white, before, after, floor, margin=0.0, p=1.0, outset=None):
         weighed.append(p)
         expected = Gain(np.full(9, 0.5 * confirms), errors)
         return Proof(1.0, error, 0.1, Gain(np.full(9, 1.0), errors), expected, 0.0, (), p)
 
-    model = SimpleNamespace(white=None, structure=None, coordinates=None)
+    model = SimpleNamespace(white=None, structure=None, coordinates=None, mismatch=None)
     trial = Trial(SimpleNamespace(effect=effect, label=effect), model, Gain(np.full(9, gained / 9.0), errors), failed)
     first = Round(model, [], [], [], SimpleNamespace(p={effect: 2e-3}), [trial], None)
     for name in ("noise_floor", "replayed", "fit"):
         monkeypatch.setattr(prove, name, lambda *given: model)
+    monkeypatch.setattr(prove, "nrmse", lambda layout, mismatch: 1.0)
     monkeypatch.setattr(prove, "weigh_up", weigh_up)
     monkeypatch.setattr(Proof, "confirms", property(lambda proof: confirms))
     monkeypatch.setattr(Proof, "holds", property(lambda proof: holds))

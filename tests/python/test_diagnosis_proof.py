@@ -212,6 +212,20 @@ def test_exact_a_model_that_predicts_worse_never_holds() -> None:
     assert not proof(100.0, 100.0, 100.0, (9.0, 8.0)).holds
 
 
+@pytest.mark.parametrize(
+    ("rise", "outset", "gain", "holds"),
+    [
+        (0.04, 0.9, 30.0, True), (0.06, 0.9, 30.0, False), (0.04, 0.5, 30.0, False), (0.04, None, 30.0, False),
+        (0.04, 0.9, 19.0, False), (0.02, 0.9, 19.0, True),
+    ],
+)  # fmt: skip
+def test_exact_what_is_certain_may_raise_an_error_that_the_search_has_lowered(rise, outset, gain, holds) -> None:
+    """By 5 % at most, and never beyond what it was before the search."""
+    even = Gain(np.full(20, gain / 20.0), ERRORS)
+    risen = replace(proof(gain, 30.0, 100.0), gain=even, extended=0.5 * (1.0 + rise) - 1e-9, outset=outset)
+    assert risen.holds == holds
+
+
 def test_exact_a_candidate_that_cannot_be_simulated_is_no_crash(tmp_path, monkeypatch):
     """Rows of a candidate that fail at every amplitude end its trial, not the diagnosis."""
     small_campaign.shorten_library(monkeypatch)

@@ -64,9 +64,11 @@ def _steps(held: Replay, found: Search, lessers: Mapping[Trial, Lesser]) -> dict
     """The final model over the one without an effect, for each of them."""
     before, final = found.rounds[0].before, found.final
     whole, noise = replayed(held, final, before), noise_floor(held)
+    outset = nrmse(held.layout, replayed(held, before, before).mismatch)
 
     def step(trial: Trial, lesser: Lesser) -> Proof:
         margin, likely = margin_of([lesser.gain]), chance(trial, found.round_of(trial))
-        return weigh_up(held.layout, final.white, replayed(held, lesser.fit, before), whole, noise, margin, likely)
+        without = replayed(held, lesser.fit, before)
+        return weigh_up(held.layout, final.white, without, whole, noise, margin, likely, outset)
 
     return {trial: step(trial, lesser) for trial, lesser in lessers.items()}

@@ -9,7 +9,7 @@ import numpy as np
 import scipy
 
 from hdfast.checks import Floats
-from hdfast.diagnosis.accept import ALONE, CERTAIN, USELESS
+from hdfast.diagnosis.accept import ALONE, CERTAIN, CERTAIN_ERRORS, MOST_RISE, RISE, USELESS
 from hdfast.diagnosis.evidence import Layout, limited
 from hdfast.diagnosis.fitted import Fit
 from hdfast.diagnosis.replay import Replay
@@ -20,7 +20,7 @@ from hdfast.diagnosis.whiten import Whitener
 PROOF_ERRORS = 2.0
 TELLS, MUTE, POWERED = 0.5, 2.0, 8.0
 LIKELY = 5.0
-CLEARLY, WORSE = 0.9, 1.02
+CLEARLY = 0.9
 PART, LARGER, SMALLER_ERRORS = 0.25, 3.0, 4.0
 RARE, ALMOST_NEVER = 0.003, 1e-4
 
@@ -37,6 +37,7 @@ class Proof:
         margin: limited left-out gain on the recordings that were fitted, less two of its errors.
         mismatch: stacked mismatches (N,) of baseline and extended model.
         p: chance of what the screen shows of it, on the recordings that were fitted, where nothing is left out.
+        outset: nrmse of the model that the search began with; default that of the baseline.
     """
 
     baseline: float
@@ -47,6 +48,7 @@ class Proof:
     margin: float
     mismatch: tuple[Floats, Floats] = field(repr=False)
     p: float = 1.0
+    outset: float | None = None
 
     @property
     def shows(self) -> bool:
@@ -149,7 +151,11 @@ class Proof:
 
     @property
     def _worse(self) -> bool:
-        return self.extended > min(WORSE * self.baseline, USELESS)
+        """Whether the error rises; what is certain may hide in the loudest channel where the search has lowered it."""
+        certain = self.gain.limited >= CERTAIN and self.gain.ratio > CERTAIN_ERRORS
+        outset = self.baseline if self.outset is None else self.outset
+        most = (1.0 + (MOST_RISE if certain else RISE)) * self.baseline
+        return self.extended > min(most, (1.0 + RISE) * outset, USELESS)
 
     @property
     def _clear(self) -> bool:
@@ -169,6 +175,7 @@ def weigh_up(
     floor: float,
     margin: float = 0.0,
     p: float = 1.0,
+    outset: float | None = None,
 ) -> Proof:
     """The proof from the replays of baseline and extended model, the latter's noise whitened by `white`.
 
@@ -184,4 +191,5 @@ def weigh_up(
     errors = nrmse(layout, after.mismatch), nrmse(layout, before.mismatch)
     expected = Gain(np.maximum(layout.sums(told), 0.0), errors)
     mismatch = before.mismatch, after.mismatch
-    return Proof(errors[1], errors[0], floor, Gain(layout.sums(gained), errors), expected, margin, mismatch, p)
+    gain = Gain(layout.sums(gained), errors)
+    return Proof(errors[1], errors[0], floor, gain, expected, margin, mismatch, p, outset)

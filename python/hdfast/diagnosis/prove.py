@@ -12,7 +12,7 @@ from hdfast.diagnosis.fit import fit
 from hdfast.diagnosis.holdout import LIKELY, Proof, replayed, weigh_up
 from hdfast.diagnosis.lesser import without_one
 from hdfast.diagnosis.replay import Replay
-from hdfast.diagnosis.score import Gain, noise_floor
+from hdfast.diagnosis.score import Gain, noise_floor, nrmse
 from hdfast.diagnosis.select import Round, Search, Trial
 
 Proven = tuple[Search, Proof, dict[str, float]]
@@ -48,10 +48,12 @@ def _holding(replay: Replay, held: Replay, found: Search) -> Proven:
     trials = [one.accepted for one in taken if one.accepted is not None]
     chances = [chance(one, seen) for one, seen in zip(trials, taken, strict=True)]
     replays = [replayed(held, model, models[0]) for model in models]
+    outset = nrmse(held.layout, replays[0].mismatch)
 
     def between(first: int, last: int) -> Proof:
         margin, ends = margin_of([one.gain for one in trials[first:last]]), (replays[first], replays[last])
-        return weigh_up(held.layout, models[last].white, *ends, floor, margin, max(chances[first:last], default=1.0))
+        likely = max(chances[first:last], default=1.0)
+        return weigh_up(held.layout, models[last].white, *ends, floor, margin, likely, outset)
 
     last = len(models) - 1
     steps = [between(n, n + 1) for n in range(last)]

@@ -25,12 +25,12 @@ from hdfast.diagnosis.resolution import unresolved
 from hdfast.diagnosis.rivals import stand
 from hdfast.diagnosis.score import Gain
 from hdfast.diagnosis.screen import Screen, Signature
-from hdfast.diagnosis.select import Round, Search, Trial
 from hdfast.diagnosis.session import set_up_usable
 from hdfast.diagnosis.shapes import in_every_sensor, positive
 from hdfast.diagnosis.stages import Stages
 from hdfast.diagnosis.stir import Stir
 from hdfast.diagnosis.structure import Free, Structure
+from hdfast.diagnosis.trials import Round, Search, Trial
 from hdfast.errors import InputError
 from hdfast.health import check
 from hdfast.model import Model

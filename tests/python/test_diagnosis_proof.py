@@ -14,7 +14,7 @@ from hdfast.diagnosis.lesser import Lesser
 from hdfast.diagnosis.replay import Replay
 from hdfast.diagnosis.rivals import confidence
 from hdfast.diagnosis.score import Gain
-from hdfast.diagnosis.select import Round, Search, Trial
+from hdfast.diagnosis.trials import Round, Search, Trial
 
 ERRORS = (0.5, 0.5)
 
@@ -322,20 +322,21 @@ def test_exact_a_first_effect_is_tried_where_the_screen_suspects_it_or_cannot_sh
 
 def confirmed_on_others(monkeypatch, p, gained, *, beside=(), **shown) -> bool:
     """Whether a faint friction is confirmed, with this p value, gain and proof, beside these other effects."""
-    candidate = SimpleNamespace(effect="load_side_friction", label="load_side_friction")
+    candidate = SimpleNamespace(effect="load_side_friction", label="load_side_friction", contains=("cogging",))
     fitted = SimpleNamespace(white=None, structure=None, coordinates=None)
-    trial = select.Trial(candidate, fitted, gained, (accept.STILL,))
-    last = select.Round(fitted, [], [], [], SimpleNamespace(p={"load_side_friction": p}), [trial], None)
+    trial = Trial(candidate, fitted, gained, (accept.STILL,))
+    last = Round(fitted, [], [], [], SimpleNamespace(p={"load_side_friction": p}), [trial], None)
     for name in ("noise_floor", "replayed", "fit"):
         monkeypatch.setattr(prove, name, lambda *given: fitted)
     proof = SimpleNamespace(confirms=True, holds=True, baseline=1.0, **shown)
     monkeypatch.setattr(prove, "weigh_up", lambda *given: proof)
     monkeypatch.setattr(prove, "_holding", lambda replay, held, found: found.accepted)
     held = SimpleNamespace(layout=None, commanded=lambda one: None)
-    accepted = prove._confirmed(held, held, select.Search([last], fitted, list(beside)), trial)
+    others = [SimpleNamespace(candidate=SimpleNamespace(effect=effect)) for effect in beside]
+    accepted = prove._confirmed(held, held, Search([last], fitted, others), trial)
     if accepted is None:
         return False
-    assert accepted[:-1] == list(beside)
+    assert [one.candidate.effect for one in accepted[:-1]] == [effect for effect in beside if effect != "cogging"]
     return bool(accepted[-1].candidate is candidate and accepted[-1].confirmed and not accepted[-1].failed)
 
 
@@ -343,7 +344,7 @@ def confirmed_on_others(monkeypatch, p, gained, *, beside=(), **shown) -> bool:
     ("p", "spread", "beside", "named"),
     [
         (0.02, 0.0, (), True), (0.02, 2.6, (), False), (0.01, 2.6, (), True), (0.01, 9.0, (), False),
-        (0.01, 0.0, ("backlash",), False),
+        (0.01, 0.0, ("cogging", "backlash"), False),
     ],
 )  # fmt: skip
 @pytest.mark.parametrize("alone", [False, True])

@@ -10,8 +10,8 @@ from hdfast.diagnosis.lesser import Lesser, lessened
 from hdfast.diagnosis.prove import Proven, chance, margin_of, whole_proof
 from hdfast.diagnosis.replay import Replay
 from hdfast.diagnosis.score import folds_near, noise_floor, nrmse
-from hdfast.diagnosis.select import Search, Trial
 from hdfast.diagnosis.together import side_by_side
+from hdfast.diagnosis.trials import Search, Trial
 
 #: What several effects have to gain each, beside the others [nats].
 LEAST = 15.0

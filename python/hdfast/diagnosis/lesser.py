@@ -12,8 +12,9 @@ from hdfast.diagnosis.fit import fit
 from hdfast.diagnosis.fitted import Fit
 from hdfast.diagnosis.replay import Replay
 from hdfast.diagnosis.score import Gain, gain
-from hdfast.diagnosis.select import Search, Trial, without
+from hdfast.diagnosis.select import without
 from hdfast.diagnosis.structure import Structure
+from hdfast.diagnosis.trials import Search, Trial
 
 
 @dataclass(frozen=True, eq=False)

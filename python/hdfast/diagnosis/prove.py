@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 import numpy as np
 
@@ -13,7 +12,7 @@ from hdfast.diagnosis.holdout import LIKELY, Proof, replayed, weigh_up
 from hdfast.diagnosis.lesser import without_one
 from hdfast.diagnosis.replay import Replay
 from hdfast.diagnosis.score import Gain, noise_floor, nrmse
-from hdfast.diagnosis.select import Round, Search, Trial
+from hdfast.diagnosis.trials import Round, Search, Trial
 
 Proven = tuple[Search, Proof, dict[str, float]]
 
@@ -132,8 +131,5 @@ def _confirmed(replay: Replay, held: Replay, found: Search, trial: Trial) -> Pro
     hidden = margin >= LIKELY and (likely <= ALONE or proof.speaks_alone)
     if (doubtful and not proof.speaks_alone) or not (hidden or proof.extended < proof.baseline):
         return None
-    accepted = replace(trial, failed=(), confirmed=True)
     final = fit(replay.commanded(last.before), trial.fit.structure, trial.fit.coordinates)
-    trials = [accepted if one is trial else one for one in last.trials]
-    rounds = [*found.rounds[:-1], replace(last, trials=trials, accepted=accepted)]
-    return _holding(replay, held, Search(rounds, final, [*found.accepted, accepted]))
+    return _holding(replay, held, found.more(trial, final))

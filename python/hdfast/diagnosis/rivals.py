@@ -18,8 +18,9 @@ from hdfast.diagnosis.lesser import Lesser, lessened
 from hdfast.diagnosis.replay import Replay
 from hdfast.diagnosis.score import Gain, folds_near, gain, nrmse, weights_of
 from hdfast.diagnosis.screen import Signature
-from hdfast.diagnosis.select import Round, Search, Trial, without
+from hdfast.diagnosis.select import without
 from hdfast.diagnosis.together import side_by_side
+from hdfast.diagnosis.trials import Round, Search, Trial
 
 INDISTINCT, ALIKE, BESIDE = 0.98, 0.95, 0.3
 FAINT = 0.05

@@ -5,26 +5,26 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Hashable, Sequence
 from collections.abc import Set as AbstractSet
 from contextlib import closing
-from dataclasses import dataclass, field, replace
 from functools import partial
 from operator import attrgetter
 
 import numpy as np
 
 from hdfast.checks import Floats
-from hdfast.diagnosis.accept import ALARM, GAIN_ERRORS, HELD_OUT, NO_MODEL, NOTICED, SHORT, STILL, Rules, failed_rules
+from hdfast.diagnosis.accept import ALARM, GAIN_ERRORS, NO_MODEL, NOTICED, SHORT, STILL, Rules, failed_rules
 from hdfast.diagnosis.candidate import Candidate
 from hdfast.diagnosis.changes import attentive, changes
 from hdfast.diagnosis.fit import fit
 from hdfast.diagnosis.fitted import Fit
 from hdfast.diagnosis.metric import Metric
 from hdfast.diagnosis.replay import Replay
-from hdfast.diagnosis.score import CONVINCING, Gain, gain, nrmse
+from hdfast.diagnosis.score import CONVINCING, gain, nrmse
 from hdfast.diagnosis.screen import Screen, Signature, screen, signatures
 from hdfast.diagnosis.shapes import effect_of
 from hdfast.diagnosis.stages import Stages
 from hdfast.diagnosis.structure import Structure
 from hdfast.diagnosis.together import side_by_side
+from hdfast.diagnosis.trials import Round, Search, Trial, joined_by
 
 MOST_EFFECTS, MOST_ANEW = 4, 3
 SHORTLIST = 5
@@ -37,69 +37,6 @@ DISPLACED = 2.0
 AMPLITUDES, FAR = (0.3, 1.0, 3.0), 0.3
 
 Library = Callable[[Fit], list[Candidate]]
-
-
-@dataclass(frozen=True, eq=False)
-class Trial:
-    """A candidate fitted jointly with everything accepted so far.
-
-    Attributes:
-        candidate: the hypothesis.
-        fit: the joint fit.
-        gain: over the structure without it.
-        failed: the acceptance rules it breaks, by name.
-        confirmed: whether it took what was held out to accept it.
-    """
-
-    candidate: Candidate
-    fit: Fit = field(repr=False)
-    gain: Gain
-    failed: tuple[str, ...]
-    confirmed: bool = False
-
-
-@dataclass(frozen=True, eq=False)
-class Round:
-    """One step of the search: what was there, what was thought of, what the screen saw, what was tried and accepted."""
-
-    before: Fit = field(repr=False)
-    present: list[Trial]
-    candidates: list[Candidate] = field(repr=False)
-    signatures: list[Signature] = field(repr=False)
-    screen: Screen
-    trials: list[Trial] = field(repr=False)
-    accepted: Trial | None
-
-    @property
-    def refusing(self) -> Round:
-        """The same round where what it accepted fails what was held out."""
-        trials = [replace(one, failed=(HELD_OUT,)) if one is self.accepted else one for one in self.trials]
-        return replace(self, trials=trials, accepted=None)
-
-
-@dataclass(frozen=True, eq=False)
-class Search:
-    """The whole search; the last round accepted nothing, was the last allowed, or is the one confirmed elsewhere."""
-
-    rounds: list[Round]
-    final: Fit = field(repr=False)
-    accepted: list[Trial]
-
-    def until(self, number: int) -> Search:
-        """The search as it stood before it accepted its effect of this number, which fails what was held out."""
-        taken = [one for one in self.rounds if one.accepted is not None]
-        refused = taken[number]
-        rounds = [*self.rounds[: self.rounds.index(refused)], refused.refusing]
-        return Search(rounds, refused.before, refused.present)
-
-    def less(self, trial: Trial, lesser: Fit) -> Search:
-        """The search without an effect that fails what was held out beside the others; `lesser` has these alone."""
-        rounds = [one.refusing if one.accepted is trial else one for one in self.rounds]
-        return Search(rounds, lesser, [one for one in self.accepted if one is not trial])
-
-    def round_of(self, trial: Trial) -> Round:
-        """The round that accepted an effect."""
-        return next(one for one in self.rounds if one.accepted is trial)
 
 
 def search(
@@ -151,8 +88,7 @@ def search(
         rounds.append(Round(current, accepted, every, found, seen, trials, best))
         if best is None:
             return Search(rounds, current, accepted)
-        replaced = [one for one in accepted if one.candidate.effect in best.candidate.contains]
-        accepted = [one for one in accepted if one not in replaced] + [best]
+        accepted = joined_by(best, accepted)
         current = fit(replay, best.fit.structure, best.fit.coordinates)
         stages.say(f"accepted {best.candidate.label}" + (f" after {', '.join(present)}" if present else ""))
 

@@ -27,10 +27,11 @@ from hdfast.diagnosis.prepare import Unit, prepare
 from hdfast.diagnosis.prove import proven
 from hdfast.diagnosis.replay import Replay
 from hdfast.diagnosis.score import noise_floor
-from hdfast.diagnosis.select import Search, search
+from hdfast.diagnosis.select import search
 from hdfast.diagnosis.source import Source, fitted
 from hdfast.diagnosis.stages import Stages
 from hdfast.diagnosis.structure import Structure
+from hdfast.diagnosis.trials import Search
 from hdfast.errors import InputError
 from hdfast.health import Health, check
 from hdfast.health.result import RecordingHealth

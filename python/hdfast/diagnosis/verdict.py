@@ -17,9 +17,9 @@ from hdfast.diagnosis.locate import Where, locate
 from hdfast.diagnosis.masking import Masked, masked
 from hdfast.diagnosis.rivals import CLOSE_ERRORS, FAINT, INDISTINCT, SURE, Standing, stand
 from hdfast.diagnosis.score import CONVINCING, nrmse
-from hdfast.diagnosis.select import Search
 from hdfast.diagnosis.session import Session
 from hdfast.diagnosis.shapes import effect_of
+from hdfast.diagnosis.trials import Search
 from hdfast.diagnosis.unknown import Unknown, describe
 
 NAMED = ("no_evidence", "found", "undecided", "depends_on", "sensor", "not_reproducible", "data_rejected")

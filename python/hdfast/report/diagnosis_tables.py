@@ -10,8 +10,8 @@ import numpy as np
 
 from hdfast.diagnosis.evidence import Layout
 from hdfast.diagnosis.fitted import Fit
-from hdfast.diagnosis.select import Round
 from hdfast.diagnosis.structure import Free
+from hdfast.diagnosis.trials import Round
 from hdfast.printing import html_table
 from hdfast.report.plots import scaled
 from hdfast.report.tables import number

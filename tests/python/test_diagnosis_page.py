@@ -11,6 +11,7 @@ import small_campaign
 from hdfast.cli import main
 from hdfast.diagnosis import diagnose
 from hdfast.diagnosis.experiment import NOTHING, Contest, propose
+from hdfast.diagnosis.holdout import Proof
 from hdfast.diagnosis.score import Gain
 from hdfast.diagnosis.session import set_up_usable
 from hdfast.diagnosis.steady import SPEED
@@ -128,7 +129,7 @@ def test_exact_a_mismatch_without_a_name_shows_its_variables(unnamed, undrawn):
 def test_exact_what_rests_on_fitted_recordings_says_so_beside_the_errors(found, undrawn):
     """Held-out recordings that do not reach an effect: a gain of theirs would read as a refusal."""
     nothing = Gain(np.zeros(20), (0.5, 0.5))
-    silent = replace(found.evidence.proof, baseline=0.5, extended=0.5, gain=nothing, expected=nothing, margin=50.0)
+    silent = Proof(0.5, 0.5, 0.1, nothing, nothing, 50.0, found.evidence.proof.mismatch)
     assert silent.holds
     assert not silent.shows
     evidence = replace(found.evidence, session=replace(found.evidence.session, proof=silent))

@@ -284,7 +284,8 @@ def test_exact_effects_that_do_not_hold_or_gain_little_beside_the_others_go_one_
     trials = [Trial(one, None, Gain(np.zeros(2), ERRORS), ()) for one in kinds]
     rounds = [Round(None, [], [], [], None, [one], one) for one in trials]
 
-    def steps(held, found, lessers):
+    def steps(held, found, lessers, outset):
+        assert outset == 0.5
         every = told["".join(one.candidate.effect for one in found.accepted)]
         gains = {one: SimpleNamespace(limited=every[one.candidate.effect]) for one in lessers}
         return {one: SimpleNamespace(gain=own, holds=own.limited > 0.0) for one, own in gains.items()}
@@ -296,11 +297,11 @@ def test_exact_effects_that_do_not_hold_or_gain_little_beside_the_others_go_one_
 
     monkeypatch.setattr(beside, "_lessers", lessers_of)
     monkeypatch.setattr(beside, "_steps", steps)
-    monkeypatch.setattr(beside, "whole_proof", lambda held, found: found.final)
-    sequence = Search(rounds, "all", trials), "all", {"a": 1.0, "b": 2.0, "c": 3.0}
+    monkeypatch.setattr(beside, "whole_proof", lambda held, found: SimpleNamespace(baseline=0.5, model=found.final))
+    sequence = Search(rounds, "all", trials), SimpleNamespace(baseline=0.5), {"a": 1.0, "b": 2.0, "c": 3.0}
     (found, proof, shown), lessers = beside.beside(None, None, sequence, 0.1)
     assert [one.candidate.label for one in found.accepted] == ["b", "c"]
-    assert (found.final, proof) == ("less a", "less a")
+    assert (found.final, proof.model) == ("less a", "less a")
     assert shown == {"b": 5.0, "c": 6.0}
     assert {label: lesser.fit for label, lesser in lessers.items()} == {"b": "less b", "c": "less c"}
 

@@ -13,7 +13,7 @@ from hdfast.diagnosis.fitted import Fit
 from hdfast.diagnosis.masking import FAR
 from hdfast.diagnosis.replay import Replay
 from hdfast.diagnosis.resolution import unresolved
-from hdfast.diagnosis.score import NEAR_NOISE, Gain, folds_near, gain, nrmse
+from hdfast.diagnosis.score import CERTAIN_ERRORS, NEAR_NOISE, Gain, folds_near, gain, nrmse
 from hdfast.diagnosis.screen import Screen
 from hdfast.diagnosis.shaken import calmer
 from hdfast.diagnosis.structure import TORQUE_SCALE
@@ -25,8 +25,7 @@ FALL = 0.05
 NEAR_FLOOR = 1.3
 AMPLITUDE_SIGMAS = 2.0
 PRICE, OWN_PRICE = 0.2, 0.05
-CERTAIN_ERRORS = 3.0
-RISE, MOST_RISE, TELLING, CERTAIN = 0.02, 0.05, 8.0, 20.0
+RISE, MOST_RISE, TELLING = 0.02, 0.05, 8.0
 USELESS = 1.5
 CALMER, OWN_SHARE = 0.1, 0.5
 SHORT, STILL, SMALL, HELD_OUT = "A1 gain", "A2 error", "A3 amplitude", "A7 held out"
@@ -207,7 +206,7 @@ def sizeable(replay: Replay, joint: Fit, candidate: Candidate) -> bool:
 def certain(candidate: Candidate, gained: Gain, seen: Screen) -> bool:
     """Whether an effect is certain: the rest of the mismatch, or the noise, may then hide how far the error falls."""
     noticed = candidate.effect not in TIMING and seen.p.get(candidate.label, 1.0) <= ALARM
-    return noticed and gained.limited >= CERTAIN and gained.ratio > CERTAIN_ERRORS
+    return noticed and gained.certain
 
 
 def special(candidate: Candidate, fitted: Fit) -> bool:

@@ -36,7 +36,7 @@ def beside(replay: Replay, held: Replay, before: Proven, floor: float) -> tuple[
     while len(found.accepted) > 1:
         trials = _of_their_own(found)
         lessers = dict(zip(trials, _lessers(replay, found, trials, floor), strict=True))
-        steps = _steps(held, found, lessers)
+        steps = _steps(held, found, lessers, proof.baseline)
         failing = [one for one, step in steps.items() if not step.holds or lessers[one].gain.limited < LEAST]
         if not failing:
             gains = {one.candidate.label: step.gain.limited for one, step in steps.items()}
@@ -60,11 +60,10 @@ def _lessers(replay: Replay, found: Search, trials: Sequence[Trial], floor: floa
     return side_by_side(replay.commanded(found.final), partial(lessened, search=found, folds=folds), trials)
 
 
-def _steps(held: Replay, found: Search, lessers: Mapping[Trial, Lesser]) -> dict[Trial, Proof]:
-    """The final model over the one without an effect, for each of them."""
+def _steps(held: Replay, found: Search, lessers: Mapping[Trial, Lesser], outset: float) -> dict[Trial, Proof]:
+    """The final model over the one without an effect, for each of them; `outset` is the error before the search."""
     before, final = found.rounds[0].before, found.final
     whole, noise = replayed(held, final, before), noise_floor(held)
-    outset = nrmse(held.layout, replayed(held, before, before).mismatch)
 
     def step(trial: Trial, lesser: Lesser) -> Proof:
         margin, likely = margin_of([lesser.gain]), chance(trial, found.round_of(trial))

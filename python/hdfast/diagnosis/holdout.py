@@ -9,11 +9,11 @@ import numpy as np
 import scipy
 
 from hdfast.checks import Floats
-from hdfast.diagnosis.accept import ALONE, CERTAIN, CERTAIN_ERRORS, MOST_RISE, RISE, USELESS
+from hdfast.diagnosis.accept import ALONE, MOST_RISE, RISE, USELESS
 from hdfast.diagnosis.evidence import Layout, limited
 from hdfast.diagnosis.fitted import Fit
 from hdfast.diagnosis.replay import Replay
-from hdfast.diagnosis.score import CONVINCING, Gain, nrmse
+from hdfast.diagnosis.score import CERTAIN, CONVINCING, Gain, nrmse
 from hdfast.diagnosis.shaken import Exchanged, exchanged
 from hdfast.diagnosis.whiten import Whitener
 
@@ -152,9 +152,8 @@ class Proof:
     @property
     def _worse(self) -> bool:
         """Whether the error rises; what is certain may hide in the loudest channel where the search has lowered it."""
-        certain = self.gain.limited >= CERTAIN and self.gain.ratio > CERTAIN_ERRORS
         outset = self.baseline if self.outset is None else self.outset
-        most = (1.0 + (MOST_RISE if certain else RISE)) * self.baseline
+        most = (1.0 + (MOST_RISE if self.gain.certain else RISE)) * self.baseline
         return self.extended > min(most, (1.0 + RISE) * outset, USELESS)
 
     @property

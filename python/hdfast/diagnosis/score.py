@@ -20,6 +20,7 @@ FOLDS = 6
 FEWEST_GROUPS = 3
 NEAR_NOISE = 4.0
 CONVINCING = 10.0
+CERTAIN, CERTAIN_ERRORS = 20.0, 3.0
 FARTHEST = 3.0
 SHARE = 0.2
 
@@ -74,6 +75,11 @@ class Gain:
     def ratio(self) -> float:
         """Limited sum in standard errors."""
         return self.limited / self.counted_error
+
+    @property
+    def certain(self) -> bool:
+        """Whether it is large, and far beyond its error."""
+        return self.limited >= CERTAIN and self.ratio > CERTAIN_ERRORS
 
     @property
     def spared(self) -> float:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from hdfast.checks import Floats
-from hdfast.diagnosis.accept import CERTAIN, CERTAIN_ERRORS, RISE, SPARED, USELESS
+from hdfast.diagnosis.accept import RISE, SPARED, USELESS
 from hdfast.diagnosis.changes import attentive
 from hdfast.diagnosis.evidence import limited
 from hdfast.diagnosis.features import Feature, features, slowed
@@ -81,8 +81,7 @@ class Unknown:
     @property
     def refused(self) -> bool:
         """Whether it is beyond doubt where it was fitted, and refused by what was held out."""
-        certain = self.gain.limited >= CERTAIN and self.gain.ratio > CERTAIN_ERRORS
-        return self.predicts and certain and self.proof is not None and not self.proof.holds
+        return self.predicts and self.gain.certain and self.proof is not None and not self.proof.holds
 
     @property
     def place(self) -> str | None:

@@ -2,7 +2,7 @@
 
 use super::energy::Damper;
 use super::signals::Signal;
-use crate::model::Base;
+use crate::model::Layout;
 use crate::solve::{ALL_STATES, Demand, Extreme, Mark, Watched};
 use std::sync::LazyLock;
 
@@ -294,7 +294,7 @@ impl Metric {
     }
 
     /// Adds what the metric needs to what is asked of the integration.
-    pub fn require(self, base: Base, demand: &mut Demand) {
+    pub fn require(self, layout: &Layout, demand: &mut Demand) {
         for extreme in self.extremes() {
             demand.watched[extreme.signal as usize] = true;
             demand.extremes.push(extreme);
@@ -328,8 +328,8 @@ impl Metric {
             | Self::StopShape => demand.record = true,
             Self::Order(signal, _) => {
                 demand.record = true;
-                Signal::ThetaM.require(base, demand);
-                signal.require(base, demand);
+                Signal::ThetaM.require(layout, demand);
+                signal.require(layout, demand);
             }
         }
     }

@@ -1,6 +1,6 @@
 //! Time signals a user can ask for.
 
-use crate::model::{Base, Quantity};
+use crate::model::{Base, Layout, Quantity};
 use crate::real::Scalar;
 use crate::solve::{ALL_STATES, Demand, Retrace, Seat};
 
@@ -76,13 +76,15 @@ impl Signal {
     }
 
     /// Tells the solver which states samples of the signal are made of.
-    pub fn require(self, base: Base, demand: &mut Demand) {
-        demand.sampled |= match (self, base) {
+    pub fn require(self, layout: &Layout, demand: &mut Demand) {
+        demand.sampled |= match (self, layout.base) {
             (Self::ThetaM, _) => 0b1,
             (Self::OmegaM, _) => 0b10,
             (Self::ThetaL, Base::TwoInertia) => 0b101,
             (Self::Te, Base::TwoInertia) => 0b100,
             (Self::OmegaL, Base::TwoInertia) => 0b1000,
+            (Self::Windup, Base::TwoInertia) if layout.terms.on.is_empty() => 0b101,
+            (Self::ThetaE, Base::TwoInertia) if layout.terms.on.is_empty() => 0b1,
             _ => ALL_STATES,
         };
     }

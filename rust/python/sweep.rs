@@ -118,10 +118,10 @@ pub fn sweep<'py>(
         find_stiff,
     };
     for metric in &metrics {
-        metric.require(layout.base, &mut demand);
+        metric.require(&layout, &mut demand);
     }
     for signal in &signals {
-        signal.require(layout.base, &mut demand);
+        signal.require(&layout, &mut demand);
     }
 
     let views: Vec<(usize, ArrayView1<'_, f64>)> =

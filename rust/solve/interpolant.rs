@@ -26,6 +26,28 @@ impl<R: Real, const N: usize> Stepper<R, N> {
         self.slopes[stage] = self.rates::<M>(R::constant(t), &state).slope;
     }
 
+    /// Makes the polynomial of a state whose rate takes no more than speeds, from the rates of those.
+    #[inline(always)]
+    fn interpolate_position<M: Model<N>, T: Method>(&mut self, index: usize, step: R::Plain) {
+        let mut sums = [R::zero(); DENSE_TERMS];
+        unrolled!(J => {
+            if let Some(&weights) = T::POSITION_DENSE.get(J) && !weights.is_empty() {
+                let acceleration = M::position_rates(&self.constants, &self.slopes[J])[index];
+                for power in 0..weights.len() {
+                    if weights[power] != 0.0 {
+                        sums[power + 2] = acceleration.mul_add_plain(R::Plain::splat(weights[power]), sums[power + 2]);
+                    }
+                }
+            }
+        });
+        for sum in &mut sums {
+            *sum = sum.mul_add_plain(step, R::zero());
+        }
+        sums[0] = self.state[index];
+        sums[1] = self.slopes[0][index];
+        self.polynomials[index] = sums;
+    }
+
     /// The wanted states after a share of the step last interpolated; the others are NaN.
     #[inline(always)]
     pub fn inside(&self, step: R::Plain, share: R, wanted: u64) -> [R; N] {
@@ -73,21 +95,25 @@ impl<R: Real, M: Model<N>, T: Method, const N: usize> Task for Interpolate<'_, R
     #[inline(always)]
     fn run(self) {
         let Self { stepper, step, wanted, .. } = self;
-        let last = T::STAGES + T::DENSE_STAGES - 1;
+        let positions = if T::POSITION_DENSE.is_empty() { 0 } else { M::POSITIONS };
+        unrolled!(INDEX => {
+            if const { M::POSITIONS >> INDEX & 1 == 1 } && positions & wanted >> INDEX & 1 == 1 {
+                stepper.interpolate_position::<M, T>(INDEX, step);
+            }
+        });
+        let wanted = wanted & !positions;
+        if wanted == 0 {
+            return;
+        }
         if const { M::HIDDEN > 0 } {
-            for stage in T::STAGES..=last {
+            for stage in T::STAGES..T::STAGES + T::DENSE_STAGES {
                 stepper.further_stage::<M, T>(stage, step);
             }
         } else {
             // One by one: a loop computes the first terms of all of them in advance and keeps them in memory.
             unrolled!(S => {
                 if const { S >= T::STAGES && S < T::STAGES + T::DENSE_STAGES } {
-                    if S == last && wanted & !M::POSITIONS == 0 {
-                        let state = stepper.stage_state::<M, T>(S, step);
-                        stepper.slopes[S] = M::position_rates(&stepper.constants, &state);
-                    } else {
-                        stepper.further_stage::<M, T>(S, step);
-                    }
+                    stepper.further_stage::<M, T>(S, step);
                 }
             });
         }

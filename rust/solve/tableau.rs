@@ -43,6 +43,9 @@ pub trait Method {
     const SECOND_ERROR: &[f64];
     /// For every slope the ascending coefficients, from the linear one, of its weight in the dense output.
     const DENSE: &[&[f64]];
+    /// The same for a state whose rate takes no more than speeds, from the quadratic one, of the rates of that rate times
+    /// the step; empty where such a state is taken as any other.
+    const POSITION_DENSE: &[&[f64]] = &[];
 }
 
 /// Bogacki and Shampine 1989, order 3(2); cubic Hermite dense output.
@@ -152,6 +155,9 @@ impl Method for Dopri5 {
 }
 
 /// Dormand and Prince, order 8(5,3), with the dense output of order 7 of Hairer, Norsett and Wanner 1993.
+///
+/// That of positions needs no further evaluation: their conditions up to order 7 leave one weight of the thirteen open,
+/// which joins steps in value, slope and curvature.
 pub struct Dop853;
 
 impl Method for Dop853 {
@@ -447,5 +453,20 @@ impl Method for Dop853 {
             -461.1727999101397,
             149.72683625798564,
         ],
+    ];
+    const POSITION_DENSE: &[&[f64]] = &[
+        &[0.5, -1.9672105878943162, 4.18158520800236, -4.92708608489265, 3.004021302054899, -0.7370161031537235],
+        &[],
+        &[],
+        &[],
+        &[],
+        &[0.0, 5.388989322637785, 14.921789353842716, -41.496800855335586, 32.99009029868405, -8.837192857994026],
+        &[0.0, 15.933731452074591, -48.29422124627859, 67.72257454470461, -46.25846008678518, 12.315013760770446],
+        &[0.0, -21.447716047631303, 40.41109963326756, -42.080359503336005, 26.40596137427691, -7.3052035827383355],
+        &[0.0, -7.239277730182735, 35.78858407748342, -63.518391458148116, 49.07653743593664, -13.998943725329562],
+        &[0.0, 8.919258726798356, -45.321566361869216, 82.08396044562747, -64.15414642223325, 18.41162923181163],
+        &[0.0, 0.43937022851619145, -1.6603233886243407, 1.7406525923637823, -0.2578159329193084, -0.2331170135071775],
+        &[0.0, 0.4172990801258775, -1.4158361647127986, 1.4754503190164956, -0.4172990801258775, -0.059614154303696786],
+        &[0.0, -0.4444444444444444, 1.3888888888888888, -1.0, -0.3888888888888889, 0.4444444444444444],
     ];
 }

@@ -108,8 +108,8 @@ impl Problem {
             record: false,
             find_stiff: self.find_stiff,
         };
-        self.metrics.iter().for_each(|metric| metric.require(self.base, &mut demand));
-        self.signals.iter().for_each(|signal| signal.require(self.base, &mut demand));
+        self.metrics.iter().for_each(|metric| metric.require(&layout, &mut demand));
+        self.signals.iter().for_each(|signal| signal.require(&layout, &mut demand));
         let grid: Arc<[f64]> = (0..=60).map(|k| 0.05 * f64::from(k)).collect();
         let job = Job {
             rows: self.rows.len(),

@@ -8,7 +8,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 import small_campaign
-from hdfast.diagnosis import accept, beside, diagnose, prove, select, verdict
+from hdfast.diagnosis import accept, beside, choice, diagnose, prove, shortlist, verdict
 from hdfast.diagnosis.holdout import Proof
 from hdfast.diagnosis.lesser import Lesser
 from hdfast.diagnosis.replay import Replay
@@ -92,12 +92,14 @@ def test_exact_what_gains_far_more_than_its_size_can_is_not_confirmed(total: flo
 
 
 @pytest.mark.parametrize(
-    ("fitted", "held_out", "gained", "worse"),
+    ("fitted", "held_out", "gained", "margin", "worse"),
     [
-        ((0.5, 0.51), (0.5, 0.51), 9.0, True),
-        ((0.5, 0.51), (0.5, 0.51), 11.0, False),
-        ((0.5, 0.49), (0.5, 0.51), 9.0, False),
-        ((0.5, 0.51), (0.5, 0.49), 9.0, False),
+        ((0.5, 0.51), (0.5, 0.51), 9.0, 10.0, True),
+        ((0.5, 0.51), (0.5, 0.51), 11.0, 0.0, False),
+        ((0.5, 0.51), (0.5, 0.51), 9.0, 12.0, False),
+        ((0.5, 0.51), (0.5, 0.51), 5.0, 30.0, True),
+        ((0.5, 0.49), (0.5, 0.51), 9.0, 0.0, False),
+        ((0.5, 0.51), (0.5, 0.49), 9.0, 0.0, False),
     ],
 )
 def test_exact_a_name_with_which_all_recordings_are_followed_less_well_is_undecided_unless_those_held_out_convince(
@@ -105,6 +107,7 @@ def test_exact_a_name_with_which_all_recordings_are_followed_less_well_is_undeci
     fitted: tuple[float, float],
     held_out: tuple[float, float],
     gained: float,
+    margin: float,
     worse: bool,
 ) -> None:
     monkeypatch.setattr(verdict, "nrmse", lambda layout, mismatch: mismatch)
@@ -118,7 +121,12 @@ def test_exact_a_name_with_which_all_recordings_are_followed_less_well_is_undeci
         search=SimpleNamespace(final=after),
         baseline=before,
         proof=SimpleNamespace(
-            holds=True, baseline=held_out[0], extended=held_out[1], gain=SimpleNamespace(limited=gained)
+            holds=True,
+            baseline=held_out[0],
+            extended=held_out[1],
+            gain=SimpleNamespace(limited=gained),
+            margin=margin,
+            confirms=gained > 8.0,
         ),
     )
     assert verdict._decide(session, [leading], None)[0] == ("undecided" if worse else "found")
@@ -306,19 +314,58 @@ def test_exact_effects_that_do_not_hold_or_gain_little_beside_the_others_go_one_
     assert {label: lesser.fit for label, lesser in lessers.items()} == {"b": "less b", "c": "less c"}
 
 
-def test_exact_a_first_effect_is_tried_where_the_screen_suspects_it_or_cannot_show_it() -> None:
-    def signature(effect: str) -> SimpleNamespace:
-        candidate = SimpleNamespace(effect=effect, label=effect, law=effect, variety=effect, contains=(), free=effect)
-        return SimpleNamespace(candidate=candidate, gain=9.0, bulk=9.0)
+def signature(effect: str, gain: float = 9.0) -> SimpleNamespace:
+    candidate = SimpleNamespace(effect=effect, label=effect, law=effect, variety=effect, contains=(), free=effect)
+    return SimpleNamespace(candidate=candidate, gain=gain, bulk=gain)
 
+
+def test_exact_a_first_effect_is_tried_where_the_screen_suspects_it_or_cannot_show_it() -> None:
     p = {"hysteresis": 0.04, "cogging": 0.2, "backlash": 0.5, "load_side_friction": 0.9}
     found, seen = [signature(effect) for effect in p], SimpleNamespace(p=p)
 
     def tried(*, first: bool) -> list[str]:
-        return [alike[0].candidate.effect for alike in select._shortlist(found, seen, first=first)]
+        return [alike[0].candidate.effect for alike in shortlist.shortlist(found, seen, first=first)]
 
     assert tried(first=True) == ["hysteresis", "cogging", "load_side_friction"]
     assert tried(first=False) == ["hysteresis"]
+
+
+def test_exact_what_others_keep_off_the_shortlist_is_tried_where_the_screen_singles_it_out() -> None:
+    gains = {"hysteresis": 50.0, "backlash": 40.0, "viscoelastic": 30.0, "soft_windup": 20.0, "delay": 10.0}
+    found = [signature(*one) for one in [*gains.items(), ("cogging", 8.0), ("te_harmonic", 9.0)]]
+    p = dict.fromkeys(gains, 1e-4) | {"cogging": 1e-3, "te_harmonic": 2e-3}
+    seen = SimpleNamespace(p=p)
+    listed = [alike[0] for alike in shortlist.shortlist(found, seen, first=True)]
+    assert [one.candidate.effect for one in listed] == list(gains)
+    others = shortlist.overlooked(found, seen, listed)
+    assert [[one.candidate.effect for one in alike] for alike in others] == [["cogging"]]
+
+
+@pytest.mark.parametrize(
+    ("effect", "failed", "p", "ahead", "carried"),
+    [
+        ("load_side_friction", (accept.SHORT,), 5e-3, 1.0, True),
+        ("load_side_friction", (accept.SHORT,), 5e-3, -1.0, False),
+        ("load_side_friction", (accept.SHORT,), 0.02, 1.0, False),
+        ("load_side_friction", (accept.SHORT, accept.STILL), 5e-3, 1.0, False),
+        ("sensor_delay", (accept.SHORT,), 5e-3, 1.0, False),
+        ("clock_skew", (accept.SHORT,), 5e-3, 1.0, False),
+    ],
+)
+def test_exact_what_gains_too_little_by_chance_alone_goes_where_it_beats_the_best(
+    monkeypatch, effect, failed, p, ahead, carried
+) -> None:
+    """One of 12 +- 7 nats beside one of 9 that breaks no rule."""
+    uneven = Gain(0.6 + np.resize([1.6, -1.6], 20), ERRORS)
+    kinds = [SimpleNamespace(effect=name, label=name, contains=()) for name in ("coulomb_friction", effect)]
+    trials = [Trial(kinds[0], "best", Gain(np.full(20, 0.45), ERRORS), ()), Trial(kinds[1], "other", uneven, failed)]
+    monkeypatch.setattr(
+        choice, "gain", lambda replay, one, other, folds: SimpleNamespace(limited=ahead if one == "other" else -ahead)
+    )
+    seen, rules = SimpleNamespace(p={"coulomb_friction": 1e-4, effect: p}), SimpleNamespace(folds=None)
+    found = choice.carried(None, trials, seen, rules)
+    assert [one.failed for one in found] == [(), () if carried else failed]
+    assert choice.best(None, found, [], seen, rules) is found[carried]
 
 
 def confirmed_on_others(monkeypatch, p, gained, *, beside=(), **shown) -> bool:
@@ -394,12 +441,19 @@ def test_exact_what_the_screen_does_not_notice_is_left_to_the_held_out_recording
 
 
 @pytest.mark.parametrize(
-    ("effect", "own", "broken"),
-    [("cogging", 0.9, ["A10 own gain"]), ("cogging", 1.1, []), ("delay", 0.1, ["A10 own gain"]), ("delay", 0.9, [])],
+    ("effect", "whole", "own", "broken"),
+    [
+        ("cogging", 2.0, 0.9, ["A10 own gain"]),
+        ("cogging", 2.0, 1.1, []),
+        ("cogging", 4.0, 0.9, ["A10 own gain"]),
+        ("cogging", 4.0, 1.1, []),
+        ("delay", 2.0, 0.1, ["A10 own gain"]),
+        ("delay", 2.0, 0.9, []),
+    ],
 )
-def test_exact_what_a_refit_moves_is_not_an_effects_own_gain(monkeypatch, effect, own, broken) -> None:
-    """Of 2 nats a block half has to be its own; a delay's own has to convince, here by 4 nats in all."""
-    gains = [Gain(size + 0.1 * np.resize([1.0, -1.0], 20), (0.1, 0.2)) for size in (2.0, own)]
+def test_exact_what_a_refit_moves_is_not_an_effects_own_gain(monkeypatch, effect, whole, own, broken) -> None:
+    """Of 20 blocks half has to be its own, or 20 nats; a delay's own has to convince, here by 4 nats in all."""
+    gains = [Gain(size + 0.1 * np.resize([1.0, -1.0], 20), (0.1, 0.2)) for size in (whole, own)]
     found = broken_rules(monkeypatch, 0.01, gains[0], certain=True, effect=effect, own=gains[1])
     assert found == broken
 

@@ -174,14 +174,17 @@ def of_its_own(candidate: Candidate, own: Gain, gained: Gain) -> bool:
 
     A model that was refitted without it loses less than one that was not, so that its own gain is the larger one. What
     is late by a little moves phases, and takes the credit for whatever else its refit moves: where a controller answers
-    to disturbances, a lower inertia predicts better, with a lag or without. Its own gain has to convince.
+    to disturbances, a lower inertia predicts better, with a lag or without. Its own gain has to convince. That of
+    others has to be half of all, or certain.
 
     Args:
         candidate: the effect.
         own: its gain beside the model with the same parameters.
         gained: that beside the refitted one.
     """
-    return convinces(own, 1.0) if candidate.effect in TIMING else own.total >= OWN_SHARE * gained.total
+    if candidate.effect in TIMING:
+        return convinces(own, 1.0)
+    return own.certain or own.total >= OWN_SHARE * gained.total
 
 
 def sizeable(replay: Replay, joint: Fit, candidate: Candidate) -> bool:

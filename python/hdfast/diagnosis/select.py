@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Hashable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from collections.abc import Set as AbstractSet
 from contextlib import closing
 from functools import partial
-from operator import attrgetter
 
 import numpy as np
 
 from hdfast.checks import Floats
-from hdfast.diagnosis.accept import ALARM, GAIN_ERRORS, NO_MODEL, NOTICED, SHORT, STILL, Rules, failed_rules
+from hdfast.diagnosis.accept import ALARM, NO_MODEL, Rules, failed_rules
 from hdfast.diagnosis.candidate import Candidate
 from hdfast.diagnosis.changes import attentive, changes
+from hdfast.diagnosis.choice import best, carried
 from hdfast.diagnosis.fit import fit
 from hdfast.diagnosis.fitted import Fit
 from hdfast.diagnosis.metric import Metric
@@ -21,18 +21,13 @@ from hdfast.diagnosis.replay import Replay
 from hdfast.diagnosis.score import CONVINCING, gain, nrmse
 from hdfast.diagnosis.screen import Screen, Signature, screen, signatures
 from hdfast.diagnosis.shapes import effect_of
+from hdfast.diagnosis.shortlist import overlooked, shortlist
 from hdfast.diagnosis.stages import Stages
 from hdfast.diagnosis.structure import Structure
 from hdfast.diagnosis.together import side_by_side
 from hdfast.diagnosis.trials import Round, Search, Trial, joined_by
 
 MOST_EFFECTS, MOST_ANEW = 4, 3
-SHORTLIST = 5
-#: Family-wise p value of the screen up to which a first effect is tried all the same: the held-out recordings may
-#: confirm it. Where friction holds the load, nothing of it shows to first order.
-SUSPECTED, HOLDING = 0.3, ("load_side_friction",)
-FAINTEST = 0.03
-GENERAL_ERRORS, GENERAL_FALL = 3.0, 0.10
 DISPLACED = 2.0
 AMPLITUDES, FAR = (0.3, 1.0, 3.0), 0.3
 
@@ -75,41 +70,45 @@ def search(
         trials: list[Trial] = []
         lower, error = None, nrmse(replay.layout, current.mismatch)
         if (seen.smallest_p <= ALARM or rules.beyond_noise(error)) and len(accepted) < MOST_EFFECTS:
-            shortlist = _shortlist(found, seen, first=not accepted)
+            listed = shortlist(found, seen, first=not accepted)
             effort = partial(_try, current=current, rules=rules, seen=seen, known=known)
             watched = current if rules.near_noise(error) and anew < MOST_ANEW else None
-            trials, lower = _tried(replay, effort, shortlist, watched, stages)
+            trials, lower = _tried(replay, effort, listed, watched, stages)
+            if lower is None and not accepted and all(one.failed for one in trials):
+                others, lower = _tried(replay, effort, overlooked(found, seen, trials), watched, stages)
+                trials += others
         if lower is not None:
             current, anew = lower, anew + 1
             stages.say("a refit came upon a better fit of the model without it: once more from there")
             continue
         known |= {one.candidate.effect for one in trials}
-        best = _best(replay, trials, accepted, seen, rules)
-        rounds.append(Round(current, accepted, every, found, seen, trials, best))
-        if best is None:
+        trials = carried(replay, trials, seen, rules)
+        taken = best(replay, trials, accepted, seen, rules)
+        rounds.append(Round(current, accepted, every, found, seen, trials, taken))
+        if taken is None:
             return Search(rounds, current, accepted)
-        accepted = joined_by(best, accepted)
-        current = fit(replay, best.fit.structure, best.fit.coordinates)
-        stages.say(f"accepted {best.candidate.label}" + (f" after {', '.join(present)}" if present else ""))
+        accepted = joined_by(taken, accepted)
+        current = fit(replay, taken.fit.structure, taken.fit.coordinates)
+        stages.say(f"accepted {taken.candidate.label}" + (f" after {', '.join(present)}" if present else ""))
 
 
 def _tried(
     replay: Replay,
     effort: Callable[[Replay, list[Signature]], Trial],
-    shortlist: Sequence[list[Signature]],
+    listed: Sequence[list[Signature]],
     watched: Fit | None,
     stages: Stages,
 ) -> tuple[list[Trial], Fit | None]:
-    """Trials of all shortlisted, or those until one leads to a better fit of the watched model, and that fit."""
+    """Trials of all listed, or those until one leads to a better fit of the watched model, and that fit."""
     trials: list[Trial] = []
-    stages.expect(len(shortlist))
-    with closing(side_by_side(replay, effort, shortlist)) as found:
+    stages.expect(len(listed))
+    with closing(side_by_side(replay, effort, listed)) as found:
         for trial in found:
             trials.append(trial)
             stages.done(f"refitted with {trial.candidate.effect}")
             lower = None if watched is None else lower_valley(replay, watched, trial.fit)
             if lower is not None:
-                stages.expect(len(trials) - len(shortlist))
+                stages.expect(len(trials) - len(listed))
                 return trials, lower
     return trials, None
 
@@ -151,38 +150,6 @@ def _possible(candidate: Candidate, accepted: Sequence[Trial], current: Fit) -> 
     if any(candidate.effect in trial.candidate.contains for trial in accepted):
         return False
     return candidate.fits_into(structure)
-
-
-def _shortlist(found: Sequence[Signature], seen: Screen, *, first: bool) -> list[list[Signature]]:
-    """The best shapes of the most telling laws that the screen notices, by fine structure and by bulk.
-
-    Their special cases belong to them. Shapes that are other amplitudes of one structure differ in where its fit
-    starts, so that they share one; those that were not chosen join them. What nothing but a lower error speaks for is
-    not tried: on blind cases it was wrong five times out of six. If `first`, what the screen suspects is.
-    """
-    chosen: dict[str, Signature] = {}
-    least = SUSPECTED if first else NOTICED
-    noticed = [one for one in found if seen.p[one.candidate.label] <= least]
-    for size in (attrgetter("gain"), attrgetter("bulk")):
-        best: dict[str, Signature] = {}
-        for one in sorted(noticed, key=size, reverse=True):
-            best.setdefault(one.candidate.law, one)
-        ranked = list(best.values())[:SHORTLIST]
-        for one in ranked:
-            if size(one) >= FAINTEST * size(ranked[0]):
-                chosen.setdefault(one.candidate.label, one)
-    cases = {effect for one in chosen.values() for effect in one.candidate.contains}
-    for one in found:
-        if one.candidate.effect in cases or (first and one.candidate.effect in HOLDING):
-            chosen.setdefault(one.candidate.label, one)
-    grouped: dict[Hashable, list[Signature]] = {}
-    for one in sorted(chosen.values(), key=lambda one: (seen.p[one.candidate.label], -one.gain)):
-        grouped.setdefault(one.candidate.variety, []).append(one)
-    for one in noticed:
-        alike = grouped.get(one.candidate.variety, [one])
-        if all(one.candidate.free != other.candidate.free for other in alike):
-            alike.append(one)
-    return list(grouped.values())
 
 
 def _try(
@@ -252,55 +219,3 @@ def without(current: Fit, parts: Collection[str]) -> tuple[Structure, Floats]:
     """The structure and coordinates of a fit without some terms, orders or sensor effects."""
     reduced, kept = current.structure.without(parts)
     return reduced, current.coordinates[kept]
-
-
-def _best(
-    replay: Replay, trials: Sequence[Trial], accepted: Sequence[Trial], seen: Screen, rules: Rules
-) -> Trial | None:
-    """The best trial that breaks no rule.
-
-    A general law has to beat its special case clearly, and other generalisations of that case as well; else the
-    special case goes first, also where it alone would gain too little, or lower the error too little: the law speaks
-    for it.
-    """
-    passed = _unbeaten_first(replay, [one for one in trials if not one.failed], rules)
-    known = {one.candidate.effect for one in (*trials, *accepted) if not set(one.failed) - {SHORT, STILL}}
-    for best in passed:
-        shared = [effect for effect in best.candidate.contains if effect in known]
-        cases = [one for one in trials if one.candidate.effect in shared and not set(one.failed) - {SHORT, STILL}]
-        others = [
-            one
-            for one in passed
-            if one.candidate.effect != best.candidate.effect and set(one.candidate.contains) & set(shared)
-        ]
-        close = [one for one in cases if not _clearly(replay, best, one, seen, rules)]
-        if close:
-            return max(close, key=lambda one: one.gain.limited)
-        if all(gain(replay, best.fit, one.fit, rules.folds).ratio > GAIN_ERRORS for one in others):
-            return best
-    return None
-
-
-def _unbeaten_first(replay: Replay, passed: Sequence[Trial], rules: Rules) -> list[Trial]:
-    """By their gains over the model without them, but one first that beats those before it face to face."""
-    ranked = sorted(passed, key=lambda one: -one.gain.limited)
-    first = 0
-    for index in range(1, len(ranked)):
-        if _beats(replay, ranked[index].fit, ranked[first].fit, rules):
-            first = index
-    return [*ranked[first : first + 1], *ranked[:first], *ranked[first + 1 :]]
-
-
-def _beats(replay: Replay, one: Fit, other: Fit, rules: Rules) -> bool:
-    """Whether a fit predicts better than another, by its own filter and by the other's.
-
-    The filter of a fit that misses much takes for noise what it misses.
-    """
-    ahead = gain(replay, one, other, rules.folds).limited
-    return ahead > 0.0 and ahead > gain(replay, other, one, rules.folds).limited
-
-
-def _clearly(replay: Replay, general: Trial, special: Trial, seen: Screen, rules: Rules) -> bool:
-    lead = gain(replay, general.fit, special.fit, rules.folds)
-    enough = lead.fall >= GENERAL_FALL or rules.waived(seen, general.candidate, lead.nrmse[1])
-    return enough and lead.ratio > GENERAL_ERRORS

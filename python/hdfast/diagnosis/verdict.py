@@ -16,7 +16,7 @@ from hdfast.diagnosis.limits import Limit, limits, unseen
 from hdfast.diagnosis.locate import Where, locate
 from hdfast.diagnosis.masking import Masked, masked
 from hdfast.diagnosis.rivals import CLOSE_ERRORS, FAINT, INDISTINCT, SURE, Standing, stand
-from hdfast.diagnosis.score import CONVINCING, nrmse
+from hdfast.diagnosis.score import CERTAIN, CONVINCING, nrmse
 from hdfast.diagnosis.session import Session
 from hdfast.diagnosis.shapes import effect_of
 from hdfast.diagnosis.trials import Search
@@ -172,10 +172,14 @@ def _decide(
 def _worse(session: Session) -> bool:
     """Whether the errors of what was fitted and of what was held out both rise with what was accepted.
 
-    That counts for nothing where the held-out recordings alone convince: errors are those of the loudest channel.
+    That counts for nothing where the held-out recordings convince, or confirm what is certain with the others: errors
+    are those of the loudest channel.
     """
     proof, layout = session.proof, session.replay.layout
-    if proof is None or proof.extended <= RISEN * proof.baseline or proof.gain.limited >= CONVINCING:
+    if proof is None or proof.extended <= RISEN * proof.baseline:
+        return False
+    gained = proof.gain.limited
+    if gained >= CONVINCING or (proof.confirms and proof.margin + gained >= CERTAIN):
         return False
     return nrmse(layout, session.search.final.mismatch) > RISEN * nrmse(layout, session.baseline.mismatch)
 

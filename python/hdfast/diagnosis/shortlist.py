@@ -1,0 +1,64 @@
+"""Which candidates of a round are tried."""
+
+from __future__ import annotations
+
+from collections.abc import Hashable, Mapping, Sequence
+from operator import attrgetter
+
+from hdfast.diagnosis.accept import ALONE, NOTICED
+from hdfast.diagnosis.screen import Screen, Signature
+from hdfast.diagnosis.trials import Trial
+
+SHORTLIST = 5
+#: Family-wise p value of the screen up to which a first effect is tried all the same: the held-out recordings may
+#: confirm it. Where friction holds the load, nothing of it shows to first order.
+SUSPECTED, HOLDING = 0.3, ("load_side_friction",)
+FAINTEST = 0.03
+
+
+def shortlist(found: Sequence[Signature], seen: Screen, *, first: bool) -> list[list[Signature]]:
+    """The best shapes of the most telling laws that the screen notices, by fine structure and by bulk.
+
+    Their special cases belong to them. Shapes that are other amplitudes of one structure differ in where its fit
+    starts, so that they share one; those that were not chosen join them. What nothing but a lower error speaks for is
+    not tried: on blind cases it was wrong five times out of six. If `first`, what the screen suspects is.
+    """
+    chosen: dict[str, Signature] = {}
+    least = SUSPECTED if first else NOTICED
+    noticed = [one for one in found if seen.p[one.candidate.label] <= least]
+    for size in (attrgetter("gain"), attrgetter("bulk")):
+        best: dict[str, Signature] = {}
+        for one in sorted(noticed, key=size, reverse=True):
+            best.setdefault(one.candidate.law, one)
+        ranked = list(best.values())[:SHORTLIST]
+        for one in ranked:
+            if size(one) >= FAINTEST * size(ranked[0]):
+                chosen.setdefault(one.candidate.label, one)
+    cases = {effect for one in chosen.values() for effect in one.candidate.contains}
+    for one in found:
+        if one.candidate.effect in cases or (first and one.candidate.effect in HOLDING):
+            chosen.setdefault(one.candidate.label, one)
+    return _grouped(chosen, noticed, seen)
+
+
+def overlooked(found: Sequence[Signature], seen: Screen, trials: Sequence[Trial]) -> list[list[Signature]]:
+    """The best shapes of the laws that the screen singles out, and that others kept off the shortlist."""
+    tried = {one.candidate.law for one in trials}
+    singled = [one for one in found if seen.p[one.candidate.label] <= ALONE and one.candidate.law not in tried]
+    best: dict[str, Signature] = {}
+    for one in sorted(singled, key=attrgetter("gain"), reverse=True):
+        best.setdefault(one.candidate.law, one)
+    chosen = {one.candidate.label: one for one in list(best.values())[:SHORTLIST]}
+    return _grouped(chosen, singled, seen)
+
+
+def _grouped(chosen: Mapping[str, Signature], noticed: Sequence[Signature], seen: Screen) -> list[list[Signature]]:
+    """The chosen by the structure they add, the most conspicuous first, each with what else is noticed of it."""
+    grouped: dict[Hashable, list[Signature]] = {}
+    for one in sorted(chosen.values(), key=lambda one: (seen.p[one.candidate.label], -one.gain)):
+        grouped.setdefault(one.candidate.variety, []).append(one)
+    for one in noticed:
+        alike = grouped.get(one.candidate.variety, [one])
+        if all(one.candidate.free != other.candidate.free for other in alike):
+            alike.append(one)
+    return list(grouped.values())

@@ -14,8 +14,8 @@ SUBSET := out/proof-40
 # one thread per worker, or the workers wait for each other; what many threads do is asked for by the tests of it
 PYTEST := OPENBLAS_NUM_THREADS=1 HDFAST_NUM_THREADS=1 $(PY) -m pytest --numprocesses auto --maxprocesses 8 --dist worksteal
 # suites with tests that need --long and that CI has the time for; the longest first, for its fixtures are stolen last
-LONG := diagnosis_nulls diagnosis diagnosis_corners diagnosis_statistics identify_kinematic_error identify_stiffness \
-  identify_friction invariants terms_oracles proof_generator article instructions
+LONG := diagnosis_nulls diagnosis_anchors diagnosis diagnosis_corners diagnosis_statistics identify_kinematic_error \
+  identify_stiffness identify_friction invariants terms_oracles proof_generator article instructions
 EXTENSION := $(VENV)/.extension
 
 export VIRTUAL_ENV := $(CURDIR)/$(VENV)

@@ -32,11 +32,8 @@ MET = {
     "article_output": (DRY, LATE),
 }
 # the same machines from fewer samples or runs, in seconds
-SHORT = {
-    "brfd": partial(brfd.write, every=16, until=8.0),
-    "article_output": partial(article.write, late="output", repeats=1),
-}
-LONG = ("ur10e_j2", "bam_trajectory", "article")
+SHORT = {"brfd": partial(brfd.write, every=16, until=8.0)}
+LONG = ("ur10e_j2", "bam_trajectory", "article", "article_output")
 MISSED = {  # what was expected of a machine and is not said of it; docs/diagnosis.md has more
     ("ur10e_j1", RIPPLE): "listed, not named: at 100 Hz out of reach of a replay at most speeds",
     ("ur10e_j1", "not_showable"): "no torque_gain is listed",
@@ -130,6 +127,7 @@ def test_against_known_memory(diagnosed: Verdicts, name: str, memory: str) -> No
     assert diagnosed(name)["where"]["memory"] == memory
 
 
+@pytest.mark.long
 def test_against_the_bench_with_a_slow_sensor_at_its_output(diagnosed: Verdicts) -> None:
     effects = {effect["effect"]: effect for effect in diagnosed("article_output")["effects"]}
     late = effects["sensor_lowpass"]

@@ -52,9 +52,7 @@ def logged(values: np.ndarray) -> np.ndarray:
     return slow(values).reshape(-1, TICK).mean(axis=1)
 
 
-def write(
-    folder: Path, friction: str = "stribeck", *, late: str = "all", repeats: int = REPEATS, seed: int = 0
-) -> Path:
+def write(folder: Path, friction: str = "stribeck", *, late: str = "all", seed: int = 0) -> Path:
     """The campaign of the bench; without friction and with no sensor late it is the twin of itself.
 
     The runs at 50 r/min are held out. `late` is "all", "output" or "none". Where all sensors are, they log the mean of
@@ -64,7 +62,7 @@ def write(
     parts = []
     for speed in SPEEDS_RPM:
         trajectory = run(speed, friction)
-        for repeat in range(repeats):
+        for repeat in range(REPEATS):
             columns = {"t": trajectory.t[:: TICK if late == "all" else 1]}
             for channel, signal in CHANNELS.items():
                 values = trajectory[signal]

@@ -15,6 +15,32 @@ from hdfast.diagnosis.trials import Trial
 GENERAL_ERRORS, GENERAL_FALL = 3.0, 0.10
 
 
+def carried(replay: Replay, trials: Sequence[Trial], seen: Screen, rules: Rules) -> list[Trial]:
+    """The trials, one of which may break no rule any more: it gains too little by chance alone, and beats the best.
+
+    That something is there, the best that breaks no rule shows; what it is, the better explanation tells.
+
+    Args:
+        replay: recordings.
+        trials: of one round.
+        seen: what the screen shows.
+        rules: of the round.
+    """
+    short = [
+        one
+        for one in trials
+        if one.failed == (SHORT,)
+        and seen.p[one.candidate.label] <= ALARM
+        and one.candidate.effect not in (*TIMING, *SLOW)
+        and not too_uneven(one.candidate, one.gain)
+    ]
+    passed = _unbeaten_first(replay, [one for one in trials if not one.failed], rules) if short else []
+    for better in sorted(short, key=lambda one: -one.gain.limited):
+        if passed and _beats(replay, better.fit, passed[0].fit, rules):
+            return [replace(one, failed=()) if one is better else one for one in trials]
+    return list(trials)
+
+
 def best(
     replay: Replay, trials: Sequence[Trial], accepted: Sequence[Trial], seen: Screen, rules: Rules
 ) -> Trial | None:
@@ -50,32 +76,6 @@ def _unbeaten_first(replay: Replay, passed: Sequence[Trial], rules: Rules) -> li
         if _beats(replay, ranked[index].fit, ranked[first].fit, rules):
             first = index
     return [*ranked[first : first + 1], *ranked[:first], *ranked[first + 1 :]]
-
-
-def carried(replay: Replay, trials: Sequence[Trial], seen: Screen, rules: Rules) -> list[Trial]:
-    """The trials, one of which may break no rule any more: it gains too little by chance alone, and beats the best.
-
-    That something is there, the best that breaks no rule shows; what it is, the better explanation tells.
-
-    Args:
-        replay: recordings.
-        trials: of one round.
-        seen: what the screen shows.
-        rules: of the round.
-    """
-    passed = _unbeaten_first(replay, [one for one in trials if not one.failed], rules)
-    short = [
-        one
-        for one in trials
-        if one.failed == (SHORT,)
-        and seen.p[one.candidate.label] <= ALARM
-        and one.candidate.effect not in (*TIMING, *SLOW)
-        and not too_uneven(one.candidate, one.gain)
-    ]
-    for better in sorted(short, key=lambda one: -one.gain.limited):
-        if passed and _beats(replay, better.fit, passed[0].fit, rules):
-            return [replace(one, failed=()) if one is better else one for one in trials]
-    return list(trials)
 
 
 def _beats(replay: Replay, one: Fit, other: Fit, rules: Rules) -> bool:

@@ -31,7 +31,7 @@ MET = {
     "article": (DRY,),
     "article_output": (DRY, LATE),
 }
-# the same machines from fewer samples or runs, in seconds
+# the same machines from fewer samples, in seconds
 SHORT = {"brfd": partial(brfd.write, every=16, until=8.0)}
 LONG = ("ur10e_j2", "bam_trajectory", "article", "article_output")
 MISSED = {  # what was expected of a machine and is not said of it; docs/diagnosis.md has more

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Mapping, Sequence
+from collections.abc import Callable, Hashable, Mapping, Sequence
 from operator import attrgetter
 
 from hdfast.diagnosis.accept import ALONE, NOTICED
@@ -27,10 +27,7 @@ def shortlist(found: Sequence[Signature], seen: Screen, *, first: bool) -> list[
     least = SUSPECTED if first else NOTICED
     noticed = [one for one in found if seen.p[one.candidate.label] <= least]
     for size in (attrgetter("gain"), attrgetter("bulk")):
-        best: dict[str, Signature] = {}
-        for one in sorted(noticed, key=size, reverse=True):
-            best.setdefault(one.candidate.law, one)
-        ranked = list(best.values())[:SHORTLIST]
+        ranked = _leading(noticed, size)
         for one in ranked:
             if size(one) >= FAINTEST * size(ranked[0]):
                 chosen.setdefault(one.candidate.label, one)
@@ -45,11 +42,16 @@ def overlooked(found: Sequence[Signature], seen: Screen, trials: Sequence[Trial]
     """The best shapes of the laws that the screen singles out, and that others kept off the shortlist."""
     tried = {one.candidate.law for one in trials}
     singled = [one for one in found if seen.p[one.candidate.label] <= ALONE and one.candidate.law not in tried]
-    best: dict[str, Signature] = {}
-    for one in sorted(singled, key=attrgetter("gain"), reverse=True):
-        best.setdefault(one.candidate.law, one)
-    chosen = {one.candidate.label: one for one in list(best.values())[:SHORTLIST]}
+    chosen = {one.candidate.label: one for one in _leading(singled, attrgetter("gain"))}
     return _grouped(chosen, singled, seen)
+
+
+def _leading(found: Sequence[Signature], size: Callable[[Signature], float]) -> list[Signature]:
+    """The best shape of each law, of the first few laws by size."""
+    best: dict[str, Signature] = {}
+    for one in sorted(found, key=size, reverse=True):
+        best.setdefault(one.candidate.law, one)
+    return list(best.values())[:SHORTLIST]
 
 
 def _grouped(chosen: Mapping[str, Signature], noticed: Sequence[Signature], seen: Screen) -> list[list[Signature]]:

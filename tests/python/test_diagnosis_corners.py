@@ -343,7 +343,9 @@ def test_exact_drifts_need_a_second_recording():
     skew = Free("skew", 1e-4, 1.0, False, "1")
     candidate = Candidate("clock_skew", "sensor", (), (skew,), "skew", sensors=(("clock_skew", "load_angle"),))
     seen = Screen({"clock_skew": 1.0}, {"clock_skew": 1.0}, {"clock_skew": 1.0}, {"clock_skew": 1.0})
-    signature = Signature(candidate, np.ones((9, 1)), np.zeros((0, 1)), np.ones(1), 1.0, 1.0, 1.0, np.zeros(1))
+    signature = Signature(
+        candidate, np.ones((9, 1)), np.zeros((0, 1)), np.ones(1), 1.0, 1.0, 1.0, np.zeros(1), np.zeros(1)
+    )
     reasons = [limits([signature], seen, recordings)[0].reason for recordings in (1, 2)]
     assert "second recording" in reasons[0]
     assert reasons[1] is None
@@ -356,7 +358,7 @@ def drifting(channel: str, unit: str, rate: float) -> Signature:
     candidate = Candidate(
         "sensor_offset_drift", "sensor", (), (free,), free.name, shape=f"on {channel}", sensors=(pair,)
     )
-    return Signature(candidate, np.ones((1, 1)), np.zeros((0, 1)), np.ones(1), 1.0, 1.0, 1.0, np.zeros(1))
+    return Signature(candidate, np.ones((1, 1)), np.zeros((0, 1)), np.ones(1), 1.0, 1.0, 1.0, np.zeros(1), np.zeros(1))
 
 
 def test_exact_what_is_plausible_of_a_drift_is_that_of_its_channel():
@@ -400,7 +402,9 @@ def test_exact_a_limit_tells_the_shape_it_holds_for_unless_shapes_are_amplitudes
             made = {"order": value} if fixed else {}
             one = Candidate("backlash", "mesh", ("backlash",), free, "half_gap", fixed=made, shape=f"gap {value}")
             seen.append(
-                Signature(one, np.full((10, 1), value), np.zeros((1, 1)), np.ones(1), 1.0, 1.0, 0.5, np.zeros(1))
+                Signature(
+                    one, np.full((10, 1), value), np.zeros((1, 1)), np.ones(1), 1.0, 1.0, 0.5, np.zeros(1), np.zeros(1)
+                )
             )
         labels = [one.candidate.label for one in seen]
         screen = Screen(*(dict.fromkeys(labels, 1.0) for _ in range(4)))

@@ -34,7 +34,8 @@ class Signature:
         gain: fall of half the whitened sum of squares at that amplitude.
         bulk: the same without whitening, in independent samples.
         visibility: share of the change that a refit does not absorb, 0 to 1.
-        feigned: length of the mismatch along `left` that noise of the angle in both of them makes, shape (d,).
+        score: length of the mismatch along `left`, shape (d,).
+        feigned: how much of that noise of the angle in both of them makes, shape (d,).
     """
 
     candidate: Candidate
@@ -44,6 +45,7 @@ class Signature:
     gain: float
     bulk: float
     visibility: float
+    score: Floats
     feigned: Floats
 
 
@@ -102,24 +104,27 @@ class _Signer:
             return None
         absorbed = self.projector.absorbed(raw)
         left = self.projector.left(raw, absorbed)
-        nothing = np.zeros(left.shape[1])
-        shares, gain = self._amplitude(left, nothing)
+        score = left.T @ self.projector.residual_about(left)
+        shares, gain = _amplitude(left, score)
         visibility, bulk = float(np.sum(left**2)) / size, self.bulk.gain(change.values)
-        return Signature(change.candidate, left, absorbed, shares, gain, bulk, visibility, nothing)
+        return Signature(
+            change.candidate, left, absorbed, shares, gain, bulk, visibility, score, feigned=np.zeros_like(score)
+        )
 
     def without(self, noise: Floats, one: Signature) -> Signature:
         """A signature less what noise (N, d) of its change feigns."""
         told = np.nan_to_num(self.fit.white(self.layout, noise)) - self.stir.slopes @ one.absorbed
         feigned = told.T @ self.stir.noise
-        shares, gain = self._amplitude(one.left, feigned)
+        shares, gain = _amplitude(one.left, one.score - feigned)
         return replace(one, shares=shares, gain=gain, feigned=feigned)
 
-    def _amplitude(self, left: Floats, feigned: Floats) -> tuple[Floats, float]:
-        gram = left.T @ left
-        ridge = 1e-9 * np.trace(gram) * np.eye(len(gram))
-        score = left.T @ self.projector.residual_about(left) - feigned
-        shares = np.linalg.solve(gram + ridge, score)
-        return shares, float(0.5 * score @ shares)
+
+def _amplitude(left: Floats, score: Floats) -> tuple[Floats, float]:
+    """Shares (d,) of projected columns (N, d) that a mismatch reaches so far along, and its fall by them."""
+    gram = left.T @ left
+    ridge = 1e-9 * np.trace(gram) * np.eye(len(gram))
+    shares = np.linalg.solve(gram + ridge, score)
+    return shares, float(0.5 * score @ shares)
 
 
 def signatures(replay: Replay, fit: Fit, changed: Sequence[Change]) -> list[Signature]:
@@ -139,9 +144,11 @@ def signatures(replay: Replay, fit: Fit, changed: Sequence[Change]) -> list[Sign
     found += signed(
         changer.changes([(replace(one.candidate, size=size), n) for _, one in found for size, n in _sizes(one)])
     )
-    heard = {n: one for n, (one, signature) in enumerate(found) if _heard(replay, fit, one, signature)}
-    noises = dict(zip(heard, changer.noises([*heard.values()]), strict=True))
-    return [signer.without(noises[n], one) if n in noises else one for n, (_, one) in enumerate(found)]
+    heard = [n for n, (one, signature) in enumerate(found) if _heard(replay, fit, one, signature)]
+    noises = changer.noises([found[n][0] for n in heard])
+    pairs = list(zip(noises, (found[n][1] for n in heard), strict=True))
+    less = dict(zip(heard, on_threads(replay.plant.threads, lambda pair: signer.without(*pair), pairs), strict=True))
+    return [less.get(n, one) for n, (_, one) in enumerate(found)]
 
 
 def _heard(replay: Replay, fit: Fit, change: Change, signature: Signature) -> bool:

@@ -296,6 +296,19 @@ def test_exact_a_shaft_that_turns_steadily_has_no_lag(start, noise):
     assert not sentences(result, "clock")
 
 
+@pytest.mark.parametrize("kind", ["profile", "sine", "ladder", "multisine"])
+@pytest.mark.parametrize("known", [False, True])
+def test_exact_what_winds_up_the_gear_is_no_lag_and_no_other_ratio(clean, kind, known):
+    found = dict(clean[kind])
+    if known:
+        load = 20.0 * np.sin(3.0 * math.pi * found["t"] / found["t"][-1])
+        found["load_torque"] = load
+    else:
+        load = 20.0 * np.sign(np.gradient(found["motor_angle"], found["t"]))
+    found["load_angle"] = found["load_angle"] - load / 4e4
+    assert not [f.sentence for f in examine(found).findings if f.check in ("ratio", "clock")]
+
+
 def test_exact_a_late_load_angle_rejects(run):
     run["load_angle"] = np.interp(run["t"] - 0.08, run["t"], run["load_angle"])
     assert "load_angle lags motor_angle by 80" in examine(run).reason

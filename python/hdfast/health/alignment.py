@@ -1,14 +1,16 @@
 """Load side against motor side: gear ratio, sign, lag and clock, from one regression on the angles.
 
-With motor angle th and speed w and the acceleration a of the load, the load angle follows
+With motor angle th and speed w the load angle follows
 
-    load = const + (1 + rho) th / i - tau w / i - eps t w / i + b a + kinematic error,
+    load = const + (1 + rho) th / i - tau w / i - eps t w / i + kinematic error + windup,
 
-rho the error of the ratio, tau the lag, eps the drift of one clock against the other; b takes up the windup under
-inertia. The kinematic error is a series of the stated orders and of 1, 2 and 4, the orders of two lobes. Deviations
-come from sums over blocks, because neighbouring residuals are alike, and are never below the residual's own range: what
-moves the load angle by less than that cannot be told from what the regression leaves out. At constant speed rho and eps
-are the same; where eps comes out larger than any clock's, there is taken to be none.
+rho the error of the ratio, tau the lag, eps the drift of one clock against the other. The kinematic error is a series
+of the stated orders and of 1, 2 and 4, the orders of two lobes. The windup follows the load's acceleration, its known
+torque and the direction of motion, and where it turns by half a revolution the sine and cosine of its angle, as under
+gravity; an eccentric encoder shows there, too. Deviations come from sums over blocks, because neighbouring residuals
+are alike, and are never below the residual's own range: what moves the load angle by less than that cannot be told from
+what the regression leaves out. At constant speed rho and eps are the same; where eps comes out larger than any clock's,
+there is taken to be none.
 """
 
 from __future__ import annotations
@@ -32,7 +34,9 @@ SIGMAS = 5.0
 PER_WINDOW = 8
 SETTLED = 1e-6
 LARGEST_DRIFT = 0.01
-SLOPE, SPEED, DRIFT = 2, 3, -1
+SLOPE, SPEED, DRIFT = 1, 2, 3
+CREEP = 0.03  # of the largest speed
+HALF_TURN = 3.0  # of the load [rad]
 
 Mask = NDArray[np.bool_]
 
@@ -80,27 +84,38 @@ def align(motion: Motion, ratio: float, orders: Iterable[float] = ()) -> Alignme
     revolutions = float(np.ptp(motion.angle[used])) / (2.0 * np.pi)
     told = [order for order in sorted({*LOBES, *orders}) if order * revolutions > FEWEST_CYCLES]
     waves = [wave(order * motion.angle) for order in told for wave in (np.cos, np.sin)]
-    parts = [np.ones_like(t), motion.angle / ratio, -w, *waves]
-    drifting = _regressed(motion, used, np.column_stack([*parts, -t * w]))
+    parts = [np.ones_like(t), motion.angle / ratio, -w]
+    drifting = _regressed(motion, used, np.column_stack([*parts, -t * w, *waves]))
     if drifting is None or abs(drifting.drift) <= LARGEST_DRIFT:
         return drifting
-    steady = _regressed(motion, used, np.column_stack([*parts, np.zeros_like(t)]))
+    steady = _regressed(motion, used, np.column_stack([*parts, np.zeros_like(t), *waves]))
     return None if steady is None else replace(steady, drift_error=math.inf)
 
 
-def _regressed(motion: Motion, used: Mask, basis: Floats) -> Alignment | None:
-    """From regressors (m, p) on samples (m,), the last of them the drift's; None with too few samples."""
+def _wound(motion: Motion, used: Mask) -> list[Floats]:
+    """What the windup may be in proportion to, each (m,)."""
     assert motion.load_angle is not None
     assert motion.load_acceleration is not None
-    lag = coarse_lag(motion)
+    found = [motion.load_acceleration, np.tanh(motion.speed / (CREEP * np.max(np.abs(motion.speed))))]
+    if motion.load_torque is not None:
+        found.append(motion.load_torque)
+    if np.ptp(motion.load_angle[used]) > HALF_TURN:
+        found += [np.cos(motion.load_angle), np.sin(motion.load_angle)]
+    return found
+
+
+def _regressed(motion: Motion, used: Mask, basis: Floats) -> Alignment | None:
+    """From regressors (m, p) of the motor's time on samples (m,); None with too few of them."""
+    assert motion.load_angle is not None
+    lag, wound = coarse_lag(motion), _wound(motion, used)
     for _ in range(ROUNDS):
         moments = motion.t + lag
         inside = used & (moments >= motion.t[0]) & (moments <= motion.t[-1])
         if inside.sum() < FEWEST:
             return None
         shifted = np.interp(moments[inside], motion.t, motion.load_angle)
-        windup = np.interp(moments[inside], motion.t, motion.load_acceleration)
-        columns = np.column_stack([windup, basis[inside]])
+        windup = [np.interp(moments[inside], motion.t, one) for one in wound]
+        columns = np.column_stack([basis[inside], *windup])
         found, errors = block_regression(columns, shifted)
         lag += float(np.clip(found[SPEED], -0.1, 0.1))
         if abs(found[SPEED]) < SETTLED:

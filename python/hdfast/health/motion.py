@@ -25,6 +25,7 @@ class Motion:
         t: time [s].
         angle, speed, acceleration: of the motor [rad, rad/s, rad/s^2].
         load_angle, load_acceleration: [rad, rad/s^2], or None.
+        load_torque: recorded torque on the load [N m], or None unless it is known throughout.
         torque: motor torque [N m], through the filter that the acceleration has gone through.
         valid: no gap and no missing sample within the smoothing window.
         width: smoothing window [s].
@@ -36,6 +37,7 @@ class Motion:
     acceleration: Floats
     load_angle: Floats | None
     load_acceleration: Floats | None
+    load_torque: Floats | None
     torque: Floats
     valid: NDArray[np.bool_]
     width: float
@@ -57,6 +59,7 @@ class Motion:
         both = known & np.isfinite(recording["load_angle"]) if "load_angle" in recording else np.zeros_like(known)
         loaded = both.sum() >= FEWEST
         known = both if loaded else known
+        told = "load_torque" in recording and bool(np.isfinite(recording["load_torque"][known]).all())
         moments = t[known]
         around = np.searchsorted(moments, grid)
         before, after = moments[np.maximum(around - 1, 0)], moments[np.minimum(around, len(moments) - 1)]
@@ -82,6 +85,7 @@ class Motion:
             smooth("motor_angle", 2),
             smooth("load_angle") if loaded else None,
             smooth("load_angle", 2) if loaded else None,
+            smooth("load_torque") if told else None,
             as_acceleration(even("motor_torque"), window),
             valid,
             window * step,

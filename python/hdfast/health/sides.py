@@ -12,6 +12,7 @@ from hdfast.health.subject import Subject
 from hdfast.health.units import near_unit
 
 SMALLEST_TRAVEL, DEAD = 0.02, 1e-9
+LEAST_ARC = 0.1  # over less of it the windup under gravity or a spring may be in proportion to the angle [rad]
 RATIO_OFF, RATIO_CANDIDATE = 0.02, 1e-4
 WINDUP = 0.01  # more than any strain-wave gear winds up [rad]
 LATE, LATE_CANDIDATE = 0.05, 5e-4
@@ -43,7 +44,7 @@ def check(subject: Subject) -> None:
         return
     alignment = align(motion, ratio, subject.campaign.orders)
     if alignment is not None:
-        _ratio(subject, alignment, ratio)
+        _ratio(subject, alignment, ratio, travel / abs(ratio))
         _clock(subject, alignment)
 
 
@@ -62,16 +63,18 @@ def _ratio_rejected(subject: Subject, relative: float, travel: float) -> bool:
     return True
 
 
-def _ratio(subject: Subject, found: Alignment, ratio: float) -> None:
+def _ratio(subject: Subject, found: Alignment, ratio: float, travel: float) -> None:
+    """Name another ratio than the stated one, where the output turned far enough [rad] to tell."""
     off = found.slope - 1.0
-    if abs(off) < max(RATIO_CANDIDATE, SIGMAS * found.slope_error):
+    if travel < LEAST_ARC or abs(off) < max(RATIO_CANDIDATE, SIGMAS * found.slope_error):
         return
     seen = ratio / found.slope
     whole = round(seen)
     other = (
         f" (a gear of {whole} : 1 with another member fixed?)" if abs(seen - whole) < 0.05 and whole != ratio else ""
     )
-    sentence = f"the angles give a ratio of {seen:.6g} against {ratio:g}{other}; ratio_error is a candidate"
+    alike = "; so are encoder_eccentricity and gravity_unbalance within one turn" if travel < 2.0 * math.pi else ""
+    sentence = f"the angles give a ratio of {seen:.6g} against {ratio:g}{other}; ratio_error is a candidate{alike}"
     subject.find("ratio", WARNING, sentence, value=off, limit=RATIO_CANDIDATE)
 
 

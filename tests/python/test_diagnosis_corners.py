@@ -19,7 +19,7 @@ from hdfast.diagnosis.fitted import Fit
 from hdfast.diagnosis.holdout import Proof
 from hdfast.diagnosis.lesser import Lesser
 from hdfast.diagnosis.library import OF_THE_WINDUP, Sizes, library
-from hdfast.diagnosis.limits import NEEDS_TEMPERATURE, RIGID, SILENT, limits, unseen
+from hdfast.diagnosis.limits import NEEDS_TEMPERATURE, RIGID, SILENT, Limit, limits, unseen
 from hdfast.diagnosis.plant import Plant
 from hdfast.diagnosis.resolution import unresolved
 from hdfast.diagnosis.rivals import stand
@@ -315,6 +315,9 @@ def test_exact_what_a_rigid_drive_cannot_have_is_told_as_not_showable(tmp_path, 
     assert {effect for effect, reason in reasons.items() if reason == RIGID} == set(OF_THE_WINDUP)
     assert reasons["thermal_viscous"] == NEEDS_TEMPERATURE
     assert not set(reasons) & {one["effect"] for one in found["detectable"] + found["effects"]}
+    drag = [one["minimum_detectable"] for one in found["detectable"] if one["effect"] == "nonlinear_viscous"]
+    assert None in drag
+    assert drag[0] is not None
 
 
 @pytest.mark.parametrize(("turns", "resolved"), [(0.45, {5.0, 8.0}), (0.55, {4.0, 5.0, 8.0})])
@@ -379,8 +382,8 @@ def test_exact_amplitudes_of_different_units_are_compared_in_typical_ones():
     labels = [one.candidate.label for one in (angle, torque)]
     for needed, shape in (((1.0, 3.0), "on load_angle"), ((3.0, 1.0), "on motor_torque")):
         ones = dict.fromkeys(labels, 1.0)
-        [found] = limits([angle, torque], Screen(ones, ones, dict(zip(labels, needed, strict=True)), ones), 2)
-        assert found.shape == shape
+        found = limits([angle, torque], Screen(ones, ones, dict(zip(labels, needed, strict=True)), ones), 2)
+        assert [one.shape for one in found] == [shape, *({"on load_angle", "on motor_torque"} - {shape})]
 
 
 def test_exact_a_torque_that_does_not_change_is_told(tmp_path):
@@ -392,28 +395,30 @@ def test_exact_a_torque_that_does_not_change_is_told(tmp_path):
         diagnose(path)
 
 
-def test_exact_a_limit_tells_the_shape_it_holds_for_unless_shapes_are_amplitudes():
-    def limit(varied, fixed):
-        seen = []
-        for value in (1.0, 2.0):
-            free = tuple(
-                Free(name, value if name == varied else 1.0, 1.0, True, "rad") for name in ("half_gap", "width")
-            )
-            made = {"order": value} if fixed else {}
-            one = Candidate("backlash", "mesh", ("backlash",), free, "half_gap", fixed=made, shape=f"gap {value}")
-            seen.append(
-                Signature(
-                    one, np.full((10, 1), value), np.zeros((1, 1)), np.ones(1), 1.0, 1.0, 0.5, np.zeros(1), np.zeros(1)
-                )
-            )
-        labels = [one.candidate.label for one in seen]
-        screen = Screen(*(dict.fromkeys(labels, 1.0) for _ in range(4)))
-        [found] = limits(seen, screen, 2)
-        return found.shape
+def gaps(varied: str | None, *, fixed: bool) -> list[Limit]:
+    """Limits of gaps whose signatures, as long as `varied`, are ten times as long for the second one."""
+    seen = []
+    for value, length in ((1.0, 1.0), (2.0, 10.0)):
+        free = tuple(Free(name, value if name == varied else 1.0, 1.0, True, "rad") for name in ("half_gap", "width"))
+        made = {"order": value} if fixed else {}
+        one = Candidate("backlash", "mesh", ("backlash",), free, "half_gap", fixed=made, shape=f"gap {value}")
+        nothing = np.zeros(1)
+        seen.append(
+            Signature(one, np.full((1, 1), length), np.zeros((1, 1)), np.ones(1), 1.0, 1.0, 0.5, nothing, nothing)
+        )
+    labels = [one.candidate.label for one in seen]
+    return limits(seen, Screen(*(dict.fromkeys(labels, 1.0) for _ in range(4))), 2)
 
-    assert limit("half_gap", fixed=False) == ""
-    assert limit("width", fixed=False) == "gap 2.0"
-    assert limit(None, fixed=True) == "gap 2.0"
+
+def test_exact_every_shape_has_a_limit_and_amplitudes_are_no_shapes():
+    assert [one.shape for one in gaps("half_gap", fixed=False)] == [""]
+    assert [one.shape for one in gaps("width", fixed=False)] == ["gap 2.0", "gap 1.0"]
+    assert [one.shape for one in gaps(None, fixed=True)] == ["gap 2.0", "gap 1.0"]
+
+
+def test_exact_the_limit_of_a_shape_is_that_of_the_size_that_hides_best():
+    [found] = gaps("half_gap", fixed=False)
+    assert found.minimum_detectable == pytest.approx(1.84)
 
 
 def test_exact_gains_by_recording_leave_out_recordings_without_blocks():

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
 from hdfast.checks import Floats
 from hdfast.diagnosis.facts import FACTS
+from hdfast.diagnosis.limits import Limit
 from hdfast.diagnosis.masking import pulled
 from hdfast.diagnosis.replay import Replay
 from hdfast.diagnosis.rivals import ALIKE, FAINT, Standing
@@ -81,6 +82,40 @@ def rejected(health: Health, seed: int, version: str) -> dict[str, Any]:
     }
 
 
+def _not_showable(limits: Sequence[Limit]) -> list[dict[str, Any]]:
+    """Effects of which no shape could have shown, as the one that would show best."""
+    best: dict[str, Limit] = {}
+    for one in limits:
+        best.setdefault(one.effect, one)
+    return [
+        {
+            "effect": one.effect,
+            "shape": one.shape,
+            "reason": one.reason,
+            "minimum_detectable": one.minimum_detectable,
+            "unit": one.unit,
+            "visibility": one.visibility,
+        }
+        for one in best.values()
+        if one.reason is not None
+    ]
+
+
+def _detectable(limits: Sequence[Limit]) -> list[dict[str, Any]]:
+    """Every shape of the other effects; None for those that no plausible size of would have shown."""
+    shown = {one.effect for one in limits if one.reason is None}
+    return [
+        {
+            "effect": one.effect,
+            "shape": one.shape,
+            "minimum_detectable": one.minimum_detectable if one.reason is None else None,
+            "unit": one.unit,
+        }
+        for one in limits
+        if one.effect in shown
+    ]
+
+
 def as_dict(verdict: Verdict, health: Health, seed: int, version: str) -> dict[str, Any]:
     """The content of verdict.json."""
     session = verdict.session
@@ -98,28 +133,8 @@ def as_dict(verdict: Verdict, health: Health, seed: int, version: str) -> dict[s
             "fit": _fit(verdict),
             "masking": [vars(one) for one in verdict.masked],
             "displaced": pulled(session.baseline),
-            "not_showable": [
-                {
-                    "effect": one.effect,
-                    "shape": one.shape,
-                    "reason": one.reason,
-                    "minimum_detectable": one.minimum_detectable,
-                    "unit": one.unit,
-                    "visibility": one.visibility,
-                }
-                for one in verdict.limits
-                if one.reason is not None
-            ],
-            "detectable": [
-                {
-                    "effect": one.effect,
-                    "shape": one.shape,
-                    "minimum_detectable": one.minimum_detectable,
-                    "unit": one.unit,
-                }
-                for one in verdict.limits
-                if one.reason is None
-            ],
+            "not_showable": _not_showable(verdict.limits),
+            "detectable": _detectable(verdict.limits),
             "next_experiment": None if verdict.experiment is None else verdict.experiment.to_dict(),
             "notes": _notes(verdict),
             "health": _findings(health),

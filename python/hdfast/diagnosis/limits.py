@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Collection, Hashable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -14,7 +14,7 @@ from hdfast.diagnosis.library import OF_THE_LOAD_ANGLE, OF_THE_WINDUP
 from hdfast.diagnosis.plant import Plant
 from hdfast.diagnosis.screen import Screen, Signature
 from hdfast.diagnosis.shapes import effect_of
-from hdfast.diagnosis.structure import Structure
+from hdfast.diagnosis.structure import Free, Structure
 from hdfast.sensors.names import table
 from hdfast.terms import terms
 
@@ -32,12 +32,12 @@ SILENT = "changes next to nothing on these recordings, or cannot be simulated on
 
 @dataclass(frozen=True)
 class Limit:
-    """An effect and what these recordings can say of it.
+    """An effect of one shape, and what these recordings can say of it.
 
     Attributes:
         effect: its id.
-        shape: for which this holds, where it depends on more than the amplitude, else "".
-        visibility: share of its signature that refitting the model leaves, 0 to 1.
+        shape: for which this holds, where the effect has several, else "".
+        visibility: share of its signature that refitting the model leaves, 0 to 1, at the size that shows most.
         minimum_detectable: amplitude that would be seen in 80 % of campaigns like this one, in its unit.
         unit: of that amplitude.
         multiple: of a typical effect, so large is that.
@@ -54,34 +54,28 @@ class Limit:
 
 
 def limits(signatures: Sequence[Signature], seen: Screen, recordings: int) -> list[Limit]:
-    """The best shape of each effect of the library; what only refines an effect that is there is none.
+    """Every shape of each effect of the library, by effect; what only refines an effect that is there is none.
+
+    What shows best comes first, effects and shapes.
+
+    What a refit leaves of an effect depends on its size: the limit of a shape is that of the size that hides best. With
+    the one that shows best, couplings, hystereses and gaps of up to twenty times their limit were in recordings that
+    showed no evidence of them.
 
     Args:
         signatures: of the last round.
         seen: its screen.
         recordings: how many are fitted.
     """
-    best: dict[str, Limit] = {}
-    added = [one for one in signatures if not one.candidate.refines]
-    varieties: dict[str, set[Hashable]] = defaultdict(set)
-    for one in added:
-        varieties[one.candidate.effect].add(one.candidate.variety)
-    for one in added:
-        limit = _limit(one, seen, recordings)
-        known = best.get(limit.effect)
-        if known is None or _easier(limit, known, stiffness=one.candidate.stiffness):
-            best[limit.effect] = limit if len(varieties[limit.effect]) > 1 else replace(limit, shape="")
-    return sorted(best.values(), key=lambda limit: limit.visibility)
-
-
-def _easier(limit: Limit, known: Limit, *, stiffness: bool) -> bool:
-    """Whether a shape is seen at a smaller effect than another; a larger stiffness is a smaller effect."""
-    if limit.minimum_detectable is None or known.minimum_detectable is None:
-        return known.minimum_detectable is None
-    if limit.unit != known.unit:
-        return limit.multiple < known.multiple
-    sign = -1.0 if stiffness else 1.0
-    return sign * limit.minimum_detectable < sign * known.minimum_detectable
+    shapes: dict[str, dict[Hashable, list[Signature]]] = defaultdict(lambda: defaultdict(list))
+    for one in signatures:
+        if not one.candidate.refines:
+            shapes[one.candidate.effect][one.candidate.variety].append(one)
+    found = [
+        sorted((_limit(sizes, seen, recordings, named=len(own) > 1) for sizes in own.values()), key=_order)
+        for own in shapes.values()
+    ]
+    return [limit for own in sorted(found, key=lambda own: _order(own[0])) for limit in own]
 
 
 def unseen(candidates: Sequence[Candidate], plant: Plant, before: Structure, known: Collection[str]) -> list[Limit]:
@@ -121,24 +115,50 @@ def _unused(one: Candidate, before: Structure) -> str:
     return SILENT if one.fits_into(before) else NO_ROOM
 
 
-def _limit(one: Signature, seen: Screen, recordings: int) -> Limit:
+def _order(limit: Limit) -> tuple[bool, float]:
+    return limit.reason is not None, limit.multiple
+
+
+def _limit(sizes: Sequence[Signature], seen: Screen, recordings: int, *, named: bool) -> Limit:
+    """Of the signatures of one shape; `named` where the effect has others."""
+    one, multiple = max(((size, _multiple(size, seen)) for size in sizes), key=lambda pair: _hidden(*pair))
     candidate = one.candidate
-    free = next(free for free in candidate.free if free.name == candidate.amplitude)
-    size = max(abs(free.value), 1e-300)
-    remaining = float(np.sqrt(np.sum(one.left**2) / one.left.shape[1]))
-    threshold = (seen.needed[candidate.label] + POWER) * seen.spread[candidate.label]
-    multiple = threshold / remaining if remaining > 0.0 else np.inf
-    smallest = None
-    if remaining > 0.0:
-        smallest = size / multiple if candidate.stiffness else size * multiple
+    visibility = max(size.visibility for size in sizes)
+    smallest = _amplitude(candidate, multiple) if np.isfinite(multiple) else None
     reason = None
-    if one.visibility < SWALLOWED:
-        reason = f"{100.0 * (1.0 - one.visibility):.0f} % of it is swallowed by the drive's parameters"
-    elif smallest is not None and not _plausible(candidate, smallest):
+    if visibility < SWALLOWED:
+        reason = f"{100.0 * (1.0 - visibility):.0f} % of it is swallowed by the drive's parameters"
+    elif smallest is None or not _plausible(candidate, smallest):
         reason = "only an implausibly large effect would be seen"
     elif candidate.effect in DRIFTS and recordings == 1:
         reason = SECOND
-    return Limit(candidate.effect, candidate.shape, one.visibility, smallest, free.unit, multiple, reason)
+    shape, unit = candidate.shape if named else "", _size_of(candidate).unit
+    return Limit(candidate.effect, shape, visibility, smallest, unit, multiple, reason)
+
+
+def _multiple(one: Signature, seen: Screen) -> float:
+    """How many typical effects would be seen."""
+    label = one.candidate.label
+    remaining = float(np.sqrt(np.sum(one.left**2) / one.left.shape[1]))
+    threshold = (seen.needed[label] + POWER) * seen.spread[label]
+    return threshold / remaining if remaining > 0.0 else np.inf
+
+
+def _hidden(one: Signature, multiple: float) -> float:
+    """What grows with the effect that would be seen, for signatures of one shape."""
+    amplitude = _amplitude(one.candidate, multiple)
+    return -amplitude if one.candidate.stiffness else amplitude
+
+
+def _amplitude(candidate: Candidate, multiple: float) -> float:
+    """So many typical effects, in the unit of the amplitude: a larger stiffness is a smaller effect."""
+    size = max(abs(_size_of(candidate).value), 1e-300)
+    return size / multiple if candidate.stiffness else size * multiple
+
+
+def _size_of(candidate: Candidate) -> Free:
+    """Its amplitude, at a typical effect."""
+    return next(free for free in candidate.free if free.name == candidate.amplitude)
 
 
 def _plausible(candidate: Candidate, amplitude: float) -> bool:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -16,6 +16,7 @@ from hdfast.report.diagnosis_screen import TAGS, Card, cards, headline
 from hdfast.report.diagnosis_swings import missing_tones, swings_section
 from hdfast.report.diagnosis_tables import (
     PAIR_HEADER,
+    by_effect,
     correlations,
     experiment_rows,
     parameter_table,
@@ -144,16 +145,24 @@ def _limits(content: Mapping[str, Any]) -> Section:
         [words(row["effect"]), row["shape"], _left(row), _least(row), spoken(row["reason"])]
         for row in content["not_showable"]
     ]
-    seen = [[words(row["effect"]), row["shape"], _least(row)] for row in content["detectable"]]
+    seen = [_range(words(effect), rows) for effect, rows in by_effect(content["detectable"]).items()]
     tables = []
     if hidden:
         header = ["not showable", "as", "left after a refit", "smallest amplitude seen", "why"]
         tables.append(html_table(header, hidden, right=(2, 3)))
     if seen:
-        tables.append(html_table(["would have been seen", "as", "from an amplitude of"], seen, right=(2,)))
+        header = ["would have been seen", "at best from", "as", "at worst from", "as"]
+        tables.append(html_table(header, seen, right=(1, 3)))
     texts = ["An effect is not showable when refitting the drive's parameters swallows it, when only an implausible "
              "size of it would stand out, or when the recordings or the model lack what it acts on."]  # fmt: skip
     return Section("What these recordings can show", texts if hidden else [], tables=tables)
+
+
+def _range(effect: str, rows: Sequence[Mapping[str, Any]]) -> list[str]:
+    """Of an effect the shape that shows best and the one that hides best."""
+    best, worst = rows[0], rows[-1]
+    least = "not at all" if worst["minimum_detectable"] is None else _least(worst)
+    return [effect, _least(best), best["shape"], *([least, worst["shape"]] if len(rows) > 1 else ["", ""])]
 
 
 def _left(row: Mapping[str, Any]) -> str:

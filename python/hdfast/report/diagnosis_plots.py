@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -213,23 +214,30 @@ def orders(found: Sequence[Trace], channel: str, named: Sequence[float], corner:
 
 
 @styled
-def detectable(rows: Sequence[tuple[str, float, float, str]]) -> Figure:
-    """Smallest amplitude that would have been seen, against what is plausible: (effect, smallest, typical, unit)."""
+def detectable(rows: Sequence[tuple[str, float, float, float, str]]) -> Figure:
+    """Smallest amplitude seen: (effect, that of the shape that shows best, that hides best, a typical one, unit).
+
+    That of a shape that never shows is infinite.
+    """
     figure = Figure(figsize=(3.9, 0.6 + 0.235 * len(rows)), layout="constrained")
     axes = figure.add_subplot()
     place = np.arange(len(rows))
-    values = np.array([100.0 * smallest / typical for _, smallest, typical, _ in rows])
-    axes.barh(place, values, color=BLUE, height=0.6, alpha=0.85)
+    best, worst = 100.0 * np.array([[least / typical, most / typical] for _, least, most, typical, _ in rows]).T
+    ends = np.where(np.isfinite(worst), worst, best)
+    low, high = min(1.0, 0.5 * float(best.min(initial=1.0))), 400.0 * max(100.0, float(ends.max(initial=1.0)))
+    axes.barh(place, np.minimum(worst, high), color=BLUE, height=0.6, alpha=0.2)
+    axes.barh(place, best, color=BLUE, height=0.6, alpha=0.85)
     axes.set_xscale("log")
     axes.axvline(100.0, color=INK, linewidth=0.9, linestyle=":")
-    low = min(1.0, 0.5 * float(values.min(initial=1.0)))
-    for y, (value, (_, smallest, _, unit)) in enumerate(zip(values.tolist(), rows, strict=True)):
-        factor, short = scaled(np.array([smallest]), unit)
-        axes.text(1.1 * value, y, f"{smallest * factor:.3g} {short if short != '1' else ''}", va="center", fontsize=7.5)
-    axes.set_yticks(place, [name for name, _, _, _ in rows], fontsize=8.0)
+    for y, (value, (_, least, most, _, unit)) in enumerate(zip(ends.tolist(), rows, strict=True)):
+        told = [end for end in dict.fromkeys((least, most)) if math.isfinite(end)]
+        factor, short = scaled(np.array(told), unit)
+        span = "\u2013".join(f"{factor * end:.3g}" for end in told)
+        axes.text(1.1 * value, y, f"{span} {short if short != '1' else ''}", va="center", fontsize=7.5)
+    axes.set_yticks(place, [row[0] for row in rows], fontsize=8.0)
     axes.set_ylim(len(rows) - 0.4, -0.6)
-    axes.set_xlim(low, 12.0 * max(100.0, float(values.max(initial=1.0))))
-    axes.set_xlabel("smallest amplitude seen [% of a typical one]")
+    axes.set_xlim(low, high)
+    axes.set_xlabel("smallest seen [% of a typical one]")
     axes.grid(visible=False, axis="y")
     return figure
 

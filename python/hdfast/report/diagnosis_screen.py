@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
@@ -13,7 +14,7 @@ from hdfast.diagnosis.unknown import Unknown
 from hdfast.diagnosis.verdict import Verdict
 from hdfast.report import diagnosis_plots as plots
 from hdfast.report.diagnosis_swings import missing_tones
-from hdfast.report.diagnosis_tables import amplitude, plus_minus, spoken, words
+from hdfast.report.diagnosis_tables import amplitude, by_effect, plus_minus, spoken, words
 from hdfast.report.diagnosis_views import Trace, telling
 from hdfast.report.html import Picture, picture
 from hdfast.report.look import GREEN, VIOLET
@@ -177,7 +178,7 @@ def _where(content: Mapping[str, Any], verdict: Verdict, found: list[Trace]) -> 
 
 def _what(content: Mapping[str, Any], verdict: Verdict) -> Card:
     if content["verdict"] == "no_evidence":
-        return _visible(verdict)
+        return _visible(content)
     if verdict.described is not None:
         return _ranking(verdict.described)
     rows: list[tuple[str, float, bool]] = []
@@ -219,26 +220,26 @@ def _named(effect: Mapping[str, Any], *, described: bool) -> Named:
     return Named(words(effect["effect"]), size, " ".join([text, "; ".join(rest)]).strip())
 
 
-def _visible(verdict: Verdict) -> Card:
+def _visible(content: Mapping[str, Any]) -> Card:
     """What would have been seen, for a campaign without evidence."""
     rows = []
-    for limit in verdict.limits:
-        if limit.reason is not None or limit.minimum_detectable is None or limit.effect not in terms().ids:
+    for effect, limits in by_effect(content["detectable"]).items():
+        if effect not in terms().ids:
             continue
-        term = terms()[limit.effect]
+        term = terms()[effect]
         typical = next(parameter for parameter in term.parameters if parameter.name == term.amplitude)
-        if typical.unit == limit.unit != "N m/rad" and typical.default > 0.0:
-            rows.append((words(limit.effect), limit.minimum_detectable, typical.default, limit.unit))
-    rows.sort(key=lambda row: row[1] / row[2])
+        least = [one["minimum_detectable"] or math.inf for one in limits if one["unit"] == typical.unit != "N m/rad"]
+        if min(least, default=math.inf) < math.inf and typical.default > 0.0:
+            rows.append((words(effect), least[0], least[-1], typical.default, typical.unit))
+    rows.sort(key=lambda row: row[1] / row[3])
     if not rows:
         return Card("What would have been seen", "four", texts=["These recordings could have shown no effect."])
+    caption = "Dotted: a typical amplitude. Short bars: well visible; pale: up to the shape that hides best."
     return Card(
         "What would have been seen",
         "four",
         "had it been there",
-        figures=[
-            picture(plots.detectable(rows[:MOST_LIMITS]), "Dotted: a typical amplitude. Short bars: well visible.")
-        ],
+        figures=[picture(plots.detectable(rows[:MOST_LIMITS]), caption)],
     )
 
 

@@ -396,7 +396,7 @@ def test_exact_a_torque_that_does_not_change_is_told(tmp_path):
 
 
 def gaps(varied: str | None, *, fixed: bool) -> list[Limit]:
-    """Limits of gaps whose signatures, as long as `varied`, are ten times as long for the second one."""
+    """Limits of two gaps that differ in a free parameter or in a fixed one; the second shows ten times as well."""
     seen = []
     for value, length in ((1.0, 1.0), (2.0, 10.0)):
         free = tuple(Free(name, value if name == varied else 1.0, 1.0, True, "rad") for name in ("half_gap", "width"))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from itertools import groupby
 from typing import Any
 
 import numpy as np
@@ -84,9 +85,6 @@ def rejected(health: Health, seed: int, version: str) -> dict[str, Any]:
 
 def _not_showable(limits: Sequence[Limit]) -> list[dict[str, Any]]:
     """Effects of which no shape could have shown, as the one that would show best."""
-    best: dict[str, Limit] = {}
-    for one in limits:
-        best.setdefault(one.effect, one)
     return [
         {
             "effect": one.effect,
@@ -96,14 +94,13 @@ def _not_showable(limits: Sequence[Limit]) -> list[dict[str, Any]]:
             "unit": one.unit,
             "visibility": one.visibility,
         }
-        for one in best.values()
+        for one, *_ in _by_effect(limits)
         if one.reason is not None
     ]
 
 
 def _detectable(limits: Sequence[Limit]) -> list[dict[str, Any]]:
     """Every shape of the other effects; None for those that no plausible size of would have shown."""
-    shown = {one.effect for one in limits if one.reason is None}
     return [
         {
             "effect": one.effect,
@@ -111,9 +108,15 @@ def _detectable(limits: Sequence[Limit]) -> list[dict[str, Any]]:
             "minimum_detectable": one.minimum_detectable if one.reason is None else None,
             "unit": one.unit,
         }
-        for one in limits
-        if one.effect in shown
+        for shapes in _by_effect(limits)
+        if shapes[0].reason is None
+        for one in shapes
     ]
+
+
+def _by_effect(limits: Sequence[Limit]) -> list[list[Limit]]:
+    """The shapes of each effect, the one that shows best first."""
+    return [list(shapes) for _, shapes in groupby(limits, key=lambda one: one.effect)]
 
 
 def as_dict(verdict: Verdict, health: Health, seed: int, version: str) -> dict[str, Any]:

@@ -35,7 +35,6 @@ PER_WINDOW = 8
 SETTLED = 1e-6
 LARGEST_DRIFT = 0.01
 SLOPE, SPEED, DRIFT = 1, 2, 3
-CREEP = 0.03  # of the largest speed
 HALF_TURN = 3.0  # of the load [rad]
 
 Mask = NDArray[np.bool_]
@@ -96,7 +95,7 @@ def _wound(motion: Motion, used: Mask) -> list[Floats]:
     """What the windup may be in proportion to, each (m,)."""
     assert motion.load_angle is not None
     assert motion.load_acceleration is not None
-    found = [motion.load_acceleration, np.tanh(motion.speed / (CREEP * np.max(np.abs(motion.speed))))]
+    found = [motion.load_acceleration, motion.direction]
     if motion.load_torque is not None:
         found.append(motion.load_torque)
     if np.ptp(motion.load_angle[used]) > HALF_TURN:

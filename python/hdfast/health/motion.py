@@ -15,6 +15,7 @@ SMOOTHING = 0.04
 FEWEST = 7
 MOST = 200_000
 ENDS = 4
+CREEP = 0.03  # of the largest speed
 
 
 @dataclass(frozen=True)
@@ -95,6 +96,12 @@ class Motion:
     def step(self) -> float:
         """Step of the grid [s]."""
         return float(self.t[1] - self.t[0])
+
+    @property
+    def direction(self) -> Floats:
+        """Direction of motion, -1 to 1, smooth where it creeps, shape (m,)."""
+        largest = float(np.max(np.abs(self.speed[self.valid]), initial=0.0))
+        return np.tanh(self.speed / (CREEP * largest))
 
     @property
     def moving(self) -> NDArray[np.bool_]:

@@ -10,14 +10,13 @@ from hdfast.checks import Floats
 from hdfast.health.alignment import block_regression
 from hdfast.health.motion import Motion
 
-CREEP = 0.03
 FEWEST = 50
 ROUNDS, OUTLIER = 4, 6.0
 
 
 @dataclass(frozen=True)
 class RigidFit:
-    """torque = inertia a + viscous w + dry tanh(w / creep) + constant + terms of the output angle.
+    """torque = inertia a + viscous w + dry direction + constant + terms of the output angle.
 
     Attributes:
         inertia, inertia_error: torque per acceleration [kg m^2].
@@ -41,7 +40,7 @@ def rigid_fit(motion: Motion, ratio: float | None = None) -> RigidFit | None:
     basis = [
         motion.acceleration,
         motion.speed / largest,
-        np.tanh(motion.speed / (CREEP * largest)),
+        motion.direction,
         np.ones_like(motion.t),
     ]
     output = motion.load_angle if motion.load_angle is not None else motion.angle / ratio if ratio else None

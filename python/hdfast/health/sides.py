@@ -33,18 +33,19 @@ def check(subject: Subject) -> None:
             sentence = f"the angles give a ratio of {subject.facts.ratio:.6g}; [drive] states none"
             subject.find("ratio", NOTE, sentence, value=subject.facts.ratio)
         return
-    if travel / abs(ratio) < SMALLEST_TRAVEL:
+    turned = travel / abs(ratio)
+    if turned < SMALLEST_TRAVEL:
         return
     still = max(subject.facts.resolution.get("load_angle", 0.0), DEAD * travel)
     if np.ptp(motion.load_angle[motion.valid]) <= still:
         sentence = f"load_angle stays while the motor turns by {travel:.4g} rad: a locked output or a dead channel"
         subject.find("ratio", WARNING, sentence, value=0.0, limit=RATIO_OFF)
         return
-    if _ratio_rejected(subject, found * ratio, travel / abs(ratio)):
+    if _ratio_rejected(subject, found * ratio, turned):
         return
     alignment = align(motion, ratio, subject.campaign.orders)
     if alignment is not None:
-        _ratio(subject, alignment, ratio, travel / abs(ratio))
+        _ratio(subject, alignment, ratio, turned)
         _clock(subject, alignment)
 
 

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from itertools import groupby
+from operator import itemgetter
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -16,7 +18,6 @@ from hdfast.report.diagnosis_screen import TAGS, Card, cards, headline
 from hdfast.report.diagnosis_swings import missing_tones, swings_section
 from hdfast.report.diagnosis_tables import (
     PAIR_HEADER,
-    by_effect,
     correlations,
     experiment_rows,
     parameter_table,
@@ -145,7 +146,9 @@ def _limits(content: Mapping[str, Any]) -> Section:
         [words(row["effect"]), row["shape"], _left(row), _least(row), spoken(row["reason"])]
         for row in content["not_showable"]
     ]
-    seen = [_range(words(effect), rows) for effect, rows in by_effect(content["detectable"]).items()]
+    seen = [
+        _range(words(effect), list(rows)) for effect, rows in groupby(content["detectable"], key=itemgetter("effect"))
+    ]
     tables = []
     if hidden:
         header = ["not showable", "as", "left after a refit", "smallest amplitude seen", "why"]

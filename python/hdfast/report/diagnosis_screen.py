@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from itertools import groupby
+from operator import itemgetter
 from typing import Any
 
 from hdfast.diagnosis.locate import phases
@@ -14,7 +16,7 @@ from hdfast.diagnosis.unknown import Unknown
 from hdfast.diagnosis.verdict import Verdict
 from hdfast.report import diagnosis_plots as plots
 from hdfast.report.diagnosis_swings import missing_tones
-from hdfast.report.diagnosis_tables import amplitude, by_effect, plus_minus, spoken, words
+from hdfast.report.diagnosis_tables import amplitude, plus_minus, spoken, words
 from hdfast.report.diagnosis_views import Trace, telling
 from hdfast.report.html import Picture, picture
 from hdfast.report.look import GREEN, VIOLET
@@ -223,7 +225,7 @@ def _named(effect: Mapping[str, Any], *, described: bool) -> Named:
 def _visible(content: Mapping[str, Any]) -> Card:
     """What would have been seen, for a campaign without evidence."""
     rows = []
-    for effect, limits in by_effect(content["detectable"]).items():
+    for effect, limits in groupby(content["detectable"], key=itemgetter("effect")):
         if effect not in terms().ids:
             continue
         term = terms()[effect]

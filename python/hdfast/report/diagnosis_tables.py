@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -62,14 +62,6 @@ def spoken(sentence: str) -> str:
     for effect in sorted([*terms().ids, *WORDS, *VARIABLES], key=len, reverse=True):
         sentence = sentence.replace(effect, words(effect)) if "_" in effect else sentence
     return sentence.replace(" -> ", " → ")
-
-
-def by_effect(limits: Iterable[Mapping[str, Any]]) -> dict[str, list[Mapping[str, Any]]]:
-    """Rows of `detectable` by effect, in their order."""
-    found: dict[str, list[Mapping[str, Any]]] = {}
-    for row in limits:
-        found.setdefault(row["effect"], []).append(row)
-    return found
 
 
 def plus_minus(value: float | None, sigma: float | None, unit: str) -> str:

@@ -182,6 +182,7 @@ def main() -> None:
     parser.add_argument("--rounds", type=int, default=7)
     parser.add_argument("--out", type=Path, default=HERE)
     options = parser.parse_args()
+    options.out.mkdir(parents=True, exist_ok=True)
     chosen = [each for each in contestants() if not options.only or each.file in options.only.split(",")]
     processors = sorted(os.sched_getaffinity(0))[-2:]
 

@@ -8,7 +8,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 import small_campaign
-from hdfast.diagnosis import accept, beside, choice, diagnose, prove, shortlist, verdict
+from hdfast.diagnosis import accept, beside, choice, content, diagnose, prove, shortlist, verdict
 from hdfast.diagnosis.holdout import Proof
 from hdfast.diagnosis.lesser import Lesser
 from hdfast.diagnosis.replay import Replay
@@ -130,6 +130,35 @@ def test_exact_a_name_with_which_all_recordings_are_followed_less_well_is_undeci
         ),
     )
     assert verdict._decide(session, [leading], None)[0] == ("undecided" if worse else "found")
+
+
+def test_exact_an_undecided_name_says_what_is_sure_beside_it() -> None:
+    rival = SimpleNamespace(effect="sensor_lowpass", weight=0.5, fit=None)
+    delay, hysteresis = (
+        SimpleNamespace(
+            name=name, alone=Gain(np.full(9, gain), ERRORS), lesser=None, rivals=rivals, probability=probability
+        )
+        for name, gain, rivals, probability in (
+            ("sensor_delay", 2.0, [rival], 0.56),
+            ("hysteresis", 1.0, [], 0.98),
+        )
+    )
+    session = SimpleNamespace(replay=SimpleNamespace(layout=None), search=SimpleNamespace(final=None), proof=None)
+    told = "sensor_delay cannot be told from sensor_lowpass"
+    assert verdict._decide(session, [delay], None)[1] == told
+    beside = verdict._decide(session, [delay, hysteresis], None)[1]
+    assert beside == f"{told}, beside hysteresis, which the model leaves out"
+
+
+@pytest.mark.parametrize(("left", "said"), [(0.29, False), (0.31, True)])
+def test_exact_what_is_left_beyond_the_white_noise_is_noted(left: float, said: bool) -> None:
+    search = SimpleNamespace(accepted=[])
+    found = SimpleNamespace(
+        session=SimpleNamespace(warnings=[], search=search),
+        proof=SimpleNamespace(extended=left, floor=0.1),
+        extended=None,
+    )
+    assert any("3.1 times the white noise" in note for note in content._notes(found)) == said
 
 
 @pytest.mark.parametrize(

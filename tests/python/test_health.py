@@ -158,6 +158,13 @@ def test_exact_a_coarse_encoder_is_not_a_held_value(clean):
     assert sentences(examine(found), "held_values") == []
 
 
+def test_exact_a_few_jerks_of_a_noisy_coarse_encoder_are_no_held_values(run):
+    step, n = 4.8e-5, run["t"].size
+    jerks = np.isin(np.arange(n), RNG.choice(n, 40, replace=False))
+    moved = step * (0.3 * RNG.standard_normal(n) + 4.0 * np.cumsum(jerks))
+    assert steps.hold(run["t"], step * np.round(moved / step), step) is None
+
+
 def test_exact_resolution_is_the_larger_of_stated_and_seen(run):
     step = 2.0 * math.pi / 2**17
     coarse = examine(run, TEXT + f"[sensors]\nmotor_angle = {{ resolution = {step / 8.0!r} }}\n")

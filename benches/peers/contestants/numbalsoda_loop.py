@@ -1,7 +1,10 @@
 # /// script
 # dependencies = ["numbalsoda", "numba", "numpy"]
 # ///
-"""numbalsoda called from a loop compiled by Numba; its one absolute tolerance asks for states scaled to their sizes."""
+"""numbalsoda called from a loop compiled by Numba; its one absolute tolerance asks for states scaled to their sizes.
+
+Where no wheel fits it is built from source, which takes `gfortran` and `cmake`.
+"""
 
 import equations
 import numpy as np

@@ -23,6 +23,7 @@ from hdfast.health import Health
 from hdfast.model import parse_order
 
 MEMORIES = ("none", "rate_independent", "fading")
+LOUD = 3.0  # times the white noise; noise that falls with frequency makes up to that
 NOWHERE: dict[str, Any] = {
     "place": None,
     "place_candidates": [],
@@ -39,13 +40,18 @@ NOWHERE: dict[str, Any] = {
 
 
 def _notes(verdict: Verdict) -> list[str]:
-    """What weakens the proof, and recordings that cost the others their rate."""
+    """What weakens the proof, what is left beyond the noise, and recordings that cost the others their rate."""
     notes = list(verdict.session.warnings)
     proof = verdict.proof
     if verdict.extended is not None and proof is not None and proof.holds and not proof.shows:
         notes.append("the held-out recordings do not show it: it rests on stretches of the others that were left out")
     if any(one.confirmed for one in verdict.session.search.accepted):
         notes.append("the fitted recordings show it too faintly for a name: the held-out ones confirm it")
+    if proof is not None and proof.extended > LOUD * proof.floor:
+        notes.append(
+            f"what is left of the held-out recordings is {proof.extended / proof.floor:.2g} times the white noise of "
+            "the sensors: slower noise, or physics that nothing tried here describes"
+        )
     return notes
 
 

@@ -153,20 +153,26 @@ def _decide(
     if _worse(session):
         reason = f"with {leading.name} the model follows fitted and held-out recordings less well than without"
         return "undecided", reason, alone
-    rivals = leading.rivals
+    rivals, others = leading.rivals, _besides(standings, leading)
     if leading.probability < SURE:
         if not rivals or rivals[0].weight < FAINT:
-            reason = f"the evidence for {leading.name} is too thin for a name"
+            reason = f"the evidence for {leading.name} is too thin for a name{others}"
             return "undecided", reason, alone
-        reason = f"{leading.name} cannot be told from {rivals[0].effect}"
+        reason = f"{leading.name} cannot be told from {rivals[0].effect}{others}"
         return "undecided", reason, Contest((leading.name, rivals[0].effect), (search.final, rivals[0].fit))
     close = [rival for rival in rivals if rival.alike > INDISTINCT and rival.behind < CLOSE_ERRORS]
     if close:
-        reason = f"{leading.name} looks like {close[0].effect} on these recordings"
+        reason = f"{leading.name} looks like {close[0].effect} on these recordings{others}"
         return "undecided", reason, Contest((leading.name, close[0].effect), (search.final, close[0].fit))
     if all(one.trial.candidate.place == "sensor" for one in standings if one.probability >= SURE):
         return "sensor", "", None
     return "found", "", None
+
+
+def _besides(standings: Sequence[Standing], leading: Standing) -> str:
+    """What an undecided verdict says of effects that are sure beside the leading one."""
+    sure = dict.fromkeys(one.name for one in standings if one is not leading and one.probability >= SURE)
+    return f", beside {' and '.join(sure)}, which the model leaves out" if sure else ""
 
 
 def _worse(session: Session) -> bool:

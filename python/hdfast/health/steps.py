@@ -112,7 +112,7 @@ def hold(t: Floats, values: Floats, step: float) -> float | None:
     """The time a column holds its values [s], None when it does not.
 
     A coarse sensor repeats values too, but then it moves by one step at a time; only larger jumps after repeated
-    values count.
+    values count. One that is noisy makes a few of these as well, between more that follow sample by sample.
     """
     known = np.isfinite(values)
     t, values = t[known], values[known]
@@ -122,7 +122,8 @@ def hold(t: Floats, values: Floats, step: float) -> float | None:
     repeats, jumps, lasted = np.diff(changes), np.abs(np.diff(values)[changes[1:] - 1]), np.diff(t[changes])
     large = (jumps > HELD_STEPS * max(step, float(np.min(jumps)))) & (lasted < LONGEST_HOLD)
     paused = large & (repeats > 1)
-    if paused.sum() < FEWEST_CHANGES or paused.sum() < HELD_SHARE * large.sum():
+    few = paused.sum() < max(FEWEST_CHANGES, HELD_SHARE * large.sum())
+    if few or np.mean(repeats > 1) < HELD_SHARE:
         return None
     usual = float(np.median(lasted[paused]))
     regular = np.mean((lasted[paused] < REGULAR * usual) & (lasted[paused] > usual / REGULAR))

@@ -116,11 +116,11 @@ def _gaps(subject: Subject, t: Floats, steps: Floats, limit: Floats) -> None:
     missing = float(np.sum(steps[found]) - found.size * np.median(steps)) / float(t[-1] - t[0])
     worst = int(found[np.argmax(steps[found])])
     severity = REJECT if missing > MOST_MISSING else WARNING
+    several = f"{found.size} gaps, together {100.0 * missing:.3g} % of the duration, the longest of"
     subject.find(
         NAME,
         severity,
-        f"{found.size} gaps, together {100.0 * missing:.3g} % of the duration, the longest of {steps[worst]:.4g} s "
-        f"after {t[worst]:.6g} s; "
+        f"{several if found.size > 1 else 'a gap of'} {steps[worst]:.4g} s after {t[worst]:.6g} s; "
         + ("record again without them" if severity == REJECT else "nothing is judged near wide ones"),
         value=missing,
         limit=MOST_MISSING,

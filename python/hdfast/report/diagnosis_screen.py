@@ -71,13 +71,13 @@ def headline(content: Mapping[str, Any]) -> str:
         if before is not None and after is not None:
             text += (
                 f" Error on recordings kept for the proof: {100 * before:.3g} % → {100 * after:.3g} %; "
-                f"sensor noise alone makes {100 * (floor or 0.0):.2g} %."
+                f"white sensor noise alone makes {100 * (floor or 0.0):.2g} %."
             )
         return text
     if name == "no_evidence" and before is not None:
         return (
             f"No evidence of left-out physics: the calibrated nominal model predicts the recordings kept for the "
-            f"proof to {100 * before:.3g} %; sensor noise alone makes {100 * (floor or 0.0):.2g} %."
+            f"proof to {100 * before:.3g} %; white sensor noise alone makes {100 * (floor or 0.0):.2g} %."
         )
     return spoken(content["sentence"])
 

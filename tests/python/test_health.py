@@ -316,6 +316,15 @@ def test_exact_what_winds_up_the_gear_is_no_lag_and_no_other_ratio(clean, kind, 
     assert not [f.sentence for f in examine(found).findings if f.check in ("ratio", "clock")]
 
 
+def test_exact_windup_of_a_spring_that_stiffens_is_no_other_ratio_on_short_ways(clean):
+    found = dict(clean["sine"])
+    t, share = found["t"], 0.15 / np.ptp(found["load_angle"])
+    found |= {name: share * found[name] for name in ("motor_angle", "load_angle")}
+    pulled = np.gradient(np.gradient(found["load_angle"], t), t)
+    found["load_angle"] = found["load_angle"] - 1e-3 * np.tanh(2.0 * pulled / np.abs(pulled).max())
+    assert sentences(examine(found), "ratio") == []
+
+
 def test_exact_a_late_load_angle_rejects(run):
     run["load_angle"] = np.interp(run["t"] - 0.08, run["t"], run["load_angle"])
     assert "load_angle lags motor_angle by 80" in examine(run).reason

@@ -12,7 +12,7 @@ from hdfast.health.subject import Subject
 from hdfast.health.units import near_unit
 
 SMALLEST_TRAVEL, DEAD = 0.02, 1e-9
-LEAST_ARC = 0.1  # over less of it the windup under gravity or a spring may be in proportion to the angle [rad]
+LEAST_ARC = 0.3  # over less of it the windup under gravity or a spring may be in proportion to the angle [rad]
 RATIO_OFF, RATIO_CANDIDATE = 0.02, 1e-4
 WINDUP = 0.01  # more than any strain-wave gear winds up [rad]
 LATE, LATE_CANDIDATE = 0.05, 5e-4

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import json
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 import small_campaign
+from hdfast.diagnosis import experiment
 from hdfast.diagnosis.experiment import NOTHING, Contest, propose
 from hdfast.diagnosis.manoeuvres import Limits, Manoeuvre, Segment, drawn, known, varied
 from hdfast.diagnosis.session import run, usable
@@ -35,6 +37,50 @@ def test_exact_motions_keep_to_the_limits(speed, acceleration, travel, duration,
         assert angle.max() <= limits.high + 1e-2 * travel
         slopes = np.diff(speeds) * RATE
         assert np.abs(slopes).max() <= acceleration * (1.0 + 1e-6)
+
+
+def test_exact_wider_limits_ask_for_more_step_by_step():
+    own = Limits(20.0, 300.0, -10.0, 40.0, 5.0)
+    longer, farther, faster = own.wider(100.0)
+    assert longer == replace(own, duration=15.0, beyond=("duration",))
+    assert farther.high - farther.low == pytest.approx(1.1 * 2.0 * np.pi * 100.0)
+    assert farther.duration == 30.0
+    assert (faster.speed, faster.acceleration) == (40.0, 600.0)
+    assert faster.duration == pytest.approx(1.1 * 2.0 * np.pi * 100.0 / 40.0)
+    assert faster.beyond == ("duration", "angle", "speed", "acceleration")
+    turned_already = replace(own, high=800.0)
+    assert [one.beyond for one in turned_already.wider(100.0)] == [
+        ("duration",),
+        ("duration", "speed", "acceleration"),
+    ]
+
+
+@pytest.mark.parametrize(
+    ("odds", "chosen"),
+    [
+        ({(): 6.0}, ()),
+        ({(): 0.1, ("angle",): 6.0}, ("angle",)),
+        ({(): 0.1, ("angle",): 4.0}, ("angle", "speed")),
+        ({(): 2.0, ("duration",): 6.0}, ("duration",)),
+        ({(): 0.1, ("duration",): 6.0}, ("angle", "speed")),
+        ({(): 0.1, ("angle", "speed"): 4.0}, ()),
+    ],
+)
+def test_exact_as_little_more_is_asked_for_as_decides(monkeypatch, odds, chosen):
+    """More time alone is tried where three times the evidence would be enough."""
+    odds = {("angle", "speed"): 99.0, **odds}
+    own = Limits(1.0, 1.0, 0.0, 1.0, 2.0)
+    wider = [replace(own, duration=6.0, beyond=each) for each in (("duration",), ("angle",), ("angle", "speed"))]
+    monkeypatch.setattr(experiment.Limits, "of", lambda _: own)
+    monkeypatch.setattr(experiment.Limits, "wider", lambda *_: iter(wider))
+    monkeypatch.setattr(
+        experiment,
+        "_best",
+        lambda _, contest, limits, *__: SimpleNamespace(odds=odds.get(limits.beyond, 0.0), limits=limits),
+    )
+    replay = SimpleNamespace(plant=SimpleNamespace(units=[]))
+    contest = SimpleNamespace(fits=[SimpleNamespace(value=lambda _: 100.0)])
+    assert propose(replay, contest, None).limits.beyond == chosen
 
 
 def test_exact_a_motion_is_its_segments():

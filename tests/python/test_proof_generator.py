@@ -9,7 +9,7 @@ import hdfast
 import numpy as np
 import pytest
 from hdfast.proof import generator
-from hdfast.proof.generator import nuisance, sensors, stepping, strata
+from hdfast.proof.generator import further, nuisance, sensors, stepping, strata
 from hdfast.proof.generator.case import build, motion, simulate, sized_within_limits
 from hdfast.proof.generator.certificate import likeness
 from hdfast.proof.generator.control import NO_NOTCH, Controller
@@ -377,7 +377,7 @@ def case(request, tmp_path_factory):
 
 
 def test_exact_a_case_meets_the_contract(case):
-    recipe, folder, label = case
+    recipe, folder, (label, *_) = case
     campaign = load_campaign(folder / "campaign.toml")
     roles = [r["role"] for r in campaign.data["recording"]]
     assert "heldout" in roles
@@ -400,11 +400,71 @@ def test_exact_a_case_tells_nothing(case):
 
 
 def test_exact_the_same_seed_gives_the_same_bytes(case, tmp_path):
-    recipe, folder, label = case
+    recipe, folder, built = case
     again = build(recipe, tmp_path / "again")
-    assert json.dumps(again) == json.dumps(label)
+    assert json.dumps(again.label) == json.dumps(built.label)
     first, second = (checksums(f) for f in (folder, tmp_path / "again"))
     assert first == second
+
+
+ASKED = {
+    "manoeuvre": {
+        "start_angle_rad": 2.0,
+        "segments": [
+            {"speed_rad_s": 12.0, "ramp_s": 0.2, "hold_s": 0.8},
+            {"speed_rad_s": -6.0, "ramp_s": 0.4, "hold_s": 0.6},
+        ],
+    },
+    "limits": {"speed_rad_s": 12.0, "low_angle_rad": -5.0, "high_angle_rad": 15.0},
+}
+
+
+def test_exact_what_is_asked_for_is_recorded_beside_the_others(case, tmp_path):
+    _, folder, built = case
+    for name in ("one", "again"):
+        move = further.asked(ASKED)
+        further.add(folder, tmp_path / name, built, move, np.random.default_rng(1))
+    assert checksums(tmp_path / "one") == checksums(tmp_path / "again")
+    assert checksums(folder).items() - checksums(tmp_path / "one").items() == {
+        ("campaign.toml", checksums(folder)["campaign.toml"])
+    }
+    before, after = (load_campaign(each / "campaign.toml") for each in (folder, tmp_path / "one"))
+    assert len(after.recordings) == len(before.recordings) + 1
+    added = after.recordings[-1]
+    assert after.data["recording"][-1]["role"] == "fit"
+    t, angle = added.columns["t"], added.columns["motor_angle"]
+    assert angle[0] == pytest.approx(2.0, abs=0.1)
+    for begin, end, speed in ((0.5, 0.9, 12.0), (1.7, 1.9, -6.0)):
+        held = (t > begin) & (t < end)
+        assert np.polyfit(t[held], angle[held], 1)[0] == pytest.approx(speed, rel=0.1)
+
+
+def test_exact_a_motion_at_random_keeps_to_the_limits_of_the_one_asked_for():
+    for seed in range(20):
+        speed, start = further.drawn(ASKED, np.random.default_rng(seed))
+        angle = start + np.cumsum(speed) * stepping.GRID
+        assert speed.size == further.asked(ASKED)[0].size
+        assert np.abs(speed).max() <= 12.0 * (1.0 + 1e-9)
+        assert angle.min() >= -5.0 - 0.01
+        assert angle.max() <= 15.0 + 0.01
+
+
+@pytest.mark.parametrize(
+    "broken",
+    [
+        None,
+        {},
+        {"segments": []},
+        ASKED | {"manoeuvre": {"start_angle_rad": 0.0, "segments": []}},
+        ASKED | {"manoeuvre": {"segments": ASKED["manoeuvre"]["segments"]}},
+        ASKED | {"manoeuvre": ASKED["manoeuvre"] | {"segments": [{"speed_rad_s": 1.0, "ramp_s": 0.0, "hold_s": 61.0}]}},
+        ASKED | {"limits": ASKED["limits"] | {"speed_rad_s": float("nan")}},
+        ASKED | {"limits": ASKED["limits"] | {"speed_rad_s": 1e9}},
+    ],
+)
+def test_exact_what_tells_no_motion_is_not_run(broken):
+    assert further.runnable(ASKED)
+    assert not further.runnable(broken)
 
 
 def test_exact_plant_and_sensor_faults_share_no_name():

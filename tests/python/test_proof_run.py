@@ -278,7 +278,7 @@ def test_exact_what_was_asked_for_in_vain_may_be_asked_for_otherwise(tmp_path, m
     def missing(*_):
         raise MissingPackageError("numba is not installed")
 
-    monkeypatch.setattr(making, "_plan", missing)
+    monkeypatch.setattr(making, "recipes", missing)
     for cases in (300, 20):
         with pytest.raises(MissingPackageError):
             making.make(Folders(tmp_path), cases, 1, 1, lambda *_: None)
@@ -300,7 +300,7 @@ def test_exact_a_recipe_that_no_draw_meets_is_told(finished, tmp_path, monkeypat
         if not met[0].pop(0):
             raise case.UnfitError("visibility 0.50")
         folder.mkdir()
-        return {"kind": list(recipe.kinds)}
+        return case.Built({"kind": list(recipe.kinds)}, None, None)
 
     monkeypatch.setattr(case, "build", build)
     folders, recipe = Folders(tmp_path), Recipe(("single", "absorbed"), {"hysteresis": 3.0}, 1)

@@ -15,8 +15,8 @@ from hdfast.diagnosis.manoeuvres import Limits, Manoeuvre, drawn, known, varied
 from hdfast.diagnosis.replay import Replay
 from hdfast.diagnosis.slopes import linearise
 
-RANDOM = 12
-ROUNDS, KEPT, NEIGHBOURS = 3, 2, 3
+THOROUGH, QUICK = (12, 3), (5, 1)  # motions drawn at random, rounds of search
+KEPT, NEIGHBOURS = 2, 3
 NOTHING = "nothing left out"
 SPOKEN = {"te": "the transmission error", "motor_torque": "the motor torque", "output_torque": "the output torque"}
 DECIDING = 5.0
@@ -69,6 +69,7 @@ class Experiment:
                        "low_angle_rad": self.limits.low, "high_angle_rad": self.limits.high},
             "expected_log_bayes_factor": self.odds,
             "random_motion_log_bayes_factor": self.usual,
+            "beyond": list(self.limits.beyond),
             "decides": self.odds > DECIDING,
             "difference": f"after {time:.2f} s, with the motor at {speed:.3g} rad/s, {SPOKEN[channel]} about its mean "
                           f"is {abs(difference):.3g} {self.unit} {'higher' if difference > 0.0 else 'lower'} "
@@ -77,10 +78,11 @@ class Experiment:
 
 
 def propose(replay: Replay, contest: Contest, rng: np.random.Generator) -> Experiment | None:
-    """Search motions within the limits of the recordings for the one that separates the models best; None if none does.
+    """Search motions for the one that separates the models best; None if none does.
 
     What counts is the smaller of the two expected log Bayes factors, each after the false model's parameters were
-    refitted to the new recording as far as the old ones let them.
+    refitted to the new recording as far as the old ones let them. Motions keep to the limits of the recordings, and go
+    beyond them, as little as it takes, where only that decides.
 
     Args:
         replay: the recordings at hand.
@@ -88,11 +90,32 @@ def propose(replay: Replay, contest: Contest, rng: np.random.Generator) -> Exper
         rng: for random motions.
     """
     limits = Limits.of(replay.plant.units)
-    chance = drawn(limits, RANDOM, rng)
-    pool = known(limits) + chance
+    within = _best(replay, contest, limits, rng, THOROUGH)
+    if _decides(within):
+        return within
+    longer, *narrower, widest = limits.wider(contest.fits[0].value("ratio"))
+    last = _best(replay, contest, widest, rng, QUICK)
+    if not _decides(last):
+        return within
+    if within is not None and within.odds * longer.duration > DECIDING * limits.duration:
+        narrower.insert(0, longer)
+    tried = (_best(replay, contest, one, rng, QUICK) for one in narrower)
+    return next((one for one in tried if _decides(one)), last)
+
+
+def _decides(one: Experiment | None) -> bool:
+    return one is not None and one.odds > DECIDING
+
+
+def _best(
+    replay: Replay, contest: Contest, limits: Limits, rng: np.random.Generator, effort: tuple[int, int]
+) -> Experiment | None:
+    """The best motion found within limits, with as many drawn at random and as many rounds of search as effort says."""
+    drawn_ones, rounds = effort
+    pool = known(limits) + drawn(limits, drawn_ones, rng)
     odds = _odds(replay, contest, pool)
-    usual = float(np.median(odds[-RANDOM:]))
-    for _ in range(ROUNDS):
+    usual = float(np.median(odds[-drawn_ones:]))
+    for _ in range(rounds):
         leading = np.argsort(-odds, kind="stable")[:KEPT]
         near = [varied(pool[index], limits, rng) for index in leading for _ in range(NEIGHBOURS)]
         pool = [pool[index] for index in leading] + near

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -18,6 +18,8 @@ SHORTEST, LONGEST = 2.0, 10.0
 USUAL = 0.999
 PLANNED = 500.0
 ACCELERATIONS = (0.1, 0.3, 1.0)
+LONGER, FASTER, HALF_A_MINUTE = 3.0, 2.0, 30.0
+WHOLE_TURN = 2.2 * math.pi  # of the output, and a tenth of it
 
 
 @dataclass(frozen=True)
@@ -28,6 +30,7 @@ class Limits:
         speed, acceleration: of the motor [rad/s, rad/s^2].
         low, high: of the motor angle [rad].
         duration: [s].
+        beyond: in which of these it is wider than the recordings at hand.
     """
 
     speed: float
@@ -35,6 +38,7 @@ class Limits:
     low: float
     high: float
     duration: float
+    beyond: tuple[str, ...] = ()
 
     @classmethod
     def of(cls, units: Sequence[Unit]) -> Limits:
@@ -46,6 +50,33 @@ class Limits:
             max(float(unit.angle.max()) for unit in units),
             float(np.clip(np.median([unit.t[-1] for unit in units]), SHORTEST, LONGEST)),
         )
+
+    def wider(self, ratio: float) -> Iterator[Limits]:
+        """What a rig may be able to do beyond the recordings, each step on top of the one before.
+
+        More time, then a whole turn of the output with the time that it takes, then twice the speed.
+        """
+        longer = replace(self, duration=LONGER * self.duration, beyond=("duration",))
+        yield longer
+        turn = WHOLE_TURN * abs(ratio)
+        missing = 0.5 * (turn - (self.high - self.low))
+        farther = longer
+        if missing > 0.0:
+            turned = replace(longer, low=self.low - missing, high=self.high + missing, beyond=("duration", "angle"))
+            farther = turned.lasting(turn)
+            yield farther
+        faster = replace(
+            farther,
+            speed=FASTER * self.speed,
+            acceleration=FASTER * self.acceleration,
+            duration=longer.duration,
+            beyond=(*farther.beyond, "speed", "acceleration"),
+        )
+        yield faster.lasting(turn) if missing > 0.0 else faster
+
+    def lasting(self, travel: float) -> Limits:
+        """The same, long enough for a travel [rad] at full speed, up to half a minute."""
+        return replace(self, duration=max(self.duration, min(travel / self.speed, HALF_A_MINUTE)))
 
 
 @dataclass(frozen=True)
@@ -164,6 +195,7 @@ def known(limits: Limits) -> list[Manoeuvre]:
         "growing shakes": [
             Segment(sign * s * v, 0.05, 0.02) for s in (0.05, 0.1, 0.2, 0.4, 0.8) for sign in (1.0, -1.0, 1.0, -1.0)
         ],
+        "there and back": [Segment(v, 0.3, 3.0), Segment(-v, 0.6, 3.0)],
         "slow in both directions": [Segment(0.1 * v, 0.1, 5.0), Segment(-0.1 * v, 0.2, 5.0)],
     }  # fmt: skip
     return [Manoeuvre(kind, tuple(segments)).within(limits) for kind, segments in kinds.items()]

@@ -38,6 +38,10 @@ def arguments(command: argparse.ArgumentParser, whole: Callable[[str, int, int],
         "--real", metavar="CAMPAIGN.toml", nargs="+", type=Path, help="put effects into these recordings instead"
     )
     command.add_argument("--rivals", action="store_true", help="let simpler strategies answer the same cases")
+    command.add_argument(
+        "--second-round", action="store_true",
+        help="record what undecided answers ask for, and let the diagnosis answer again (not with --real)",
+    )  # fmt: skip
     command.add_argument("--ablations", action="store_true", help="let the diagnosis answer without each of its parts")
     command.add_argument(
         "--shared", metavar="CASES", type=whole("--shared", 1, MOST_CASES), default=MOST_CASES,
@@ -49,6 +53,8 @@ def run(options: argparse.Namespace) -> int:
     """Run the command; 0 when every mark is met, else 1. The same command again goes on where it stopped."""
     if options.real and options.cases is not None:
         raise InputError(f"--cases = {options.cases} is not for --real: its recordings say how many cases there are")
+    if options.real and options.second_round:
+        raise InputError("--second-round is not for --real: nothing more can be recorded of its machines")
     with closing(_Bars(not options.quiet and not options.json)) as bars:
         run = {
             "seed": options.seed,
@@ -60,7 +66,8 @@ def run(options: argparse.Namespace) -> int:
         if options.real:
             proof = prove_real(options.out, options.real, **run)
         else:
-            proof = prove(options.out, cases=options.cases or MOST_CASES, **run)
+            second = options.second_round
+            proof = prove(options.out, cases=options.cases or MOST_CASES, second_round=second, **run)
     if options.json:
         print(json_text(proof))
     elif not options.quiet:

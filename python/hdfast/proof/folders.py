@@ -35,3 +35,7 @@ class Folders:
     def answers(self, tool: str) -> Path:
         """Answers of one tool."""
         return self.root / "answers" / tool
+
+    def further(self, motion: str) -> Path:
+        """Cases with one more recording, of a kind of motion."""
+        return self.root / "further" / motion

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import json
 import shutil
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from contextlib import contextmanager
 from dataclasses import replace
 from multiprocessing import get_context
 from os import environ
-from typing import Any
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -20,6 +21,9 @@ from hdfast.proof import seal
 from hdfast.proof.folders import Folders
 from hdfast.proof.generator import VERSION
 from hdfast.proof.generator.recipe import Bench, Recipe
+
+if TYPE_CHECKING:
+    from hdfast.proof.generator.case import Built
 
 PARTS, INSTEAD_OF = "parts", "instead_of"
 MOST_CASES = 300
@@ -45,42 +49,64 @@ def make(folders: Folders, count: int, seed: int, workers: int, step: Callable[[
     seal.same_plan(folders.cases, folders.sealed, folders.seal, wanted)
     if folders.seal.exists():
         return
-    recipes = _plan(count, seed)
+    planned = recipes(count, seed)
     parts = folders.sealed / PARTS
     for folder in (folders.cases, parts):
         files.prepare(folder)
-    names = _names(count, seed)
-    made = {name for name in names if (parts / f"{name}.json").exists() and (folders.cases / name).exists()}
-    left = [(name, recipe) for name, recipe in zip(names, recipes, strict=True) if name not in made]
+    made = {name for name in planned if (parts / f"{name}.json").exists() and (folders.cases / name).exists()}
+    left = [(name, recipe) for name, recipe in planned.items() if name not in made]
     done = count - len(left)
     step(done, count)
-    with single_threaded_libraries(), ProcessPoolExecutor(workers, get_context("spawn")) as pool:
-        try:
-            for future in as_completed([pool.submit(_make_one, folders, name, recipe) for name, recipe in left]):
-                future.result()
-                done += 1
-                step(done, count)
-        except BaseException:
-            pool.shutdown(cancel_futures=True)
-            raise
-    labels = {name: json.loads((parts / f"{name}.json").read_text(encoding="utf-8")) for name in names}
+    for finished in in_processes(workers, _make_one, [(folders, name, recipe) for name, recipe in left]):
+        step(done + finished, count)
+    labels = {name: json.loads((parts / f"{name}.json").read_text(encoding="utf-8")) for name in planned}
     seal.close(folders.cases, folders.sealed, folders.seal, labels)
     shutil.rmtree(parts)
 
 
-def _plan(count: int, seed: int) -> list[Recipe]:
+def in_processes(
+    workers: int, task: Callable[..., None], arguments: Sequence[tuple[Any, ...]]
+) -> Iterator[int]:  # fmt: skip
+    """Run a task in processes of one thread each; tells how many are done after every one."""
+    with single_threaded_libraries(), ProcessPoolExecutor(workers, get_context("spawn")) as pool:
+        try:
+            for done, future in enumerate(as_completed([pool.submit(task, *each) for each in arguments]), 1):
+                future.result()
+                yield done
+        except BaseException:
+            pool.shutdown(cancel_futures=True)
+            raise
+
+
+def recipes(count: int, seed: int) -> dict[str, Recipe]:
+    """What every case of a set is to hold, by the case's name.
+
+    Raises:
+        MissingPackageError: numba is not installed.
+    """
     require_package("numba", "proof")
     from hdfast.proof.generator import strata
 
-    return strata.plan(count, seed)
-
-
-def _names(count: int, seed: int) -> list[str]:
     rng = np.random.default_rng([seed, 1])
-    return [f"{x:08x}" for x in rng.choice(2**32, count, replace=False)]
+    names = [f"{x:08x}" for x in rng.choice(2**32, count, replace=False)]
+    return dict(zip(names, strata.plan(count, seed), strict=True))
 
 
 def _make_one(folders: Folders, name: str, recipe: Recipe) -> None:
+    """One case and its part of the labels.
+
+    Raises:
+        InputError: it cannot be made.
+    """
+    target, scratch = folders.cases / name, folders.sealed / PARTS / name
+    for leftover in (target, scratch):
+        shutil.rmtree(leftover, ignore_errors=True)
+    built = built_from(recipe, scratch)
+    scratch.rename(target)
+    files.write_json(folders.sealed / PARTS / f"{name}.json", built.label)
+
+
+def built_from(recipe: Recipe, folder: Path) -> Built:
     """One case. Where no draw meets the recipe, its effects stand on an ordinary bench, and the label says so.
 
     They are not concealed there, and no longer undecidable: the label has the kind of what was made.
@@ -90,21 +116,17 @@ def _make_one(folders: Folders, name: str, recipe: Recipe) -> None:
     """
     from hdfast.proof.generator.case import UnfitError, build
 
-    target, scratch = folders.cases / name, folders.sealed / PARTS / name
-    for leftover in (target, scratch):
-        shutil.rmtree(leftover, ignore_errors=True)
     try:
-        label = build(recipe, scratch)
+        return build(recipe, folder)
     except UnfitError as reason:
         try:
-            label = build(_on_an_ordinary_bench(recipe), scratch)
+            built = build(_on_an_ordinary_bench(recipe), folder)
         except UnfitError as again:
             raise InputError(
                 f"no draw makes a case of the set, not on an ordinary bench either ({again}): give another --seed"
             ) from None
-        label[INSTEAD_OF] = str(reason)
-    scratch.rename(target)
-    files.write_json(folders.sealed / PARTS / f"{name}.json", label)
+        built.label[INSTEAD_OF] = str(reason)
+        return built
 
 
 def _on_an_ordinary_bench(recipe: Recipe) -> Recipe:

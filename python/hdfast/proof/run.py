@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import os
 import platform
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any
 
 from hdfast import catalogue, files
-from hdfast.proof import making, seal
+from hdfast.proof import making, seal, second
 from hdfast.proof.bridge import cases as bridge
 from hdfast.proof.folders import Folders
+from hdfast.proof.generator.recipe import Recipe
 from hdfast.proof.making import MOST_CASES
 from hdfast.proof.rivals.table import Contender
 from hdfast.proof.score import ScoreCard, comparison, score
@@ -35,17 +36,17 @@ LIMITATIONS = (
     "repository as the diagnosis.",
     "Every case is synthetic; nothing here speaks about a real rig.",
     "There is no third simulator and there are no semi-synthetic cases in this set.",
-    "Interactive cases are not part of this set: requested experiments are counted, not simulated.",
     "Of the strategies to compare with, localisation in a clean regime by F-test, random-walk torques with the feature "
     "of highest correlation, and a human expert are missing.",
 )
+NOT_ASKED_BACK = "Experiments that were asked for are counted, not simulated (a second round was not played)."
 Step = Callable[[str, int, int], None]
 
 
 def prove(
     root: str | Path, *, cases: int, seed: int, workers: int, step: Step, name: str = OWN,
     tool: Sequence[str] = DIAGNOSE, limit: float = LIMIT, others: Sequence[Contender] = (),
-    shared: int = MOST_CASES,
+    shared: int = MOST_CASES, second_round: bool = False,
 ) -> dict[str, Any]:  # fmt: skip
     """Run the benchmark in a folder, from wherever it stopped, and return what `proof.json` holds.
 
@@ -60,6 +61,7 @@ def prove(
         limit: wall time per case [s].
         others: who else answers.
         shared: cases that the others answer, the first by name.
+        second_round: whether what undecided answers ask for is recorded, and the tool answers again.
 
     Raises:
         InputError: the tool cannot be started, or another run is at work in the folder.
@@ -70,7 +72,8 @@ def prove(
     with files.alone_in(root) as path:
         folders = Folders(path)
         making.make(folders, cases, seed, workers, lambda done, total: step("cases", done, total))
-        return judge(folders, workers, name, tool, limit, step, others, shared)
+        recipes = making.recipes(cases, seed) if second_round else None
+        return judge(folders, workers, name, tool, limit, step, others, shared, recipes=recipes)
 
 
 def prove_real(
@@ -99,8 +102,12 @@ def prove_real(
 def judge(
     folders: Folders, workers: int, name: str, tool: Sequence[str], limit: float, step: Step,
     others: Sequence[Contender] = (), shared: int = MOST_CASES, limitations: Sequence[str] = LIMITATIONS,
+    recipes: Mapping[str, Recipe] | None = None,
 ) -> dict[str, Any]:  # fmt: skip
-    """Let everybody answer a sealed set, open it for these answers, score them and publish."""
+    """Let everybody answer a sealed set, open it for these answers, score them and publish.
+
+    With the recipes of its cases the tool answers again what it was undecided about.
+    """
     tools = {name: tool} | {one.name: one.command for one in others}
     names = {each: folders.names if each == name else folders.names[:shared] for each in tools}
     seal.verify_data(folders.cases, folders.seal)
@@ -112,8 +119,9 @@ def judge(
     for each, command in tools.items():
         part = "answers" if each == name else each
         answer_all(folders.cases, names[each], folders.answers(each), workers, command, limit, partial(step, part))
+    again = {} if recipes is None else _second_round(folders, name, recipes, workers, tool, limit, step)
     seal.verify_data(folders.cases, folders.seal)
-    for each in tools:
+    for each in (*tools, *again):
         answers = folders.answers(each)
         files.write_json(answers.parent / f"{each}-{ANSWERS}", seal.checksums(answers))
     cards = {each: _opened(folders, each, names[each]) for each in tools}
@@ -122,8 +130,39 @@ def judge(
     if others:
         beside = _opened(folders, name, folders.names[:shared])
         proof |= _compared(proof, beside, [(one, cards[one.name]) for one in others])
+    proof |= _asked_back(folders, proof, cards[name], again)
     publish(folders.root, proof)
     return proof
+
+
+def _second_round(
+    folders: Folders, name: str, recipes: Mapping[str, Recipe], workers: int, tool: Sequence[str], limit: float,
+    step: Step,
+) -> dict[str, list[str]]:  # fmt: skip
+    """The tool's answers with one more recording, by the names that they are kept under, and their cases.
+
+    Raises:
+        SealError: the first answers are of another build, command or limit, or the second were opened before.
+    """
+    same_tool(folders.answers(name).parent / f"{name}-{TOOL}", tool, limit, begun=True)
+    each = [second.tool_name(name, motion) for motion in second.MOTIONS]
+    if any(unanswered(second.asking(folders, name), folders.answers(one)) for one in each):
+        for one in each:
+            seal.still_closed(folders.sealed, one)
+    names = second.play(folders, name, recipes, workers, tool, limit, step)
+    return dict.fromkeys(each, names)
+
+
+def _asked_back(
+    folders: Folders, proof: dict[str, Any], own: ScoreCard, again: Mapping[str, list[str]]
+) -> dict[str, Any]:  # fmt: skip
+    """What the second round adds to a proof."""
+    if not again:
+        return {"second": [], "limitations": [*proof["limitations"], NOT_ASKED_BACK]}
+    cards = [_opened(folders, each, names) for each, names in again.items()]
+    found = second.told(own.cases, dict(zip(second.MOTIONS, (card.cases for card in cards), strict=True)))
+    unavailable = {key: reason for key, reason in proof["unavailable"].items() if key != "experiment"}
+    return {**found, "scores": [*proof["scores"], *found["scores"]], "unavailable": unavailable}
 
 
 def _opened(folders: Folders, name: str, cases: Sequence[str]) -> ScoreCard:

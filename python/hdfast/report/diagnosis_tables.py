@@ -193,6 +193,7 @@ def experiment_rows(proposal: Mapping[str, Any]) -> list[list[str]]:
         for one in motion["segments"]
     )
     first, second = proposal["separates"]
+    beyond = " and ".join(proposal["beyond"])
     return [
         ["tells apart", f"{spoken(first)} from {spoken(second)}"],
         ["motor speed", f"{motion['kind']}, {proposal['duration_s']:.1f} s from standstill: {steps}"],
@@ -200,13 +201,18 @@ def experiment_rows(proposal: Mapping[str, Any]) -> list[list[str]]:
             "keeps to",
             f"{number(limits['speed_rad_s'])} rad/s, {number(limits['acceleration_rad_s2'])} rad/s\u00b2, motor angle "
             f"{number(limits['low_angle_rad'])} to {number(limits['high_angle_rad'])} rad, starting at "
-            f"{number(motion['start_angle_rad'])} rad",
+            f"{number(motion['start_angle_rad'])} rad"
+            + (f"; beyond the recordings in {beyond}: nothing within them decides" if beyond else ""),
         ],
         [
             "expected evidence",
             f"log Bayes factor {proposal['expected_log_bayes_factor']:.1f}; a motion at random gives "
             f"{proposal['random_motion_log_bayes_factor']:.1f}"
-            + ("" if proposal["decides"] else "; that does not decide, a further sensor would be needed"),
+            + (
+                ""
+                if proposal["decides"]
+                else "; that does not decide, nor would more time, travel and speed: a further sensor would be needed"
+            ),
         ],
         ["look for", spoken(proposal["difference"])],
     ]

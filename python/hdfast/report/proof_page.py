@@ -21,6 +21,11 @@ FAILURE_HEADER = (
     "nuisance named",
     "detail",
 )
+SECOND_HEADER = ("case", "truth", "undecided about", "with the motion asked for", "with one at random")
+SECOND = (
+    "What an undecided answer asks for is recorded, and the tool answers again; beside it with a usual motion, as long "
+    "and within the same limits."
+)
 
 
 def score_rows(proof: dict[str, Any]) -> list[tuple[str, ...]]:
@@ -64,6 +69,26 @@ def failure_rows(proof: dict[str, Any]) -> list[tuple[str, ...]]:
     ]  # fmt: skip
 
 
+def second_rows(proof: dict[str, Any]) -> list[tuple[str, ...]]:
+    """Every case of the second round: what was held possible, and both further answers."""
+    return [
+        (
+            one["case"], ", ".join(one["truth"]) or "nothing", ", ".join(one["first"]),
+            *(
+                f"{one[motion]['outcome']}: {one[motion]['answer']} {', '.join(one[motion]['named'])}".strip()
+                for motion in ("asked", "drawn")
+            ),
+        )
+        for one in proof["second"]
+    ]  # fmt: skip
+
+
+def _second_round(proof: dict[str, Any]) -> list[Section]:
+    if not proof["second"]:
+        return []
+    return [Section("Second round", texts=[SECOND], tables=[html_table(SECOND_HEADER, second_rows(proof))])]
+
+
 def _number(value: float | None) -> str:
     return "-" if value is None else f"{value:.3g}"
 
@@ -93,6 +118,8 @@ def markdown(proof: dict[str, Any]) -> str:
         lines += ["", "## Beside others", "", _shared(proof), ""]
         lines += _markdown_table(_compared_header(proof), compared_rows(proof))
         lines += ["", *(f"- {who}" for who in _who(proof))]
+    if proof["second"]:
+        lines += ["", "## Second round", "", SECOND, "", *_markdown_table(SECOND_HEADER, second_rows(proof))]
     lines += ["", f"## Every failure ({len(proof['failures'])})", ""]
     lines += _markdown_table(FAILURE_HEADER, failure_rows(proof))
     return "\n".join(lines) + "\n"
@@ -126,6 +153,7 @@ def page(proof: dict[str, Any]) -> str:
     sections = [
         Section("Scores", tables=[html_table(SCORE_HEADER, score_rows(proof), right=(1, 2, 3))]),
         *_comparison(proof),
+        *_second_round(proof),
         Section(
             "Power and calibration",
             figures=[

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import tomllib
 from pathlib import Path
 from typing import Any
 
@@ -12,9 +13,12 @@ import pyarrow.parquet as pq
 from numpy.random import Generator
 
 from hdfast.proof.generator.plant import Array
+from hdfast.proof.generator.programme import Run
 from hdfast.proof.generator.rig import Rig
 from hdfast.proof.generator.sensors import CHANNELS
 from hdfast.proof.generator.stepping import STEP
+
+CAMPAIGN = "campaign.toml"
 
 
 def write_case(
@@ -36,13 +40,27 @@ def write_case(
     columns.setdefault("motor_torque", {"name": "motor_torque", "scale": 1.0})["sigma"] = round(rig.torque_sigma, 4)
     listed = [f"{name}.{suffix}" for name in names]
     for name, recording in zip(listed, recordings, strict=True):
-        table = {}
-        for standard, values in recording.items():
-            entry = columns.get(standard, {})
-            table[entry.get("name", standard)] = values / entry.get("scale", 1.0)
-        _write(folder / name, table)
-    (folder / "campaign.toml").write_text(_campaign(rig, listed, columns, noise, rng), encoding="utf-8")
+        _write(folder / name, _as_stated(recording, columns))
+    (folder / CAMPAIGN).write_text(_campaign(rig, listed, columns, noise, rng), encoding="utf-8")
     return f".{suffix}"
+
+
+def add_recording(folder: Path, name: str, run: Run, recording: dict[str, Array]) -> None:
+    """One more recording of a written case, with the format and the columns of the others."""
+    text = (folder / CAMPAIGN).read_text(encoding="utf-8")
+    stated = tomllib.loads(text)
+    file = f"{name}{Path(stated['recording'][0]['file']).suffix}"
+    _write(folder / file, _as_stated(recording, stated["columns"]))
+    (folder / CAMPAIGN).write_text(f"{text}{chr(10).join(_entry(file, run))}\n", encoding="utf-8")
+
+
+def _as_stated(recording: dict[str, Array], columns: dict[str, dict[str, Any]]) -> dict[str, Array]:
+    """A recording by the names and in the units that the campaign states."""
+    entries = {standard: columns.get(standard, {}) for standard in recording}
+    return {
+        entry.get("name", standard): recording[standard] / entry.get("scale", 1.0)
+        for standard, entry in entries.items()
+    }
 
 
 def _write(path: Path, table: dict[str, Array]) -> None:
@@ -101,15 +119,19 @@ def _campaign(
             parts.append(f"sigma = {entry['sigma']:g}")
         lines.append(f"{standard} = {{ {', '.join(parts)} }}")
     for name, run in zip(names, rig.runs, strict=True):
-        lines += [
-            "",
-            "[[recording]]",
-            f'file = "{name}"',
-            f'role = "{run.role}"',
-            f'group = "{run.group}"',
-            f"started_at_s = {run.started_at:.1f}",
-        ]
+        lines += _entry(name, run)
     return "\n".join(lines) + "\n"
+
+
+def _entry(name: str, run: Run) -> list[str]:
+    return [
+        "",
+        "[[recording]]",
+        f'file = "{name}"',
+        f'role = "{run.role}"',
+        f'group = "{run.group}"',
+        f"started_at_s = {run.started_at:.1f}",
+    ]
 
 
 def measured(rig: Rig) -> tuple[str, ...]:

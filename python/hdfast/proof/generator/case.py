@@ -35,8 +35,16 @@ class UnfitError(Exception):
     """These draws cannot make the case that the recipe asks for."""
 
 
-def build(recipe: Recipe, folder: Path) -> dict[str, Any]:
-    """Write one case and return its label; draws that miss the recipe's conditions are repeated.
+class Built(NamedTuple):
+    """A written case: its label, and the rig and the drive behind it."""
+
+    label: dict[str, Any]
+    rig: Rig
+    drive: Drive
+
+
+def build(recipe: Recipe, folder: Path) -> Built:
+    """Write one case; draws that miss the recipe's conditions are repeated.
 
     Raises:
         UnfitError: no draw fits.
@@ -50,7 +58,7 @@ def build(recipe: Recipe, folder: Path) -> dict[str, Any]:
     raise last
 
 
-def _attempt(recipe: Recipe, folder: Path, rng: Generator) -> dict[str, Any]:
+def _attempt(recipe: Recipe, folder: Path, rng: Generator) -> Built:
     model = recipe.model
     rig = draw_rig(rng, model)
     bare = Drive(rig.plant, sensors.SOUND)
@@ -72,13 +80,11 @@ def _attempt(recipe: Recipe, folder: Path, rng: Generator) -> dict[str, Any]:
     if not all(np.isfinite(values).all() for one in made for values in one.noisy.values()):
         raise UnfitError(f"{recipe}: the drive ran away")
     certificate |= _floor(lin, named, full, made)
-    tables = [
-        sensors.sample(shown(rig, run, one.noisy, rng), rig.chain, rng) for one, run in zip(made, rig.runs, strict=True)
-    ]
+    tables = [sampled(rig, run, one.noisy, rng) for one, run in zip(made, rig.runs, strict=True)]
     suffix = write_case(folder, rig, files, tables, sensors.recorded_noise(rig.chain, rng), rng)
     for window in certificate["windows"]:
         window[2] += suffix
-    return label(recipe, rig, named, minor, certificate)
+    return Built(label(recipe, rig, named, minor, certificate), rig, full)
 
 
 def certified(recipe: Recipe, lin: Linearisation, named: list[Sized], files: list[str]) -> dict[str, Any]:
@@ -268,6 +274,11 @@ def record(rig: Rig, drive: Drive, run: Run, index: int, rng: Generator) -> Reco
     noisy = sensors.disturb(clean, rig.chain, rng)
     noisy["motor_torque"] = noisy["motor_torque"] * (1.0 + rig.torque_scale) + rig.torque_offset[index]
     return Recorded(motion(traces, run, rig), clean, noisy)
+
+
+def sampled(rig: Rig, run: Run, noisy: dict[str, Array], rng: Generator) -> dict[str, Array]:
+    """The samples that the file of one recording holds."""
+    return sensors.sample(shown(rig, run, noisy, rng), rig.chain, rng)
 
 
 def shown(rig: Rig, run: Run, noisy: dict[str, Array], rng: Generator) -> dict[str, Array]:

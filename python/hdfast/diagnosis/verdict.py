@@ -172,7 +172,7 @@ def _decide(
 def _besides(standings: Sequence[Standing], leading: Standing) -> str:
     """What an undecided verdict says of effects that are sure beside the leading one."""
     sure = dict.fromkeys(one.name for one in standings if one is not leading and one.probability >= SURE)
-    return f", beside {' and '.join(sure)}, which the model leaves out" if sure else ""
+    return f", beside {' and '.join(sure)}" if sure else ""
 
 
 def _worse(session: Session) -> bool:

@@ -64,9 +64,7 @@ def make(folders: Folders, count: int, seed: int, workers: int, step: Callable[[
     shutil.rmtree(parts)
 
 
-def in_processes(
-    workers: int, task: Callable[..., None], arguments: Sequence[tuple[Any, ...]]
-) -> Iterator[int]:  # fmt: skip
+def in_processes(workers: int, task: Callable[..., None], arguments: Sequence[tuple[Any, ...]]) -> Iterator[int]:
     """Run a task in processes of one thread each; tells how many are done after every one."""
     with single_threaded_libraries(), ProcessPoolExecutor(workers, get_context("spawn")) as pool:
         try:

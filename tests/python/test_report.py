@@ -7,6 +7,7 @@ from html.parser import HTMLParser
 from pathlib import Path
 
 import hdfast
+import matplotlib as mpl
 import numpy as np
 import pytest
 from hdfast import config, files
@@ -14,6 +15,7 @@ from hdfast.errors import InputError
 from hdfast.report import folder, html, plots, tables
 from hdfast.tolerance.limits import judge
 from hdfast.tolerance.simulation import simulate_rows
+from matplotlib.figure import Figure
 
 TEXT = """title = "a <b> & c"
 [scenario]
@@ -110,6 +112,21 @@ def test_exact_every_axis_has_a_label_with_unit(nominal, result, settings):
     for axes in plots.histograms(result, settings.specs).axes:
         assert "[" in axes.get_xlabel()
         assert axes.get_ylabel() == "rows"
+
+
+def test_exact_no_label_is_cut_where_the_room_decides_on_the_ticks():
+    """Ticks every 2 leave the axes as high as ticks every 2.5 need, and the other way round."""
+    with mpl.rc_context(plots.STYLE):
+        figure = Figure(figsize=(10.4, 5.8), layout="constrained")
+        for axes in figure.subplots(2, 2).flat:
+            axes.plot([0.0, 1.0], [0.0, 1.0], label="one")
+            axes.set(ylim=(-8.05, 8.05), xlabel="speed [r/min]", ylabel="torque [mN m]")
+        figure.legend(*figure.axes[0].get_legend_handles_labels(), loc="outside upper left")
+        assert plots.svg(figure)
+        taken, (width, height) = figure.get_tightbbox(), figure.get_size_inches()
+    assert min(taken.x0, taken.y0) >= 0.0
+    assert taken.x1 <= width
+    assert taken.y1 <= height
 
 
 def test_exact_pictures_ignore_the_settings_of_the_user(nominal):

@@ -11,6 +11,7 @@ from typing import Any, ParamSpec
 import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure
+from matplotlib.ticker import AutoLocator
 
 from hdfast.checks import Floats
 from hdfast.result import MAIN_METRICS, SweepResult
@@ -45,6 +46,7 @@ STYLE: Any = {
     "svg.fonttype": "path",
     "svg.hashsalt": "hdfast",
 }
+HAIR = 0.01  # [in]
 TITLES = {
     "steady_speed": "steady motor speed",
     "rise_time": "rise time, motor, 5-95 %",
@@ -80,12 +82,38 @@ def styled(draw: Callable[Arguments, Figure]) -> Callable[Arguments, Figure]:
 
 def svg(figure: Figure) -> str:
     """A figure as SVG text without XML header, the same bytes for the same figure."""
+    text = _saved(figure)
+    if _is_cut(figure):
+        _pin_ticks(figure)
+        text = _saved(figure)
+    return text[text.index("<svg") :]
+
+
+def _saved(figure: Figure) -> str:
     buffer = io.StringIO()
     box = "tight" if figure.get_layout_engine() is None else None
     with mpl.rc_context(STYLE):
         figure.savefig(buffer, format="svg", bbox_inches=box, metadata={"Date": None})
-    text = buffer.getvalue()
-    return text[text.index("<svg") :]
+    return buffer.getvalue()
+
+
+def _is_cut(figure: Figure) -> bool:
+    """Whether a layout left too little room at an edge, as it does where other ticks are drawn than it saw."""
+    if figure.get_layout_engine() is None:
+        return False
+    with mpl.rc_context(STYLE):
+        taken = figure.get_tightbbox()
+    width, height = figure.get_size_inches()
+    return bool(min(taken.x0, taken.y0, width - taken.x1, height - taken.y1) < -HAIR)
+
+
+def _pin_ticks(figure: Figure) -> None:
+    """Keep the ticks as they are, whatever room the next layout gives."""
+    for axes in figure.axes:
+        for axis in (axes.xaxis, axes.yaxis):
+            if isinstance(axis.get_major_locator(), AutoLocator):
+                low, high = sorted(axis.get_view_interval())
+                axis.set_ticks([place for place in axis.get_majorticklocs() if low <= place <= high])
 
 
 def scaled(values: Floats, unit: str) -> tuple[float, str]:

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import diagnosed
 import numpy as np
 import pytest
 import small_campaign
-from hdfast.diagnosis import diagnose
+from hdfast.diagnosis import diagnose, verdict
 from hdfast.diagnosis.features import Feature, features, slowed
 from hdfast.diagnosis.fit import fit
 from hdfast.diagnosis.holdout import Proof
@@ -187,3 +188,29 @@ def test_exact_positions_share_out_one_everywhere(complete):
     turning = [replace(unit, angle=8.0 * np.pi * unit.ratio * unit.t / unit.t[-1]) for unit in units]
     again = [replace(unit, angle=unit.angle - 2.0 * np.pi * unit.ratio) for unit in turning]
     np.testing.assert_allclose(positions(turning, 6)(turning[0]), positions(turning, 6)(again[0]), atol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("effect", "place", "failed", "p", "told"),
+    [
+        ("gravity_unbalance", "load", ("A1 gain",), 0.001, ["gravity_unbalance"]),
+        ("gravity_unbalance", "load", ("A1 gain",), 0.02, []),
+        ("gravity_unbalance", "load", ("A1 gain", "A2 error"), 0.001, []),
+        ("encoder_eccentricity", "sensor", ("A1 gain",), 0.001, []),
+        ("load_side_friction", "load", ("A1 gain",), 0.001, []),
+    ],
+)
+def test_exact_a_known_effect_that_acts_so_may_be_it(effect, place, failed, p, told):
+    trial = SimpleNamespace(failed=failed, candidate=SimpleNamespace(effect=effect, place=place, label=effect))
+    last = SimpleNamespace(trials=[trial], screen=SimpleNamespace(p={effect: p}))
+    session = SimpleNamespace(search=SimpleNamespace(rounds=[last]))
+    unknown = SimpleNamespace(
+        feature=SimpleNamespace(name="load_phase", memory="none"), place="load", fit=None, proof=None
+    )
+    claim = verdict.Claim("depends_on", "", session, [], unknown)
+    assert claim.alike == told
+    assert claim.sentence.startswith(
+        "Could be gravity_unbalance, but not for sure: a torque at the load"
+        if told
+        else "None of the known effects: a torque at the load"
+    )

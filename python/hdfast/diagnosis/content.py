@@ -131,7 +131,7 @@ def as_dict(verdict: Verdict, health: Health, seed: int, version: str) -> dict[s
     sigma = session.search.final.sigma_of(session.replay.layout)
     effects = [_effect(one, verdict, sigma) for one in verdict.told]
     if verdict.described is not None:
-        effects.append(_unknown_effect(verdict.described))
+        effects.append(_unknown_effect(verdict.described, verdict.alike))
     content: dict[str, Any] = json_ready(
         {
             "verdict": verdict.name,
@@ -198,7 +198,7 @@ def _gained(gain: Gain) -> dict[str, Any]:
     }
 
 
-def _unknown_effect(unknown: Unknown) -> dict[str, Any]:
+def _unknown_effect(unknown: Unknown, alike: Sequence[str]) -> dict[str, Any]:
     curve = unknown.curve
     told = {} if curve is None else {unknown.feature.name: curve[0].tolist(), "torque_N_m": curve[1].tolist()}
     return {
@@ -206,7 +206,7 @@ def _unknown_effect(unknown: Unknown) -> dict[str, Any]:
         "place": unknown.place,
         "probability": unknown.probability,
         "parameters": {},
-        "rivals": [],
+        "rivals": list(alike),
         "evidence": {
             "ranking": [list(entry) for entry in unknown.ranking],
             **_gained(unknown.gain),

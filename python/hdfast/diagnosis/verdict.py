@@ -8,8 +8,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from hdfast.diagnosis.accept import ALONE, HELD_OUT, STILL, TIMING, USELESS, certain
+from hdfast.diagnosis.accept import ALARM, ALONE, HELD_OUT, SHORT, STILL, TIMING, USELESS, certain
 from hdfast.diagnosis.experiment import NOTHING, Contest, Experiment, propose
+from hdfast.diagnosis.facts import FACTS
 from hdfast.diagnosis.fitted import Fit
 from hdfast.diagnosis.holdout import Proof
 from hdfast.diagnosis.limits import Limit, limits, unseen
@@ -78,8 +79,25 @@ class Claim:
             at = f"at the {self.described.place}" if self.described.place else "at the motor or on the load"
             feature = self.described.feature
             cause = f"depends on {feature.name}{PASTS[feature.memory]}"
-            return f"None of the known effects: a torque {at} that {cause}{self._better}."
+            known = (
+                f"could be {' or '.join(self.alike)}, but not for sure" if self.alike else "none of the known effects"
+            )
+            return f"{known[0].upper()}{known[1:]}: a torque {at} that {cause}{self._better}."
         return f"The model leaves out {', '.join(dict.fromkeys(one.name for one in self.told))}{self._better}."
+
+    @property
+    def alike(self) -> list[str]:
+        """Known effects that act as the described torque does, and that nothing but chance keeps from a name."""
+        if self.described is None:
+            return []
+        last, feature, place = self.session.search.rounds[-1], self.described.feature.name, self.described.place
+        likely = (
+            one.candidate
+            for one in last.trials
+            if one.failed == (SHORT,) and last.screen.p[one.candidate.label] <= ALARM
+        )
+        matching = (one for one in likely if place in (None, one.place) and feature in FACTS[one.effect].depends_on)
+        return list(dict.fromkeys(one.effect for one in matching))
 
     @property
     def _better(self) -> str:

@@ -126,3 +126,9 @@ def test_exact_models_whose_torques_differ_by_their_zero_are_not_told_apart(fric
 def test_exact_models_that_agree_are_not_told_apart(friction):
     contest = Contest(("one", "the other"), (friction.baseline, friction.baseline))
     assert propose(friction.replay, contest, np.random.default_rng(0)) is None
+
+
+def test_exact_a_motion_that_leaves_one_of_the_others_open_decides_nothing(friction):
+    final, names = friction.search.final, ("coulomb_friction", NOTHING, "its twin")
+    contest = Contest(names, (final, friction.baseline, final))
+    assert propose(friction.replay, contest, np.random.default_rng(0)) is None

@@ -132,8 +132,25 @@ def test_exact_a_name_with_which_all_recordings_are_followed_less_well_is_undeci
     assert verdict._decide(session, [leading], None)[0] == ("undecided" if worse else "found")
 
 
+def test_exact_what_to_record_next_tells_apart_all_that_look_the_same() -> None:
+    """A rival that decides the verdict first, then those that are as likely or alike; three models at most."""
+    rivals = [
+        SimpleNamespace(effect=effect, weight=weight, alike=alike, fit=effect)
+        for effect, weight, alike in (
+            ("load_compliance", 0.01, 0.5),
+            ("ratio_error", 0.003, 0.999),
+            ("clock_skew", 0.002, 0.99),
+            ("sensor_lowpass", 0.2, 0.3),
+        )
+    ]
+    leading = SimpleNamespace(name="encoder_eccentricity", rivals=rivals)
+    contest = verdict._between(leading, "final", rivals[2])
+    assert contest.names == ("encoder_eccentricity", "clock_skew", "ratio_error")
+    assert contest.fits == ("final", "clock_skew", "ratio_error")
+
+
 def test_exact_an_undecided_name_says_what_is_sure_beside_it() -> None:
-    rival = SimpleNamespace(effect="sensor_lowpass", weight=0.5, fit=None)
+    rival = SimpleNamespace(effect="sensor_lowpass", weight=0.5, alike=0.0, fit=None)
     delay, hysteresis = (
         SimpleNamespace(
             name=name, alone=Gain(np.full(9, gain), ERRORS), lesser=None, rivals=rivals, probability=probability

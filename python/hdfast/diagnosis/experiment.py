@@ -1,9 +1,10 @@
-"""The manoeuvre that would decide between two models that the recordings at hand cannot tell apart."""
+"""The manoeuvre that would decide between models that the recordings at hand cannot tell apart."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from itertools import permutations
 from typing import Any
 
 import numpy as np
@@ -24,15 +25,15 @@ DECIDING = 5.0
 
 @dataclass(frozen=True, eq=False)
 class Contest:
-    """Two models that both stand.
+    """A leading model and those that stand beside it.
 
     Attributes:
-        names: what each holds to be left out.
+        names: what each holds to be left out, the leading one first.
         fits: the fitted models; the noise is what the first leaves over.
     """
 
-    names: tuple[str, str]
-    fits: tuple[Fit, Fit] = field(repr=False)
+    names: tuple[str, ...]
+    fits: tuple[Fit, ...] = field(repr=False)
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,9 +44,10 @@ class Experiment:
         contest: the models it tells apart.
         manoeuvre: the motion.
         limits: what it keeps to.
-        odds: expected log Bayes factor for the model that is true.
+        odds: expected log Bayes factor for the model that is true, of the pair that is hardest to tell apart.
         usual: the median of random motions.
-        telling: (channel, time [s], motor speed [rad/s], first model minus second there), where they differ most.
+        telling: (channel, time [s], motor speed [rad/s], first model minus another there, that one's name), where the
+            one that is most like the first differs most from it.
         unit: of that difference.
     """
 
@@ -54,15 +56,15 @@ class Experiment:
     limits: Limits
     odds: float
     usual: float
-    telling: tuple[str, float, float, float]
+    telling: tuple[str, float, float, float, str]
     unit: str
 
     def to_dict(self) -> dict[str, Any]:
         """The content of `next_experiment`."""
-        channel, time, speed, difference = self.telling
-        first, second = self.contest.names
+        channel, time, speed, difference, other = self.telling
+        first = self.contest.names[0]
         return {
-            "separates": [first, second],
+            "separates": list(self.contest.names),
             "manoeuvre": self.manoeuvre.to_dict(),
             "duration_s": self.limits.duration,
             "limits": {"speed_rad_s": self.limits.speed, "acceleration_rad_s2": self.limits.acceleration,
@@ -73,16 +75,16 @@ class Experiment:
             "decides": self.odds > DECIDING,
             "difference": f"after {time:.2f} s, with the motor at {speed:.3g} rad/s, {SPOKEN[channel]} about its mean "
                           f"is {abs(difference):.3g} {self.unit} {'higher' if difference > 0.0 else 'lower'} "
-                          f"with {first} than with {second}",
+                          f"with {first} than with {other}",
         }  # fmt: skip
 
 
 def propose(replay: Replay, contest: Contest, rng: np.random.Generator) -> Experiment | None:
-    """Search motions for the one that separates the models best; None if none does.
+    """Search motions for the one that separates the models best, each from each; None if none does.
 
-    What counts is the smaller of the two expected log Bayes factors, each after the false model's parameters were
-    refitted to the new recording as far as the old ones let them. Motions keep to the limits of the recordings, and go
-    beyond them, as little as it takes, where only that decides.
+    What counts is the smallest of the expected log Bayes factors, each after the false model's parameters were refitted
+    to the new recording as far as the old ones let them, whichever of a pair is false. Motions keep to the limits of
+    the recordings, and go beyond them, as little as it takes, where only that decides.
 
     Args:
         replay: the recordings at hand.
@@ -153,27 +155,31 @@ def _odds(replay: Replay, contest: Contest, manoeuvres: Sequence[Manoeuvre]) -> 
     mismatch, slopes, _ = zip(
         *(linearise(imagined, one.structure, one.coordinates) for one in contest.fits), strict=True
     )
-    found = np.full((2, len(manoeuvres)), np.inf)
-    weights = contest.fits[0].weights
-    for row, fit in enumerate(contest.fits):
-        already = np.linalg.inv(fit.covariance(replay.layout))
-        A = weights.normalise(layout, slopes[row].T).T
-        r = weights.normalise(layout, mismatch[row] - mismatch[1 - row])
+    weights, pairs = contest.fits[0].weights, list(permutations(range(len(contest.fits)), 2))
+    found = np.full((len(pairs), len(manoeuvres)), np.inf)
+    already = [np.linalg.inv(fit.covariance(replay.layout)) for fit in contest.fits]
+    A = [weights.normalise(layout, own.T).T for own in slopes]
+    for row, (false, true) in enumerate(pairs):
+        r = weights.normalise(layout, mismatch[false] - mismatch[true])
         for index in range(len(manoeuvres)):
             own = layout.unit == index
-            pull = A[own].T @ r[own]
-            absorbed = pull @ np.linalg.solve(already + A[own].T @ A[own], pull)
+            pull = A[false][own].T @ r[own]
+            absorbed = pull @ np.linalg.solve(already[false] + A[false][own].T @ A[false][own], pull)
             found[row, index] = 0.5 * (r[own] @ r[own] - absorbed)
     return np.asarray(np.nan_to_num(found.min(axis=0), nan=0.0, posinf=0.0))
 
 
-def _telling(replay: Replay, contest: Contest, manoeuvre: Manoeuvre) -> tuple[tuple[str, float, float, float], str]:
+def _telling(
+    replay: Replay, contest: Contest, manoeuvre: Manoeuvre
+) -> tuple[tuple[str, float, float, float, str], str]:
     imagined = _imagined(replay, contest, [manoeuvre])
     layout, unit = imagined.layout, imagined.plant.units[0]
-    first, second = (imagined.mismatch(one.structure, one.coordinates[None])[0] for one in contest.fits)
-    apart = np.abs(contest.fits[0].weights.normalise(layout, second - first))
-    best = int(np.argmax(apart))
+    first, *others = (imagined.mismatch(one.structure, one.coordinates[None])[0] for one in contest.fits)
+    apart = [np.abs(contest.fits[0].weights.normalise(layout, other - first)) for other in others]
+    closest = int(np.argmin([np.sum(own**2) for own in apart]))
+    best = int(np.argmax(apart[closest]))
     sample = int(layout.sample[best])
-    channel = layout.channels[int(layout.channel[best])]
-    place = (channel, float(unit.t[sample]), float(unit.speed[sample]), float(second[best] - first[best]))
+    channel, difference = layout.channels[int(layout.channel[best])], float(others[closest][best] - first[best])
+    name = contest.names[1 + closest]
+    place = (channel, float(unit.t[sample]), float(unit.speed[sample]), difference, name)
     return place, "rad" if channel == "te" else "N m"

@@ -16,7 +16,7 @@ from hdfast.diagnosis.holdout import Proof
 from hdfast.diagnosis.limits import Limit, limits, unseen
 from hdfast.diagnosis.locate import Where, locate
 from hdfast.diagnosis.masking import Masked, masked
-from hdfast.diagnosis.rivals import CLOSE_ERRORS, FAINT, INDISTINCT, SURE, Standing, stand
+from hdfast.diagnosis.rivals import CLOSE_ERRORS, FAINT, INDISTINCT, SURE, Rival, Standing, stand
 from hdfast.diagnosis.score import CERTAIN, CONVINCING, nrmse
 from hdfast.diagnosis.session import Session
 from hdfast.diagnosis.shapes import effect_of
@@ -25,6 +25,7 @@ from hdfast.diagnosis.unknown import Unknown, describe
 
 NAMED = ("no_evidence", "found", "undecided", "depends_on", "sensor", "not_reproducible", "data_rejected")
 RISEN = 1.002
+MOST_RIVALS = 2  # that a proposed motion tells from the leading effect, and from each other
 PASTS = {"none": "", "rate_independent": " and on its path", "fading": " and on its recent past"}
 
 
@@ -177,14 +178,21 @@ def _decide(
             reason = f"the evidence for {leading.name} is too thin for a name{others}"
             return "undecided", reason, alone
         reason = f"{leading.name} cannot be told from {rivals[0].effect}{others}"
-        return "undecided", reason, Contest((leading.name, rivals[0].effect), (search.final, rivals[0].fit))
+        return "undecided", reason, _between(leading, search.final, rivals[0])
     close = [rival for rival in rivals if rival.alike > INDISTINCT and rival.behind < CLOSE_ERRORS]
     if close:
         reason = f"{leading.name} looks like {close[0].effect} on these recordings{others}"
-        return "undecided", reason, Contest((leading.name, close[0].effect), (search.final, close[0].fit))
+        return "undecided", reason, _between(leading, search.final, close[0])
     if all(one.trial.candidate.place == "sensor" for one in standings if one.probability >= SURE):
         return "sensor", "", None
     return "found", "", None
+
+
+def _between(leading: Standing, final: Fit, rival: Rival) -> Contest:
+    """The leading effect, a rival, and what else is as likely or looks the same."""
+    others = [one for one in leading.rivals if one is not rival and (one.weight >= FAINT or one.alike > INDISTINCT)]
+    chosen = [rival, *others][:MOST_RIVALS]
+    return Contest((leading.name, *(one.effect for one in chosen)), (final, *(one.fit for one in chosen)))
 
 
 def _besides(standings: Sequence[Standing], leading: Standing) -> str:

@@ -192,10 +192,10 @@ def experiment_rows(proposal: Mapping[str, Any]) -> list[list[str]]:
         f"to {number(one['speed_rad_s'])} rad/s in {one['ramp_s']:.2g} s, held for {one['hold_s']:.2g} s"
         for one in motion["segments"]
     )
-    first, second = proposal["separates"]
+    first, *others = proposal["separates"]
     beyond = " and ".join(proposal["beyond"])
     return [
-        ["tells apart", f"{spoken(first)} from {spoken(second)}"],
+        ["tells apart", f"{spoken(first)} from {spoken(' and '.join(others))}"],
         ["motor speed", f"{motion['kind']}, {proposal['duration_s']:.1f} s from standstill: {steps}"],
         [
             "keeps to",

@@ -80,10 +80,9 @@ class Claim:
             at = f"at the {self.described.place}" if self.described.place else "at the motor or on the load"
             feature = self.described.feature
             cause = f"depends on {feature.name}{PASTS[feature.memory]}"
-            known = (
-                f"could be {' or '.join(self.alike)}, but not for sure" if self.alike else "none of the known effects"
-            )
-            return f"{known[0].upper()}{known[1:]}: a torque {at} that {cause}{self._better}."
+            alike = " or ".join(self.alike)
+            known = f"Could be {alike}, but not for sure" if alike else "None of the known effects"
+            return f"{known}: a torque {at} that {cause}{self._better}."
         return f"The model leaves out {', '.join(dict.fromkeys(one.name for one in self.told))}{self._better}."
 
     @property

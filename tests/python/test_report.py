@@ -130,8 +130,6 @@ def test_exact_no_label_is_cut_where_the_room_decides_on_the_ticks():
 
 
 def test_exact_pictures_ignore_the_settings_of_the_user(nominal):
-    import matplotlib as mpl
-
     plain = plots.svg(plots.speeds(nominal))
     with mpl.rc_context({"axes.facecolor": "black", "font.size": 30, "text.usetex": False}):
         assert plots.svg(plots.speeds(nominal)) == plain

@@ -23,7 +23,7 @@ from hdfast.health import Health
 from hdfast.model import parse_order
 
 MEMORIES = ("none", "rate_independent", "fading")
-LOUD = 3.0  # times the white noise; noise that falls with frequency makes up to that
+LOUD = 3.0  # times the white noise, beyond which a note says so
 NOWHERE: dict[str, Any] = {
     "place": None,
     "place_candidates": [],

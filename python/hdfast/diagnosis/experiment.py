@@ -72,7 +72,7 @@ class Experiment:
             "expected_log_bayes_factor": self.odds,
             "random_motion_log_bayes_factor": self.usual,
             "beyond": list(self.limits.beyond),
-            "decides": self.odds > DECIDING,
+            "decides": _decides(self),
             "difference": f"after {time:.2f} s, with the motor at {speed:.3g} rad/s, {SPOKEN[channel]} about its mean "
                           f"is {abs(difference):.3g} {self.unit} {'higher' if difference > 0.0 else 'lower'} "
                           f"with {first} than with {other}",

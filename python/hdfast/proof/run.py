@@ -145,12 +145,8 @@ def _second_round(
         SealError: the first answers are of another build, command or limit, or the second were opened before.
     """
     same_tool(folders.answers(name).parent / f"{name}-{TOOL}", tool, limit, begun=True)
-    each = [second.tool_name(name, motion) for motion in second.MOTIONS]
-    if any(unanswered(second.asking(folders, name), folders.answers(one)) for one in each):
-        for one in each:
-            seal.still_closed(folders.sealed, one)
     names = second.play(folders, name, recipes, workers, tool, limit, step)
-    return dict.fromkeys(each, names)
+    return dict.fromkeys((second.tool_name(name, motion) for motion in second.MOTIONS), names)
 
 
 def _asked_back(

@@ -17,8 +17,8 @@ from hdfast import files
 from hdfast.proof import making, seal
 from hdfast.proof.folders import Folders
 from hdfast.proof.generator.recipe import Recipe
-from hdfast.proof.score import Case, Score, second
-from hdfast.proof.tool import answer_all, read_answers
+from hdfast.proof.score import Case, second
+from hdfast.proof.tool import answer_all, read_answers, unanswered
 
 MOTIONS = ("asked", "drawn")
 PATIENCE = 2.0
@@ -45,26 +45,24 @@ def play(
         step: told the part, and how many of how many cases are done.
 
     Raises:
-        SealError: a case cannot be made again as it was sealed.
+        SealError: a case cannot be made again as it was sealed, or the second answers were opened before.
     """
     experiments = _experiments(folders, name)
+    names = sorted(experiments)
+    given = {tool_name(name, motion): folders.further(motion) for motion in MOTIONS}
+    if any(unanswered(names, folders.answers(own)) for own in given):
+        for own in given:
+            seal.still_closed(folders.sealed, own)
     there = {one for one in experiments if all((folders.further(motion) / one).exists() for motion in MOTIONS)}
     left = [(folders, one, recipes[one], experiments[one]) for one in sorted(experiments.keys() - there)]
     for motion in MOTIONS:
         files.prepare(folders.further(motion))
     for done in making.in_processes(workers, _record, left):
         step("further recordings", len(there) + done, len(experiments))
-    names = sorted(experiments)
-    for motion in MOTIONS:
-        own = tool_name(name, motion)
-        given = (folders.further(motion), names, folders.answers(own), workers, tool, PATIENCE * limit)
-        answer_all(*given, partial(step, f"answers, motion {motion}"))
+    for own, cases in given.items():
+        part = partial(step, f"answers, motion {cases.name}")
+        answer_all(cases, names, folders.answers(own), workers, tool, PATIENCE * limit, part)
     return names
-
-
-def asking(folders: Folders, name: str) -> list[str]:
-    """The cases of which a second round is played."""
-    return sorted(_experiments(folders, name))
 
 
 def _experiments(folders: Folders, name: str) -> dict[str, Any]:
@@ -105,7 +103,7 @@ def _replace(made: Path, target: Path) -> None:
 def told(first: Sequence[Case], rounds: Mapping[str, Sequence[Case]]) -> dict[str, Any]:
     """Scores and answers of the second round, as `proof.json` holds them."""
     before = {case.name: case for case in first}
-    scores: list[Score] = second.scores(rounds["asked"], rounds["drawn"])
+    scores = second.scores(rounds["asked"], rounds["drawn"])
     pairs = zip(rounds["asked"], rounds["drawn"], strict=True)
     return {
         "scores": [one.to_dict() for one in scores],

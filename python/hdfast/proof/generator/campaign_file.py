@@ -51,7 +51,7 @@ def add_recording(folder: Path, name: str, run: Run, recording: dict[str, Array]
     stated = tomllib.loads(text)
     file = f"{name}{Path(stated['recording'][0]['file']).suffix}"
     _write(folder / file, _as_stated(recording, stated["columns"]))
-    (folder / CAMPAIGN).write_text(f"{text}{chr(10).join(_entry(file, run))}\n", encoding="utf-8")
+    (folder / CAMPAIGN).write_text(text + "\n".join([*_entry(file, run), ""]), encoding="utf-8")
 
 
 def _as_stated(recording: dict[str, Array], columns: dict[str, dict[str, Any]]) -> dict[str, Array]:

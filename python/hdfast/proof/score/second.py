@@ -49,6 +49,10 @@ def line(first: Case, asked: Case, drawn: Case) -> dict[str, Any]:
         "case": first.name,
         "truth": first.ids,
         "first": [one["effect"] for one in first.answer.listed],
-        "asked": {"answer": asked.answer.kind, "named": asked.answer.named, "outcome": asked.outcome},
-        "drawn": {"answer": drawn.answer.kind, "named": drawn.answer.named, "outcome": drawn.outcome},
+        "asked": _said(asked),
+        "drawn": _said(drawn),
     }
+
+
+def _said(case: Case) -> dict[str, Any]:
+    return {"answer": case.answer.kind, "named": case.answer.named, "outcome": case.outcome}

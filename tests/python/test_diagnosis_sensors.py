@@ -9,7 +9,7 @@ import pytest
 import small_campaign
 from hdfast.diagnosis import diagnose, session
 from hdfast.diagnosis.accept import of_its_own, own_gain
-from hdfast.diagnosis.score import groups
+from hdfast.diagnosis.left_out import groups
 from hdfast.recordings import load_campaign
 from scipy.signal import lsim, savgol_filter
 

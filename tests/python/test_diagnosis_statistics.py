@@ -12,10 +12,11 @@ from hdfast.diagnosis.accept import convinces, repeats, strained, too_uneven
 from hdfast.diagnosis.changes import attentive
 from hdfast.diagnosis.evidence import Layout, Weights
 from hdfast.diagnosis.fitted import Fit
+from hdfast.diagnosis.left_out import folds_near, left_out
 from hdfast.diagnosis.lines import Line, snapped
 from hdfast.diagnosis.metric import Metric
 from hdfast.diagnosis.projector import Projector
-from hdfast.diagnosis.score import Gain, folds_near, left_out, nrmse, weights_of
+from hdfast.diagnosis.score import Gain, nrmse, weights_of
 from hdfast.diagnosis.statistics import statistics
 from hdfast.diagnosis.stir import Stir, told
 from hdfast.diagnosis.structure import Free, Structure
@@ -23,6 +24,7 @@ from hdfast.diagnosis.whiten import Whitener, whiten
 from hdfast.model import Model
 from scipy.linalg import toeplitz
 from scipy.signal import lfilter
+from scipy.stats import multivariate_normal
 
 
 def linear(
@@ -126,12 +128,32 @@ def test_exact_left_out_mismatch_is_that_of_a_refit() -> None:
     layout, fit = linear(200, 10, 4, rng)
     folds = layout.block // 2
     y = fit.mismatch + fit.slopes @ fit.coordinates
-    found, _ = left_out(fit, fit.white, layout, folds)
+    found = left_out(fit, fit.white, layout, folds).mismatch
     for fold in np.unique(folds):
         inside = folds == fold
         A = fit.slopes[~inside]
         refit = np.linalg.solve(A.T @ A + np.eye(4) / 1e6, A.T @ y[~inside])
         np.testing.assert_allclose(found[inside], y[inside] - fit.slopes[inside] @ refit, rtol=1e-9, atol=1e-12)
+
+
+def test_against_scipy_left_out_density_is_the_normal_one_that_the_rest_predicts() -> None:
+    """A few samples of great weight in one block: without it hardly anything is known of what they show."""
+    rng = np.random.default_rng(4)
+    layout, fit = linear(60, 6, 3, rng)
+    heavy = np.where(layout.block == 2, 30.0, 1.0)
+    slopes = fit.slopes * np.column_stack([heavy, np.ones(60), np.ones(60)])
+    y = 0.3 * rng.standard_normal(60)
+    estimate = np.linalg.solve(slopes.T @ slopes + np.eye(3) / 1e6, slopes.T @ y)
+    fit = replace(fit, slopes=slopes, coordinates=estimate, mismatch=y - slopes @ estimate)
+    found = left_out(fit, fit.white, layout, layout.block)
+    density = layout.sums(-found.surprise(found.filtered) - found.vagueness)
+    for block in range(6):
+        inside = layout.block == block
+        rest, own = slopes[~inside], slopes[inside]
+        covariance = np.linalg.inv(rest.T @ rest + np.eye(3) / 1e6)
+        mean, spread = own @ covariance @ rest.T @ y[~inside], np.eye(10) + own @ covariance @ own.T
+        expected = multivariate_normal(mean, spread).logpdf(y[inside]) + 5.0 * np.log(2.0 * np.pi)
+        assert density[block] == pytest.approx(expected, abs=1e-3)
 
 
 def test_exact_what_noise_feigns_leaves_half_of_the_information_in_every_direction() -> None:
@@ -151,7 +173,7 @@ def test_exact_a_refit_is_held_where_noise_feigns_more_than_the_slopes_tell() ->
     stirred = np.zeros_like(fit.slopes)
     stirred[:, 0] = 1.05 * rng.permutation(fit.slopes[:, 0])
     shaken = replace(fit, stir=Stir(rng.permutation(fit.mismatch), stirred, np.ones(3)))
-    moved, calm = (left_out(one, one.white, layout, layout.block)[0] - one.mismatch for one in (shaken, fit))
+    moved, calm = (left_out(one, one.white, layout, layout.block).mismatch - one.mismatch for one in (shaken, fit))
     assert np.std(moved) < 10.0 * np.std(calm)
 
 
@@ -178,7 +200,7 @@ def test_exact_near_the_noise_an_effect_in_two_blocks_of_thirty_predicts_one_fro
         signature = rng.standard_normal(600) * np.isin(layout.block, (first, second))
         slopes = np.column_stack([fit.slopes[:, :2], signature])
         hidden = replace(fit, slopes=slopes, mismatch=fit.mismatch + 2.0 * signature)
-        found, _ = left_out(hidden, fit.white, layout, folds_near(replay, 1.0, 1.0))
+        found = left_out(hidden, fit.white, layout, folds_near(replay, 1.0, 1.0)).mismatch
         for block in (first, second):
             own = layout.block == block
             assert np.std(found[own]) < 0.8 * np.std(hidden.mismatch[own])

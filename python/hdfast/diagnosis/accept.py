@@ -10,10 +10,11 @@ import scipy
 from hdfast.diagnosis.candidate import Candidate
 from hdfast.diagnosis.evidence import Index
 from hdfast.diagnosis.fitted import Fit
+from hdfast.diagnosis.left_out import NEAR_NOISE, folds_near
 from hdfast.diagnosis.masking import FAR
 from hdfast.diagnosis.replay import Replay
 from hdfast.diagnosis.resolution import unresolved
-from hdfast.diagnosis.score import CERTAIN_ERRORS, NEAR_NOISE, Gain, folds_near, gain, nrmse
+from hdfast.diagnosis.score import CERTAIN_ERRORS, Gain, gain, nrmse
 from hdfast.diagnosis.screen import Screen
 from hdfast.diagnosis.shaken import calmer
 from hdfast.diagnosis.structure import TORQUE_SCALE

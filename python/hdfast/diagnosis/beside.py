@@ -6,10 +6,11 @@ from collections.abc import Iterator, Mapping, Sequence
 from functools import partial
 
 from hdfast.diagnosis.holdout import Proof, replayed, weigh_up
+from hdfast.diagnosis.left_out import folds_near
 from hdfast.diagnosis.lesser import Lesser, lessened
 from hdfast.diagnosis.prove import Proven, chance, margin_of, whole_proof
 from hdfast.diagnosis.replay import Replay
-from hdfast.diagnosis.score import folds_near, noise_floor, nrmse
+from hdfast.diagnosis.score import noise_floor, nrmse
 from hdfast.diagnosis.together import side_by_side
 from hdfast.diagnosis.trials import Search, Trial
 

@@ -20,7 +20,8 @@ THOROUGH, QUICK = (12, 3), (5, 1)  # motions drawn at random, rounds of search
 KEPT, NEIGHBOURS = 2, 3
 NOTHING = "nothing left out"
 SPOKEN = {"te": "the transmission error", "motor_torque": "the motor torque", "output_torque": "the output torque"}
-DECIDING = 5.0
+#: Odds [nats] that decide, and beyond which a search for more is not worth its time.
+DECIDING, AMPLE = 5.0, 50.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -112,12 +113,17 @@ def _decides(one: Experiment | None) -> bool:
 def _best(
     replay: Replay, contest: Contest, limits: Limits, rng: np.random.Generator, effort: tuple[int, int]
 ) -> Experiment | None:
-    """The best motion found within limits, with as many drawn at random and as many rounds of search as effort says."""
+    """The best motion found within limits, with as many drawn at random and as many rounds of search as effort says.
+
+    Rounds end early where one decides amply.
+    """
     drawn_ones, rounds = effort
     pool = known(limits) + drawn(limits, drawn_ones, rng)
     odds = _odds(replay, contest, pool)
     usual = float(np.median(odds[-drawn_ones:]))
     for _ in range(rounds):
+        if odds.max() > AMPLE:
+            break
         leading = np.argsort(-odds, kind="stable")[:KEPT]
         near = [varied(pool[index], limits, rng) for index in leading for _ in range(NEIGHBOURS)]
         pool = [pool[index] for index in leading] + near

@@ -14,9 +14,10 @@ from hdfast.diagnosis.accept import SHORT, SMALL, STILL, special
 from hdfast.diagnosis.evidence import Index
 from hdfast.diagnosis.fit import fit
 from hdfast.diagnosis.fitted import Fit
+from hdfast.diagnosis.left_out import folds_near
 from hdfast.diagnosis.lesser import Lesser, lessened
 from hdfast.diagnosis.replay import Replay
-from hdfast.diagnosis.score import Gain, folds_near, gain, nrmse, weights_of
+from hdfast.diagnosis.score import Gain, gain, nrmse, weights_of
 from hdfast.diagnosis.screen import Signature
 from hdfast.diagnosis.select import without
 from hdfast.diagnosis.together import side_by_side

@@ -2,26 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from hdfast.checks import Floats
-from hdfast.diagnosis.evidence import Index, Layout, inner, limited, members
+from hdfast.diagnosis.evidence import Index, Layout
 from hdfast.diagnosis.fitted import Fit
-from hdfast.diagnosis.plant import Plant
+from hdfast.diagnosis.left_out import left_out
 from hdfast.diagnosis.replay import Replay
 from hdfast.diagnosis.shaken import exchanged, noise_of
-from hdfast.diagnosis.stir import told
-from hdfast.diagnosis.whiten import Whitener
 
-FOLDS = 6
-FEWEST_GROUPS = 3
-NEAR_NOISE = 4.0
 CONVINCING = 10.0
 CERTAIN, CERTAIN_ERRORS = 20.0, 3.0
-FARTHEST = 3.0
 SHARE = 0.2
 
 
@@ -91,54 +85,6 @@ class Gain:
         return np.clip(self.by_block, -CONVINCING, CONVINCING)
 
 
-def folds_near(replay: Replay, error: float, floor: float) -> Index:
-    """Fold of every stacked sample by how far an nrmse is from that of the noise.
-
-    Near it every block is one: what tells an effect from the parameters that swallow it may stand in two or three of
-    them, and a fold that held them all would leave none to learn it from. Far from it whole recordings: what else is
-    wrong with a model differs from one to the next.
-    """
-    if error <= NEAR_NOISE * floor:
-        return replay.layout.block
-    return groups(replay.plant, replay.layout)
-
-
-def groups(plant: Plant, layout: Layout) -> Index:
-    """Fold of every stacked sample: whole groups, else whole recordings, else stretches of blocks."""
-    owners: list[Hashable] = [unit.group for unit in plant.units]
-    if len(set(owners)) < FEWEST_GROUPS:
-        owners = list(range(len(plant.units)))
-    if len(set(owners)) >= FEWEST_GROUPS:
-        labels = {owner: number % FOLDS for number, owner in enumerate(dict.fromkeys(owners))}
-        return np.array([labels[owner] for owner in owners])[layout.unit]
-    return layout.block * FOLDS // max(layout.blocks, 1)
-
-
-def left_out(fit: Fit, white: Whitener, layout: Layout, folds: Index) -> tuple[Floats, Floats]:
-    """Mismatch of each fold after a linearised refit without it: in the channels' units and whitened, each (N,).
-
-    The refit goes no farther than a few standard deviations: beyond, the slopes mean nothing.
-    """
-    A, r = white(layout, fit.slopes), white(layout, fit.mismatch)
-    _, share = limited(r)
-    stir = fit.stir.whitened(layout, white)
-    pull = stir.firmness * fit.structure.sigma**-2 * (fit.coordinates - fit.structure.start)
-    prior = np.diag(stir.firmness * fit.structure.sigma**-2)
-    everything, noise = inner(A, A * share[:, None]) + prior, inner(stir.slopes, stir.slopes)
-    whole = told(everything, noise)
-    score = inner(A, share * r) - pull - inner(stir.slopes, stir.noise)
-    found, filtered = fit.mismatch.copy(), r.copy()
-    for rows in members(folds):
-        own, feigned = A[rows], stir.slopes[rows]
-        without = told(everything - own.T @ (own * share[rows, None]), noise - feigned.T @ feigned)
-        shift = np.linalg.solve(without, score - own.T @ (share[rows] * r[rows]) + feigned.T @ stir.noise[rows])
-        reach = float(np.sqrt(np.maximum(shift @ whole @ shift, 0.0)))
-        shift *= min(1.0, FARTHEST * np.sqrt(len(shift)) / max(reach, 1e-300))
-        found[rows] -= fit.slopes[rows] @ shift
-        filtered[rows] -= own @ shift
-    return found, filtered
-
-
 def gain(replay: Replay, better: Fit, lesser: Fit, folds: Index, simulated: Fit | None = None) -> Gain:
     """Gain of one fit over another on left-out folds, both seen through the filter that whitens the better one.
 
@@ -151,14 +97,15 @@ def gain(replay: Replay, better: Fit, lesser: Fit, folds: Index, simulated: Fit 
     layout = replay.layout
     moved = exchanged(replay, simulated or better, lesser)
     alike = replace(better, mismatch=better.mismatch + moved.change)
-    (after, quiet), (before, loud) = (left_out(one, better.white, layout, folds) for one in (alike, lesser))
-    gained = limited(loud)[0] - limited(quiet)[0]
+    quiet, loud = (left_out(one, better.white, layout, folds) for one in (alike, lesser))
+    after, before = quiet.mismatch, loud.mismatch
+    gained = loud.surprise(loud.filtered) + loud.vagueness - quiet.surprise(quiet.filtered) - quiet.vagueness
     if not (better.structure.rattles or lesser.structure.rattles):
         louder, quieter = (
             better.white(layout, np.where(replay.load_side, one.stir.noise, noise))
             for one, noise in ((lesser, noise_of(replay, lesser)), (better, moved.noise))
         )
-        gained -= limited(louder)[0] - limited(quieter)[0]
+        gained -= loud.surprise(louder) - quiet.surprise(quieter)
         after, before = (without_noise(layout, own, one.stir.noise) for own, one in ((after, better), (before, lesser)))
     errors = nrmse(layout, after), nrmse(layout, before)
     return Gain(layout.sums(gained), errors, fall(layout, after, before))

@@ -29,7 +29,7 @@ from hdfast.diagnosis.trials import Round, Search, Trial, joined_by
 
 MOST_EFFECTS, MOST_ANEW = 4, 3
 DISPLACED = 2.0
-AMPLITUDES, FAR = (0.3, 1.0, 3.0), 0.3
+AMPLITUDES, FAR = (0.3, 1.0, 3.0), (0.3, 3.0)
 
 Library = Callable[[Fit], list[Candidate]]
 
@@ -177,9 +177,9 @@ def _starts(
     """The best of several shapes and amplitudes, from the present parameters.
 
     With each amplitude the parameters that had stood for the effect give it back, or stay. If `elsewhere`, also from
-    the priors of displaced ones: there what bends begins at an amplitude of its own, since the start that costs least
-    lies where the effect is small and the others stand for it, and steps may not lead out. Nothing where none can be
-    simulated.
+    the priors of displaced ones: there what bends begins at amplitudes of its own, small and large, since the start
+    that costs least lies where the effect is small and the others stand for it, and steps may not lead out. Nothing
+    where none can be simulated.
     """
     kept = [current.structure.names.index(name) for name in structure.names[: len(here)]]
     added, given = [], []
@@ -195,10 +195,10 @@ def _starts(
     if elsewhere and displaced.any():
         back = np.where(displaced, centre, here)
         if alike[0].candidate.bends:
-            tried = np.concatenate([back, _coordinates(alike[0].candidate.scaled(FAR))])[None]
+            far = [np.concatenate([back, _coordinates(alike[0].candidate.scaled(times))])[None] for times in FAR]
         else:
-            tried = np.concatenate([back - np.array(given), np.array(added)], axis=1)
-        starts.append(metric.best_start(replay, structure, tried))
+            far = [np.concatenate([back - np.array(given), np.array(added)], axis=1)]
+        starts += [metric.best_start(replay, structure, tried) for tried in far]
     return [one for one in starts if one is not None]
 
 

@@ -15,12 +15,13 @@ from hdfast.diagnosis.evidence import limited
 from hdfast.diagnosis.features import Feature, features, slowed
 from hdfast.diagnosis.fitted import Fit
 from hdfast.diagnosis.holdout import Proof, replayed, weigh_up
+from hdfast.diagnosis.left_out import FOLDS
 from hdfast.diagnosis.prepare import Unit
 from hdfast.diagnosis.projector import Projector
 from hdfast.diagnosis.regressors import TURN
 from hdfast.diagnosis.replay import Replay
 from hdfast.diagnosis.rivals import UNKNOWN_FLOOR
-from hdfast.diagnosis.score import CONVINCING, FOLDS, Gain, gain, noise_floor, weights_of
+from hdfast.diagnosis.score import CONVINCING, Gain, gain, noise_floor, weights_of
 from hdfast.diagnosis.statistics import statistics
 from hdfast.diagnosis.stir import Stir, information
 from hdfast.diagnosis.structure import Free

@@ -29,11 +29,13 @@ def runnable(experiment: Any) -> bool:
         parts, limits = experiment["manoeuvre"]["segments"], experiment["limits"]
         times = [float(part[key]) for part in parts for key in ("ramp_s", "hold_s")]
         speeds = [float(part["speed_rad_s"]) for part in parts] + [float(limits["speed_rad_s"])]
-        angles = [float(experiment["manoeuvre"]["start_angle_rad"]), *map(float, _range(limits))]
+        low, high = map(float, _range(limits))
+        angles = [float(experiment["manoeuvre"]["start_angle_rad"]), low, high]
     except (KeyError, TypeError, ValueError):
         return False
     lasting = all(time >= 0.0 for time in times) and 0.0 < sum(times) <= LONGEST
-    return lasting and all(abs(v) <= FASTEST for v in speeds) and all(abs(x) <= FARTHEST for x in angles)
+    slow, near = all(abs(v) <= FASTEST for v in speeds), all(abs(x) <= FARTHEST for x in angles)
+    return lasting and slow and near and low <= high
 
 
 def _range(limits: Mapping[str, Any]) -> tuple[float, float]:

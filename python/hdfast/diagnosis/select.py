@@ -10,7 +10,7 @@ from functools import partial
 import numpy as np
 
 from hdfast.checks import Floats
-from hdfast.diagnosis.accept import ALARM, NO_MODEL, Rules, failed_rules
+from hdfast.diagnosis.accept import ALARM, LINEAR, NO_MODEL, Rules, failed_rules
 from hdfast.diagnosis.candidate import Candidate
 from hdfast.diagnosis.changes import attentive, changes
 from hdfast.diagnosis.choice import best, carried
@@ -29,7 +29,7 @@ from hdfast.diagnosis.trials import Round, Search, Trial, joined_by
 
 MOST_EFFECTS, MOST_ANEW = 4, 3
 DISPLACED = 2.0
-AMPLITUDES, FAR = (0.3, 1.0, 3.0), (0.3, 3.0)
+AMPLITUDES, FAR, STRONG = (0.3, 1.0, 3.0), 0.3, 3.0
 
 Library = Callable[[Fit], list[Candidate]]
 
@@ -177,9 +177,9 @@ def _starts(
     """The best of several shapes and amplitudes, from the present parameters.
 
     With each amplitude the parameters that had stood for the effect give it back, or stay. If `elsewhere`, also from
-    the priors of displaced ones: there what bends begins at amplitudes of its own, small and large, since the start
-    that costs least lies where the effect is small and the others stand for it, and steps may not lead out. Nothing
-    where none can be simulated.
+    the priors of displaced ones: there what bends begins at an amplitude of its own, since the start that costs least
+    lies where the effect is small and the others stand for it, and steps may not lead out; a coupling at a large one as
+    well, since it has a resonance of its own. Nothing where none can be simulated.
     """
     kept = [current.structure.names.index(name) for name in structure.names[: len(here)]]
     added, given = [], []
@@ -195,7 +195,8 @@ def _starts(
     if elsewhere and displaced.any():
         back = np.where(displaced, centre, here)
         if alike[0].candidate.bends:
-            far = [np.concatenate([back, _coordinates(alike[0].candidate.scaled(times))])[None] for times in FAR]
+            sizes = (FAR, STRONG) if alike[0].candidate.effect in LINEAR else (FAR,)
+            far = [np.concatenate([back, _coordinates(alike[0].candidate.scaled(size))])[None] for size in sizes]
         else:
             far = [np.concatenate([back - np.array(given), np.array(added)], axis=1)]
         starts += [metric.best_start(replay, structure, tried) for tried in far]

@@ -178,8 +178,8 @@ def _starts(
 
     With each amplitude the parameters that had stood for the effect give it back, or stay. If `elsewhere`, also from
     the priors of displaced ones: there what bends begins at an amplitude of its own, since the start that costs least
-    lies where the effect is small and the others stand for it, and steps may not lead out; a coupling at a large one as
-    well, since it has a resonance of its own. Nothing where none can be simulated.
+    lies where the effect is small and the others stand for it, and steps may not lead out; a linear law at a large one
+    as well, since a coupling has a resonance of its own. Nothing where none can be simulated.
     """
     kept = [current.structure.names.index(name) for name in structure.names[: len(here)]]
     added, given = [], []

@@ -12,6 +12,7 @@ from hdfast.proof.score.identification import GROUPS
 from hdfast.proof.score.intervals import bootstrap, calibration_floor, reliability_slope, wilson
 from hdfast.proof.score.judge import judge
 from hdfast.proof.score.localisation import overlap
+from hdfast.report.proof_page import effect_rows
 from scipy import stats
 
 
@@ -292,6 +293,18 @@ def test_exact_every_effect_is_in_one_group():
     assert len(grouped) == len(set(grouped))
     named = {i for i in EFFECTS if not i.startswith(("outside_", "minor_"))} | {one.effect for one in INJECTIONS}
     assert named <= set(grouped)
+
+
+def test_exact_single_effects_are_counted_by_kind_and_size():
+    labels = {
+        "a": made.label("single", ["hysteresis"], 3.0),
+        "b": made.label("single", ["hysteresis"], 4.0),
+        "c": made.label("single", ["backlash"], 1.5),
+        "d": made.label("set", ["backlash", "hysteresis"], 3.0),
+    }
+    answers = made.perfect(labels) | {"b": Answer("", made.verdict("no_evidence"))}
+    card = score(labels, answers).to_dict()
+    assert effect_rows(card) == [("backlash", "", "1 of 1", "", ""), ("hysteresis", "", "", "1 of 2", "")]
 
 
 def test_exact_the_card_is_plain_json():

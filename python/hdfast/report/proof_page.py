@@ -21,6 +21,7 @@ FAILURE_HEADER = (
     "nuisance named",
     "detail",
 )
+BY_EFFECT = "Single effects found, by size"
 SECOND_HEADER = ("case", "truth", "undecided about", "with the motion asked for", "with one at random")
 SECOND = (
     "What an undecided answer asks for is recorded, and the tool answers again; beside it with a usual motion, as long "
@@ -56,6 +57,18 @@ def _compared_header(proof: dict[str, Any]) -> tuple[str, ...]:
 
 def _with_interval(score: dict[str, Any]) -> str:
     return f"{_number(score['value'])} ({_number(score['low'])} to {_number(score['high'])})"
+
+
+def effect_rows(proof: dict[str, Any]) -> list[tuple[str, ...]]:
+    """How many single effects of each kind were found at each size, of how many."""
+    return [
+        (one["effect"], *(f"{size['found']} of {size['count']}" if size["count"] else "" for size in one["sizes"]))
+        for one in proof["by_effect"]
+    ]
+
+
+def _effect_header(proof: dict[str, Any]) -> tuple[str, ...]:
+    return ("effect", *(f"about {row['amplitude_over_mda']:g} detectable" for row in proof["power"]))
 
 
 def failure_rows(proof: dict[str, Any]) -> list[tuple[str, ...]]:
@@ -120,6 +133,7 @@ def markdown(proof: dict[str, Any]) -> str:
         lines += ["", *(f"- {who}" for who in _who(proof))]
     if proof["second"]:
         lines += ["", "## Second round", "", SECOND, "", *_markdown_table(SECOND_HEADER, second_rows(proof))]
+    lines += ["", f"## {BY_EFFECT}", "", *_markdown_table(_effect_header(proof), effect_rows(proof))]
     lines += ["", f"## Every failure ({len(proof['failures'])})", ""]
     lines += _markdown_table(FAILURE_HEADER, failure_rows(proof))
     return "\n".join(lines) + "\n"
@@ -164,6 +178,7 @@ def page(proof: dict[str, Any]) -> str:
                 ),
             ],
         ),
+        Section(BY_EFFECT, tables=[html_table(_effect_header(proof), effect_rows(proof), right=range(1, 5))]),
         Section("Every failure", tables=[html_table(FAILURE_HEADER, failure_rows(proof), right=(4,))]),
         Section(
             "Truth and answer, single effects",

@@ -45,6 +45,7 @@ class ScoreCard:
             "failures": self.failures,
             "cases": [summary(case) for case in self.cases],
             "power": identification.power_curve(self.cases),
+            "by_effect": identification.by_effect(self.cases),
             "confusion": identification.confusion(self.cases),
             "reliability": confidence.diagram(self.cases),
         }

@@ -12,7 +12,7 @@ from hdfast.proof.score.judge import NAMED_FROM, RIGHT, RIGHT_CLASS, Case
 from hdfast.proof.score.value import Score, share, statistic
 
 SINGLE = ("single", "sensor_only")
-STRENGTHS = (0.7, 1.5, 3.0, 8.0)
+STRENGTHS, NEAR = (0.7, 1.5, 3.0, 8.0), 0.3
 GROUPS = {
     "friction": ("coulomb_friction", "stribeck_friction", "load_dependent_friction", "load_side_friction",
                  "thermal_viscous", "position_dependent_friction", "asymmetric_friction", "nonlinear_viscous",
@@ -111,13 +111,29 @@ def _undecidable(cases: list[Case]) -> list[Score]:
 def power_curve(cases: list[Case]) -> list[dict[str, Any]]:
     """Share of single effects found, by amplitude over detectable amplitude."""
     out = []
-    for strength in STRENGTHS:
-        near = [c for c in cases if c.stratum in SINGLE and abs(np.log(max(c.strength, 1e-9) / strength)) < 0.3]
-        hits = sum(c.outcome in (RIGHT, RIGHT_CLASS) for c in near)
-        low, high = wilson(hits, len(near))
-        row = {"amplitude_over_mda": strength, "count": len(near), "low": low, "high": high}
-        out.append({**row, "value": hits / len(near) if near else None})
+    for row in _by_size([c for c in cases if c.stratum in SINGLE]):
+        low, high = wilson(row["found"], row["count"])
+        out.append({**row, "low": low, "high": high, "value": row["found"] / row["count"] if row["count"] else None})
     return out
+
+
+def by_effect(cases: list[Case]) -> list[dict[str, Any]]:
+    """How many single effects of each kind were found, of how many, by amplitude over detectable amplitude."""
+    single = [c for c in cases if c.stratum in SINGLE]
+    return [
+        {"effect": effect, "sizes": _by_size([c for c in single if c.ids[0] == effect])}
+        for effect in sorted({c.ids[0] for c in single})
+    ]
+
+
+def _by_size(cases: list[Case]) -> list[dict[str, Any]]:
+    """Of cases near each strength: how many there are and how many were found."""
+    rows = []
+    for strength in STRENGTHS:
+        near = [c for c in cases if abs(np.log(max(c.strength, 1e-9) / strength)) < NEAR]
+        found = sum(c.outcome in (RIGHT, RIGHT_CLASS) for c in near)
+        rows.append({"amplitude_over_mda": strength, "count": len(near), "found": found})
+    return rows
 
 
 def confusion(cases: list[Case]) -> list[dict[str, Any]]:

@@ -342,6 +342,21 @@ def test_exact_a_gap_that_is_not_resolved_is_none(half_gap, step, resolved):
     assert unresolved(candidate, fitted, replay) != resolved
 
 
+def test_against_simulation_a_gap_is_found_in_which_an_unseen_weight_holds_the_load(tmp_path, monkeypatch):
+    """The weight alone leaves nothing that is seen; without it in the model the gap is not found."""
+    small_campaign.shorten_library(monkeypatch, ("backlash", "gravity_unbalance"))
+    weight = {"T_gravity": 0.1, "gravity_unbalance_psi": -1.0}
+    (tmp_path / "weight").mkdir()
+    alone = diagnose(small_campaign.write(tmp_path / "weight", ["gravity_unbalance"], weight))
+    assert alone.verdict == "no_evidence"
+    both = small_campaign.write(tmp_path, ["backlash", "gravity_unbalance"], weight | {"half_gap": 4e-6})
+    [found] = diagnose(both).effects
+    told = {name: entry["value"] for name, entry in found["parameters"].items()}
+    assert found["effect"] == "backlash"
+    assert told["half_gap"] == pytest.approx(4e-6, rel=0.05)
+    assert told["gravity_unbalance_T_gravity"] == pytest.approx(0.1, rel=0.1)
+
+
 def test_exact_drifts_need_a_second_recording():
     skew = Free("skew", 1e-4, 1.0, False, "1")
     candidate = Candidate("clock_skew", "sensor", (), (skew,), "skew", sensors=(("clock_skew", "load_angle"),))

@@ -359,8 +359,11 @@ def test_exact_effects_that_do_not_hold_or_gain_little_beside_the_others_go_one_
     assert {label: lesser.fit for label, lesser in lessers.items()} == {"b": "less b", "c": "less c"}
 
 
-def signature(effect: str, gain: float = 9.0) -> SimpleNamespace:
-    candidate = SimpleNamespace(effect=effect, label=effect, law=effect, variety=effect, contains=(), free=effect)
+def signature(effect: str, gain: float = 9.0, lies: str = "") -> SimpleNamespace:
+    candidate = SimpleNamespace(
+        effect=effect, label=effect + lies, law=effect, variety=(effect, bool(lies)), contains=(), free=effect + lies,
+        unseen=("weight",) if lies else (),
+    )  # fmt: skip
     return SimpleNamespace(candidate=candidate, gain=gain, bulk=gain)
 
 
@@ -373,6 +376,16 @@ def test_exact_a_first_effect_is_tried_where_the_screen_suspects_it_or_cannot_sh
 
     assert tried(first=True) == ["hysteresis", "cogging", "load_side_friction"]
     assert tried(first=False) == ["hysteresis"]
+
+
+def test_exact_wherever_a_weight_may_hold_the_load_in_its_gap_one_trial_begins() -> None:
+    found = [
+        signature("backlash"),
+        *(signature("backlash", gain, lies) for gain, lies in ((20.0, "left"), (1.0, "right"))),
+    ]
+    seen = SimpleNamespace(p={"backlash": 0.02, "backlashleft": 0.01, "backlashright": 0.9})
+    listed = shortlist.shortlist(found, seen, first=True)
+    assert [[one.candidate.label for one in alike] for alike in listed] == [["backlashleft", "backlashright"]]
 
 
 def test_exact_what_others_keep_off_the_shortlist_is_tried_where_the_screen_singles_it_out() -> None:

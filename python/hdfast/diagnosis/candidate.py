@@ -37,6 +37,7 @@ class Candidate:
         size: in a word, where its signature is not taken at the typical amplitude.
         order: per motor revolution at which it acts, if at one.
         stiffness: whether the amplitude is a stiffness, which makes the effect smaller the larger it is.
+        unseen: parameters of what is too small to be seen by itself, and decides how the effect acts.
     """
 
     effect: str
@@ -55,6 +56,7 @@ class Candidate:
     size: str = ""
     order: float | None = None
     stiffness: bool = False
+    unseen: tuple[str, ...] = ()
 
     @property
     def label(self) -> str:
@@ -74,8 +76,9 @@ class Candidate:
 
     @property
     def variety(self) -> Hashable:
-        """What is assumed of it besides its amplitude."""
-        assumed = tuple((one.name, one.value) for one in self.free if one.name not in self.sizes)
+        """What is assumed of it besides its amplitude, and what is unseen."""
+        told = {*self.sizes, *self.unseen}
+        assumed = tuple((one.name, one.value) for one in self.free if one.name not in told)
         return self.form, assumed
 
     @property

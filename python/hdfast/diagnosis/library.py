@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
@@ -15,6 +16,8 @@ SLOTS, MOST_DETENTS = (12.0, 24.0, 36.0), 9
 HIGHEST_INTEGER = 16
 STIFFEST, STIFFEST_BASE, MOST_DAMPED = 15.0, 10.0, 100.0
 PAYLOAD = 0.9
+#: Weights that hold the load in a gap, in those that are looked for by themselves.
+HOLDING = (0.05, 0.15, 0.45)
 MOST_LINES = 26
 #: Effects that a drive without windup does not have, and that the motor's side alone does not show.
 OF_THE_WINDUP = (
@@ -308,10 +311,7 @@ def _mesh(s: Sizes) -> list[Candidate]:
             )
             for time in (0.03, 0.3)
         ),
-        *(
-            in_drive("backlash", [positive("half_gap", gap, "rad")], shape=f"gap of {2.0 * gap:.3g} rad")
-            for gap in (share * max(s.windup, 5e-6) for share in (0.02, 0.06, 0.2))
-        ),
+        *_gaps(s),
         in_drive("soft_windup", [positive("delta_K", 0.3 * s.stiffness, "N m/rad", high=0.95 * s.stiffness)]),
         *(
             in_drive(
@@ -341,6 +341,36 @@ def _mesh(s: Sizes) -> list[Candidate]:
             for order in (1.0, 2.0)
         ]
     return found
+
+
+def _gaps(s: Sizes) -> list[Candidate]:
+    """Gaps in which drag alone holds the load, and those in which a weight that is too small to be seen does.
+
+    Where little torque is carried, that weight decides on which side of the gap the load lies.
+    """
+    free = [
+        in_drive("backlash", [positive("half_gap", gap, "rad")], shape=f"gap of {2.0 * gap:.3g} rad")
+        for gap in (share * max(s.windup, 5e-6) for share in (0.02, 0.06, 0.2))
+    ]
+    most = 0.2 * s.output_torque
+    weights = [
+        in_drive("gravity_unbalance", [positive("T_gravity", share * most, "N m", high=most), phase("psi", angle)])
+        for share in HOLDING
+        for angle in (0.0, 0.5 * math.pi, math.pi, 1.5 * math.pi)
+    ]
+    return free + [_held(gap, weight) for gap in free for weight in weights]
+
+
+def _held(gap: Candidate, weight: Candidate) -> Candidate:
+    size, angle = weight.free
+    return replace(
+        gap,
+        terms=gap.terms + weight.terms,
+        free=gap.free + weight.free,
+        fixed={**gap.fixed, **weight.fixed},
+        unseen=tuple(weight.names),
+        shape=f"{gap.shape}, held by {size.value:.3g} N m at {math.degrees(angle.value):.0f} deg",
+    )
 
 
 def _sensors(s: Sizes) -> list[Candidate]:

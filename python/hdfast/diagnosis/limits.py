@@ -69,7 +69,7 @@ def limits(signatures: Sequence[Signature], seen: Screen, recordings: int) -> li
     """
     shapes: dict[str, dict[Hashable, list[Signature]]] = defaultdict(lambda: defaultdict(list))
     for one in signatures:
-        if not one.candidate.refines:
+        if not (one.candidate.refines or one.candidate.unseen):
             shapes[one.candidate.effect][one.candidate.variety].append(one)
     found = [
         sorted((_limit(sizes, seen, recordings, named=len(own) > 1) for sizes in own.values()), key=_order)

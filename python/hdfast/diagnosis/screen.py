@@ -158,7 +158,7 @@ def _heard(replay: Replay, fit: Fit, change: Change, signature: Signature) -> bo
 
 def _sizes(one: Signature) -> list[tuple[str, float]]:
     """Smaller amplitudes at which a signature is taken as well, in typical ones."""
-    if not one.candidate.bends:
+    if not one.candidate.bends or one.candidate.unseen:
         return []
     left = float(np.linalg.norm(one.left))
     small, slight = SEEN / left, SLIGHT * np.sqrt(one.visibility) / left

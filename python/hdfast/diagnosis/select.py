@@ -155,7 +155,11 @@ def _possible(candidate: Candidate, accepted: Sequence[Trial], current: Fit) -> 
 def _try(
     replay: Replay, alike: Sequence[Signature], *, current: Fit, rules: Rules, seen: Screen, known: AbstractSet[str]
 ) -> Trial:
-    """Refit with the best of several shapes; from elsewhere as well, unless that was done for a known effect."""
+    """Refit with the best of several shapes; from elsewhere as well, unless that was done for a known effect.
+
+    Of several fits the one that costs least stands. A load that rattles makes fits cheaper by chance: where what is
+    unseen holds it, the one that gains most left out does.
+    """
     candidate = alike[0].candidate
     contained = [term for term in current.structure.model.terms if term in candidate.contains]
     reduced, here = without(current, contained)
@@ -166,8 +170,10 @@ def _try(
     fits = [fit(replay, structure, starts[0], None if contained else current)]
     ahead = None if candidate.bends else fits[0]
     fits += [fit(replay, structure, start, fits[0], ahead) for start in starts[1:]]
-    joint = Metric.about(replay, current).best_fit(replay.layout, fits)
-    gained = gain(replay, joint, current, rules.folds)
+    if not candidate.unseen:
+        fits = [Metric.about(replay, current).best_fit(replay.layout, fits)]
+    told = [(one, gain(replay, one, current, rules.folds)) for one in fits]
+    joint, gained = max(told, key=lambda pair: pair[1].limited)
     return Trial(candidate, joint, gained, failed_rules(replay, joint, current, candidate, gained, rules, seen))
 
 
@@ -179,7 +185,8 @@ def _starts(
     With each amplitude the parameters that had stood for the effect give it back, or stay. If `elsewhere`, also from
     the priors of displaced ones: there what bends begins at an amplitude of its own, since the start that costs least
     lies where the effect is small and the others stand for it, and steps may not lead out; a linear law at a large one
-    as well, since a coupling has a resonance of its own. Nothing where none can be simulated.
+    as well, since a coupling has a resonance of its own, and what depends on something unseen in all the ways in which
+    that may act. Nothing where none can be simulated.
     """
     kept = [current.structure.names.index(name) for name in structure.names[: len(here)]]
     added, given = [], []
@@ -194,7 +201,9 @@ def _starts(
     displaced = np.abs(here - centre) > DISPLACED * sigma
     if elsewhere and displaced.any():
         back = np.where(displaced, centre, here)
-        if alike[0].candidate.bends:
+        if alike[0].candidate.unseen:
+            far = [np.array([[*back, *_coordinates(one.candidate)] for one in alike])]
+        elif alike[0].candidate.bends:
             sizes = (FAR, STRONG) if alike[0].candidate.effect in LINEAR else (FAR,)
             far = [np.concatenate([back, _coordinates(alike[0].candidate.scaled(size))])[None] for size in sizes]
         else:

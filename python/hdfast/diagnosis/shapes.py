@@ -83,9 +83,9 @@ def multiple(name: str, of: str, unit: str, *, sigma: float, high: float = math.
     return Free(name, 1.0, sigma, True, unit, 0.0, high, times=of)
 
 
-def phase(name: str) -> Free:
+def phase(name: str, value: float = 0.0) -> Free:
     """An angle."""
-    return Free(name, 0.0, 2.0 * math.pi, False, "rad")
+    return Free(name, value, 2.0 * math.pi, False, "rad")
 
 
 def in_sensor(effect: str, channel: str, free: Iterable[Free], *, waves: tuple[str, str] | None = None) -> Candidate:

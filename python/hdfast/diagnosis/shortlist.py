@@ -35,7 +35,7 @@ def shortlist(found: Sequence[Signature], seen: Screen, *, first: bool) -> list[
     for one in found:
         if one.candidate.effect in cases or (first and one.candidate.effect in HOLDING):
             chosen.setdefault(one.candidate.label, one)
-    return _grouped(chosen, noticed, seen)
+    return _grouped(chosen, found, noticed, seen)
 
 
 def overlooked(found: Sequence[Signature], seen: Screen, trials: Sequence[Trial]) -> list[list[Signature]]:
@@ -43,7 +43,7 @@ def overlooked(found: Sequence[Signature], seen: Screen, trials: Sequence[Trial]
     tried = {one.candidate.law for one in trials}
     singled = [one for one in found if seen.p[one.candidate.label] <= ALONE and one.candidate.law not in tried]
     chosen = {one.candidate.label: one for one in _leading(singled, attrgetter("gain"))}
-    return _grouped(chosen, singled, seen)
+    return _grouped(chosen, found, singled, seen)
 
 
 def _leading(found: Sequence[Signature], size: Callable[[Signature], float]) -> list[Signature]:
@@ -54,12 +54,17 @@ def _leading(found: Sequence[Signature], size: Callable[[Signature], float]) -> 
     return list(best.values())[:SHORTLIST]
 
 
-def _grouped(chosen: Mapping[str, Signature], noticed: Sequence[Signature], seen: Screen) -> list[list[Signature]]:
-    """The chosen by the structure they add, the most conspicuous first, each with what else is noticed of it."""
+def _grouped(
+    chosen: Mapping[str, Signature], found: Sequence[Signature], noticed: Sequence[Signature], seen: Screen
+) -> list[list[Signature]]:
+    """The chosen by the structure they add, the most conspicuous first, each with what else is noticed of it.
+
+    What is unseen acts in many ways, of which few are noticed about a model that is not refitted: all are tried.
+    """
     grouped: dict[Hashable, list[Signature]] = {}
     for one in sorted(chosen.values(), key=lambda one: (seen.p[one.candidate.label], -one.gain)):
         grouped.setdefault(one.candidate.variety, []).append(one)
-    for one in noticed:
+    for one in [*noticed, *(one for one in found if one.candidate.unseen)]:
         alike = grouped.get(one.candidate.variety, [one])
         if all(one.candidate.free != other.candidate.free for other in alike):
             alike.append(one)

@@ -165,7 +165,7 @@ def page(proof: dict[str, Any]) -> str:
     ]  # fmt: skip
     confusion = [(c["truth"], c["answer"], str(c["count"])) for c in proof["confusion"]]
     sections = [
-        Section("Scores", tables=[html_table(SCORE_HEADER, score_rows(proof), right=(1, 2, 3))]),
+        Section("Scores", tables=[html_table(SCORE_HEADER, score_rows(proof), right=(1, 2, 3, 4))]),
         *_comparison(proof),
         *_second_round(proof),
         Section(

@@ -343,7 +343,7 @@ def test_exact_a_gap_that_is_not_resolved_is_none(half_gap, step, resolved):
 
 
 def test_against_simulation_a_gap_is_found_in_which_an_unseen_weight_holds_the_load(tmp_path, monkeypatch):
-    """The weight alone leaves nothing that is seen; without it in the model the gap is not found."""
+    """The weight alone leaves nothing that is seen."""
     small_campaign.shorten_library(monkeypatch, ("backlash", "gravity_unbalance"))
     weight = {"T_gravity": 0.1, "gravity_unbalance_psi": -1.0}
     (tmp_path / "weight").mkdir()

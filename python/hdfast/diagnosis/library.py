@@ -17,7 +17,7 @@ HIGHEST_INTEGER = 16
 STIFFEST, STIFFEST_BASE, MOST_DAMPED = 15.0, 10.0, 100.0
 PAYLOAD = 0.9
 #: Weights that hold the load in a gap, in those that are looked for by themselves.
-HOLDING = (0.05, 0.15, 0.45)
+UNSEEN_WEIGHTS = (0.05, 0.15, 0.45)
 MOST_LINES = 26
 #: Effects that a drive without windup does not have, and that the motor's side alone does not show.
 OF_THE_WINDUP = (
@@ -80,6 +80,11 @@ class Sizes:
     def output_torque(self) -> float:
         """The spread of the torque behind the gear [N m]."""
         return self.motor_torque * abs(self.ratio)
+
+    @property
+    def output_effect(self) -> float:
+        """A typical torque of an effect behind the gear [N m]."""
+        return 0.2 * self.output_torque
 
     @property
     def windup(self) -> float:
@@ -169,7 +174,7 @@ def _friction(s: Sizes) -> list[Candidate]:
 
 
 def _load(s: Sizes) -> list[Candidate]:
-    torque = 0.2 * s.output_torque
+    torque = s.output_effect
     found = [
         in_drive(
             "gravity_unbalance",
@@ -291,7 +296,7 @@ def _lines(s: Sizes) -> list[Candidate]:
 
 
 def _mesh(s: Sizes) -> list[Candidate]:
-    torque = 0.2 * s.output_torque
+    torque = s.output_effect
     found = [
         *(
             in_drive(
@@ -352,10 +357,10 @@ def _gaps(s: Sizes) -> list[Candidate]:
         in_drive("backlash", [positive("half_gap", gap, "rad")], shape=f"gap of {2.0 * gap:.3g} rad")
         for gap in (share * max(s.windup, 5e-6) for share in (0.02, 0.06, 0.2))
     ]
-    most = 0.2 * s.output_torque
+    most = s.output_effect
     weights = [
         in_drive("gravity_unbalance", [positive("T_gravity", share * most, "N m", high=most), phase("psi", angle)])
-        for share in HOLDING
+        for share in UNSEEN_WEIGHTS
         for angle in (0.0, 0.5 * math.pi, math.pi, 1.5 * math.pi)
     ]
     return free + [_held(gap, weight) for gap in free for weight in weights]

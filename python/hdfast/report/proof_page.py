@@ -163,6 +163,7 @@ def page(proof: dict[str, Any]) -> str:
          c["answer"], ", ".join(c["named"]), _number(c["probability"]), c["outcome"], _number(c["seconds"]))
         for c in proof["cases"]
     ]  # fmt: skip
+    by_size = _effect_header(proof)
     confusion = [(c["truth"], c["answer"], str(c["count"])) for c in proof["confusion"]]
     sections = [
         Section("Scores", tables=[html_table(SCORE_HEADER, score_rows(proof), right=(1, 2, 3, 4))]),
@@ -178,7 +179,7 @@ def page(proof: dict[str, Any]) -> str:
                 ),
             ],
         ),
-        Section(BY_EFFECT, tables=[html_table(_effect_header(proof), effect_rows(proof), right=range(1, 5))]),
+        Section(BY_EFFECT, tables=[html_table(by_size, effect_rows(proof), right=range(1, len(by_size)))]),
         Section("Every failure", tables=[html_table(FAILURE_HEADER, failure_rows(proof), right=(4,))]),
         Section(
             "Truth and answer, single effects",

@@ -20,10 +20,12 @@ from hdfast.diagnosis.fit import fit
 from hdfast.diagnosis.fitted import Fit
 from hdfast.diagnosis.holdout import replayed, weigh_up
 from hdfast.diagnosis.lines import Line
+from hdfast.diagnosis.metric import Metric
 from hdfast.diagnosis.multistart import multistart
 from hdfast.diagnosis.plant import DRIVING
 from hdfast.diagnosis.prepare import SHAKES
 from hdfast.diagnosis.replay import Replay
+from hdfast.diagnosis.score import CONVINCING
 from hdfast.diagnosis.select import lower_valley
 from hdfast.diagnosis.session import candidates, nominal, set_up_usable, stands_still, turned
 from hdfast.diagnosis.shaken import calmer, exchanged, quieted
@@ -321,6 +323,23 @@ def test_exact_a_model_in_a_valley_of_its_own_is_fitted_anew_from_where_a_larger
     assert np.max(np.abs(missed)) < 0.3
     assert lower_valley(replay, good, larger) is None
     assert lower_valley(replay, good, stuck) is None
+
+
+def test_exact_a_damping_that_only_calms_the_noise_of_the_angle_leads_to_no_lower_valley(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A search that began anew for it would find the same fit again, and screen and try everything anew."""
+    setup = set_up_usable(load_campaign(small_campaign.write(tmp_path, angle_noise=3e-4)), None)
+    replay, structure = setup.replay, nominal(setup)
+    good = fit(replay, structure)
+    calmer = good.coordinates + 0.3 * np.isin(structure.names, ["B_sp"])
+    mismatch, metric = replay.mismatch(structure, calmer[None])[0], Metric.about(replay, good)
+    here, there = (
+        metric.cost(replay.layout, structure, *pair) for pair in ((good.coordinates, good.mismatch), (calmer, mismatch))
+    )
+    assert here - there > CONVINCING
+    monkeypatch.setattr("hdfast.diagnosis.select.fit", lambda *_: pytest.fail("nothing to fit"))
+    assert lower_valley(replay, good, replace(good, coordinates=calmer)) is None
 
 
 def test_exact_a_fit_that_ends_beside_a_known_one_has_its_slopes(

@@ -18,6 +18,8 @@ STIFFEST, STIFFEST_BASE, MOST_DAMPED = 15.0, 10.0, 100.0
 PAYLOAD = 0.9
 #: Weights that hold the load in a gap, in those that are looked for by themselves.
 UNSEEN_WEIGHTS = (0.05, 0.15, 0.45)
+#: Windup over which a loop builds up at least [rad], a tenth of what drives show: sharper ones take ever smaller steps.
+SHARPEST = 1e-5
 MOST_LINES = 26
 #: Effects that a drive without windup does not have, and that the motor's side alone does not show.
 OF_THE_WINDUP = (
@@ -301,7 +303,7 @@ def _mesh(s: Sizes) -> list[Candidate]:
         *(
             in_drive(
                 law,
-                [positive("T_h", torque, "N m"), positive("phi_h", angle, "rad", sigma=0.7)],
+                [positive("T_h", torque, "N m"), positive("phi_h", angle, "rad", sigma=0.7, low=SHARPEST)],
                 shape=f"{shape} {angle:g} rad",
             )
             for law, shape in (("hysteresis", "over"), ("maxwell_slip", "slips at"))

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Sequence
 from collections.abc import Set as AbstractSet
 from contextlib import closing
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -23,6 +24,7 @@ from hdfast.diagnosis.screen import Screen, Signature, screen, signatures
 from hdfast.diagnosis.shapes import effect_of
 from hdfast.diagnosis.shortlist import overlooked, shortlist
 from hdfast.diagnosis.stages import Stages
+from hdfast.diagnosis.stir import Stir
 from hdfast.diagnosis.structure import Structure
 from hdfast.diagnosis.together import side_by_side
 from hdfast.diagnosis.trials import Round, Search, Trial, joined_by
@@ -124,15 +126,18 @@ def lower_valley(replay: Replay, current: Fit, other: Fit) -> Fit | None:
         other: one with more parameters, or with others in the place of some.
     """
     structure, metric, place = current.structure, Metric.about(replay, current), current.beside(other)
-    found = replay.mismatch(structure, place[None])[0]
-    here, there = (
-        metric.cost(replay.layout, structure, *pair)
-        for pair in ((current.coordinates, current.mismatch), (place, found))
-    )
-    if not here - there > CONVINCING:
+    found, stir = replay.mismatch(structure, place[None])[0], current.stir
+    if stir.loud:
+        stir = replace(stir, noise=replay.noise_on_load(structure, place[None], found[None])[0])
+
+    def falls_to(x: Floats, mismatch: Floats, stir: Stir) -> bool:
+        here = metric.cost(replay.layout, structure, current.coordinates, current.mismatch, current.stir)
+        return here - metric.cost(replay.layout, structure, x, mismatch, stir) > CONVINCING
+
+    if not falls_to(place, found, stir):
         return None
     lower = fit(replay, structure, place)
-    return lower if metric.best_fit(replay.layout, [current, lower]) is lower else None
+    return lower if falls_to(lower.coordinates, lower.mismatch, lower.stir) else None
 
 
 def _possible(candidate: Candidate, accepted: Sequence[Trial], current: Fit) -> bool:
@@ -168,7 +173,7 @@ def _try(
     if not starts:
         return Trial(candidate, current, gain(replay, current, current, rules.folds), (NO_MODEL,))
     fits = [fit(replay, structure, starts[0], None if contained else current)]
-    ahead = None if candidate.bends else fits[0]
+    ahead = None if structure.rattles or candidate.stiffness else fits[0]
     fits += [fit(replay, structure, start, fits[0], ahead) for start in starts[1:]]
     if not candidate.unseen:
         fits = [Metric.about(replay, current).best_fit(replay.layout, fits)]

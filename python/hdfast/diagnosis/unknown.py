@@ -110,7 +110,7 @@ def describe(replay: Replay, held: Replay | None, fitted: Fit, rng: np.random.Ge
         rng: of the null.
 
     Returns:
-        The description, accepted or not; None where no variable changes anything.
+        The description, accepted or not; None where no variable stands out.
     """
     replay, slow = replay.commanded(fitted), slowed(replay)
     every = [(one, one.sketch(replay, slow, fitted)) for one in features(replay, slow, fitted)]
@@ -119,19 +119,21 @@ def describe(replay: Replay, held: Replay | None, fitted: Fit, rng: np.random.Ge
         return None
     heard = attentive(replay, fitted, [columns for _, columns in tried])
     seen = _standing_out(replay, heard, [columns for _, columns in tried], rng)
+    largest, folds = float(np.max(seen)), replay.layout.block % FOLDS
+    if largest < CLEAR:
+        return None
     ranking: dict[tuple[str, str], float] = {}
     reached: dict[tuple[str, str, str], float] = {}
     for index in np.argsort(-seen).tolist():
         one = tried[index][0]
         ranking.setdefault((one.name, one.memory), float(seen[index]))
         reached.setdefault(one.label, float(seen[index]))
-    largest, folds = float(np.max(seen)), replay.layout.block % FOLDS
     shapes: list[Shape] = []
     for index in np.argsort(-seen).tolist():
-        one, sketched = tried[index]
+        one = tried[index][0]
         alike = sum(one.label == other.label for other, _, _ in shapes)
-        if alike < MANY and seen[index] >= CLOSE * largest and reached[one.label] >= min(CLEAR, largest):
-            columns = one.columns(replay, slow, fitted) if largest >= CLEAR else sketched
+        if alike < MANY and seen[index] >= CLOSE * largest and reached[one.label] >= CLEAR:
+            columns = one.columns(replay, slow, fitted)
             if not np.isfinite(columns).all():
                 continue
             extended = _augmented(replay, heard, columns)

@@ -115,6 +115,12 @@ def test_exact_a_slow_torque_behind_the_gear_is_felt_everywhere_at_once(complete
             assert np.median(far) < 0.1 * np.ptp(whole[where]), channel
 
 
+def test_exact_of_white_noise_nothing_is_described(complete):
+    replay, fitted = complete
+    noise = fitted.weights.scale[replay.layout.channel] * np.random.default_rng(2).standard_normal(replay.layout.size)
+    assert describe(replay, None, replace(fitted, mismatch=noise), np.random.default_rng(1)) is None
+
+
 def test_exact_a_torque_at_one_place_is_described_as_one(complete):
     """A doublet 0.02 rad wide that the output passes, twelve noise deviations of the windup high."""
     replay, fitted = complete

@@ -43,7 +43,8 @@ class Unknown:
 
     Attributes:
         feature: the variable and its memory.
-        statistic: how far the mismatch follows the variable there, in units of the family-wise 1 % point.
+        statistic: how far the mismatch follows the variable there, in units of the family-wise 1 % point,
+            at least `CLEAR`.
         fit: the model with the additional torque, linearised.
         gain: over the model without it.
         probability: of the variable and its memory against the others that stand out nearly as far.
@@ -71,7 +72,7 @@ class Unknown:
         """Whether it stands out of the noise and predicts left-out stretches better, and at all."""
         after, before = self.gain.nrmse
         convincing = self.gain.total >= CONVINCING and self.gain.spared >= SPARED
-        surely = self.statistic >= ALONE or (self.statistic >= CLEAR and self.gain.ratio >= ERRORS)
+        surely = self.statistic >= ALONE or self.gain.ratio >= ERRORS
         return surely and convincing and after <= min((1.0 + RISE) * before, USELESS)
 
     @property

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -68,6 +69,10 @@ class Metric:
         noise, _ = limited(self.of_columns(layout, stir.noise))
         return float(np.sum(half - noise) + 0.5 * stir.firmness @ pull**2)
 
+    def cost_of(self, layout: Layout, fit: Fit) -> float:
+        """What a fit costs, less what noise of the angle adds to it."""
+        return self.cost(layout, fit.structure, fit.coordinates, fit.mismatch, fit.stir)
+
     def best_start(self, replay: Replay, structure: Structure, starts: Floats) -> Floats | None:
         """The start (P,) of several (M, P) that costs least; None where none can be simulated."""
         pairs = zip(starts, replay.mismatch(structure, starts), strict=True)
@@ -77,7 +82,7 @@ class Metric:
 
     def best_fit(self, layout: Layout, fits: Sequence[Fit]) -> Fit:
         """The fit that costs least."""
-        return min(fits, key=lambda one: self.cost(layout, one.structure, one.coordinates, one.mismatch, one.stir))
+        return min(fits, key=partial(self.cost_of, layout))
 
 
 def near(replay: Replay, scale: Floats) -> Floats:

@@ -24,7 +24,6 @@ from hdfast.diagnosis.screen import Screen, Signature, screen, signatures
 from hdfast.diagnosis.shapes import effect_of
 from hdfast.diagnosis.shortlist import overlooked, shortlist
 from hdfast.diagnosis.stages import Stages
-from hdfast.diagnosis.stir import Stir
 from hdfast.diagnosis.structure import Structure
 from hdfast.diagnosis.together import side_by_side
 from hdfast.diagnosis.trials import Round, Search, Trial, joined_by
@@ -129,15 +128,12 @@ def lower_valley(replay: Replay, current: Fit, other: Fit) -> Fit | None:
     found, stir = replay.mismatch(structure, place[None])[0], current.stir
     if stir.loud:
         stir = replace(stir, noise=replay.noise_on_load(structure, place[None], found[None])[0])
-
-    def falls_to(x: Floats, mismatch: Floats, stir: Stir) -> bool:
-        here = metric.cost(replay.layout, structure, current.coordinates, current.mismatch, current.stir)
-        return here - metric.cost(replay.layout, structure, x, mismatch, stir) > CONVINCING
-
-    if not falls_to(place, found, stir):
+    there = replace(current, coordinates=place, mismatch=found, stir=stir)
+    here = metric.cost_of(replay.layout, current)
+    if not here - metric.cost_of(replay.layout, there) > CONVINCING:
         return None
     lower = fit(replay, structure, place)
-    return lower if falls_to(lower.coordinates, lower.mismatch, lower.stir) else None
+    return lower if here - metric.cost_of(replay.layout, lower) > CONVINCING else None
 
 
 def _possible(candidate: Candidate, accepted: Sequence[Trial], current: Fit) -> bool:

@@ -80,7 +80,7 @@ test: $(DEPENDENCIES)
 	$(PYTEST)
 
 test-whole: setup
-	cargo test --release --no-default-features
+	cargo test --release --no-default-features --test '*'
 	$(PYTEST) --long -m long $(LONG:%=tests/python/test_%.py)
 
 proof-subset: setup

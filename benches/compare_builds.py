@@ -16,7 +16,9 @@ from pathlib import Path
 
 ROUNDS = 15
 PLAIN = ("plain", "plain, avx2")
-CASES = (*PLAIN, "samples", "dry friction")
+CASES = (*PLAIN, "samples", "dry friction", "replay", "replay of a weight", "replay of a loop", "derivatives, stiff")
+#: What the gear of a replayed recording has besides the base model.
+TERMS = {"replay": (), "replay of a weight": ("gravity_unbalance",), "replay of a loop": ("hysteresis",)}
 
 
 def work(case: str) -> float:
@@ -25,18 +27,47 @@ def work(case: str) -> float:
     import numpy as np
     import problem
 
+    if case in TERMS:
+        return replayed(TERMS[case])
     rows = problem.columns(6_000 if case == "plain" else 1_500)
     if case.endswith("avx2"):
         os.environ["HDFAST_SIMD"] = "avx2"
     options = {
         "samples": {"metrics": (), "t_eval": np.linspace(0.0, 3.0, 301)},
         "dry friction": {"model": hdfast.Model(terms=["coulomb_friction"])},
+        "derivatives, stiff": {"method": "rodas5p", "sensitivities": ["J_m", "J_l", "k1", "B_sp"]},
     }.get(case, {})
+    if case == "derivatives, stiff":
+        rows = {name: values[:8] * (1000.0 if name == "B_sp" else 1.0) for name, values in rows.items()}
     start = time.process_time()
     problem.sweep(rows, threads=1, **options)
     taken = time.process_time() - start
     os.environ.pop("HDFAST_SIMD", None)
     return taken
+
+
+def replayed(terms: tuple[str, ...]) -> float:
+    """Processor time of the replays of a recorded motion, 5 s at 500 Hz, sampled at 2 kHz as the diagnosis does."""
+    import hdfast
+    import numpy as np
+    import problem
+
+    t = np.linspace(0.0, 5.0, 2501)
+    scenario = hdfast.Scenario.motion(t, 60.0 * np.sin(1.3 * t) + np.sin(11.0 * t))
+    rows = {name: values for name, values in problem.columns(24).items() if name != "omega_set"}
+    start = time.process_time()
+    hdfast.sweep(
+        problem.constants() | rows,
+        model=hdfast.Model(terms=list(terms)),
+        scenario=scenario,
+        metrics=(),
+        t_eval=np.linspace(0.0, 5.0, 10001),
+        signals=["tau_m", "te"],
+        method="tsit5",
+        rtol=1e-6,
+        threads=1,
+    )
+    return time.process_time() - start
 
 
 def serve() -> None:

@@ -1,7 +1,7 @@
 //! What a sweep is asked to do.
 
-use crate::model::{Harmonics, Layout, Program};
-use crate::output::{Metric, Signal};
+use crate::model::{Harmonics, Layout, Program, Signal};
+use crate::output::Metric;
 use crate::solve::Demand;
 use std::fmt;
 use std::sync::Arc;

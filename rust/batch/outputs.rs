@@ -217,11 +217,6 @@ impl<'a> Writer<'a> {
         }
     }
 
-    /// Times per signal and row.
-    pub fn times(&self) -> usize {
-        self.times
-    }
-
     /// Writes samples of a signal and row from the first place on the grid on.
     ///
     /// # Safety
@@ -238,16 +233,6 @@ impl<'a> Writer<'a> {
             // SAFETY: by the caller; the slots check the index.
             unsafe { self.samples.put(index, direction, value) };
         }
-    }
-
-    /// Writes one sample, by signal, row and place on the grid.
-    ///
-    /// # Safety
-    /// No other thread may write the same row and direction.
-    pub unsafe fn sample<S: Scalar>(&self, (signal, row, moment): (usize, usize, usize), direction: usize, value: S) {
-        assert!(row < self.rows && moment < self.times);
-        // SAFETY: by the caller; the slots check the index.
-        unsafe { self.samples.put((signal * self.rows + row) * self.times + moment, direction, value) };
     }
 
     /// Writes a row that has no results.

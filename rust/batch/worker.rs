@@ -2,8 +2,8 @@
 
 use super::job::{Direction, Job, MethodName, StartKind};
 use super::outputs::{RowOutput, Writer};
-use crate::model::{Base, Harmonics, Model, Row};
-use crate::output::{Reduction, Signal, probe_grid};
+use crate::model::{Base, Harmonics, Model, Row, Signal};
+use crate::output::{Reduction, probe_grid};
 use crate::real::{Path, Real, Scalar, Task};
 use crate::solve::{Advance, Assignment, Lane, Method, Retrace, Rows, Seat, Start, Status};
 use std::marker::PhantomData;
@@ -184,43 +184,18 @@ impl<S: Scalar> Queue<'_, '_, S> {
         }
         let probes = probe_grid(&job.metrics, &job.layout, &row, &program);
         let grid = if job.signals.is_empty() { Arc::from([]) } else { job.grids[(job.grid_of)(index)].clone() };
-        Assignment { index: run, row, program, start, initial_tangent, grid, probes }
+        let sampled = job.demand.sampled.clone();
+        Assignment { index: run, row, program, start, initial_tangent, grid, probes, sampled }
     }
 
-    /// Writes the samples of a row; what the equations pass through is computed once for all signals, in lanes.
-    fn write_samples<const N: usize>(&self, seat: &Seat<S, N>, retrace: &mut dyn Retrace<S, N>) {
+    /// Writes the samples of a row.
+    fn write_samples<const N: usize>(&self, seat: &Seat<S, N>) {
         let Shared { job, writer, .. } = self.shared;
         let (row, direction) = self.shared.place(seat.assignment.index);
-        let (base, inverse_ratio) = (job.layout.base, seat.assignment.row.constants.inverse_ratio);
-        let states = &seat.samples[0];
-        // SAFETY: this thread took the run from the queue.
-        let put = |place, moment, value| unsafe { writer.sample((place, row, moment), direction, value) };
-        let mut derived = Vec::new();
         for (place, &signal) in job.signals.iter().enumerate() {
-            let value = |state| signal.of_state(base, state, inverse_ratio);
-            if states.first().is_some_and(|state| value(state).is_none()) {
-                derived.extend(signal.quantity().map(|quantity| (place, signal, quantity)));
-            }
-            // SAFETY: as above.
-            unsafe {
-                match signal.state(base) {
-                    Some(index) => writer.samples((place, row), direction, states.iter().map(|state| state[index])),
-                    None => writer.samples((place, row), direction, states.iter().filter_map(value)),
-                }
-            }
-        }
-        if !derived.is_empty() {
-            let times = &seat.assignment.grid[..states.len()];
-            let wanted: Vec<_> = derived.iter().map(|entry| entry.2).collect();
-            retrace.quantities(seat, times, states, &wanted, &mut |which, moment, value| {
-                let (place, signal, _) = derived[which];
-                put(place, moment, signal.of_quantity(value, &states[moment], inverse_ratio));
-            });
-        }
-        for moment in states.len()..writer.times() {
-            for place in 0..job.signals.len() {
-                put(place, moment, S::splat(f64::NAN));
-            }
+            let samples = seat.samples(signal).chain(std::iter::repeat(S::splat(f64::NAN)));
+            // SAFETY: this thread took the run from the queue.
+            unsafe { writer.samples((place, row), direction, samples) };
         }
     }
 
@@ -257,8 +232,8 @@ impl<S: Scalar, const N: usize> Rows<S, N> for Queue<'_, '_, S> {
         if status == Status::Finished {
             Reduction::new(&job.layout, seat, retrace, t, *state).values(&job.metrics, &mut self.metrics);
         }
-        self.write_samples(seat, retrace);
-        let theta_l = Signal::ThetaL.value(seat, retrace, t, state);
+        self.write_samples(seat);
+        let theta_l = retrace.signal(Signal::ThetaL, seat, t, state);
         let two_inertia = [state[0], state[1], theta_l, state[3], state[4 % N]];
         let one_inertia = [state[0], state[1], state[2]];
         let final_state: &[S] = if job.layout.base == Base::OneInertia { &one_inertia } else { &two_inertia };

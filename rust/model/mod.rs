@@ -8,6 +8,7 @@ mod input;
 mod layout;
 mod one_inertia;
 mod program;
+mod signal;
 pub mod spring;
 mod sustaining;
 pub mod terms;
@@ -21,6 +22,7 @@ pub use input::Input;
 pub use layout::{BadParameter, Group, Layout, Parameter, ScenarioColumn};
 pub use one_inertia::OneInertia;
 pub use program::{Drive, Line, Program, SHORTEST_RUN, Segment};
+pub use signal::Signal;
 pub use spring::Spring;
 pub use two_inertia::TwoInertia;
 
@@ -121,44 +123,6 @@ pub struct Rates<R: Real, const N: usize> {
     pub margin: R::Plain,
     /// Motor and load shaft.
     pub shafts: [Shaft<R>; 2],
-}
-
-/// What the equations pass through, to be asked for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Quantity {
-    /// Transmission error.
-    Te,
-    /// Load speed.
-    OmegaL,
-    /// Windup of the gear spring.
-    Windup,
-    /// Its rate.
-    WindupRate,
-    /// Kinematic error.
-    Error,
-    /// Motor torque.
-    MotorTorque,
-    /// Torque that the drive delivers.
-    DriveTorque,
-    /// Gear torque at the output.
-    GearTorque,
-}
-
-impl Quantity {
-    /// Its value.
-    #[inline(always)]
-    pub fn of<R: Real, const N: usize>(self, rates: &Rates<R, N>) -> R {
-        match self {
-            Self::Te => rates.te,
-            Self::OmegaL => rates.omega_l,
-            Self::Windup => rates.windup,
-            Self::WindupRate => rates.windup_rate,
-            Self::Error => rates.error,
-            Self::MotorTorque => rates.motor_torque,
-            Self::DriveTorque => rates.drive_torque,
-            Self::GearTorque => rates.gear_torque,
-        }
-    }
 }
 
 /// Equations of motion with `N` states; state 0 is theta_m, state 1 omega_m.

@@ -74,11 +74,9 @@ pub fn energy<R: Real>(law: Spring, c: &Constants<R>, windup: R) -> R {
         }
         Spring::Piecewise => {
             let size = windup.abs();
-            let part = |slope: R, end: R| {
-                let x = size.min(end);
-                slope * x * (size - half * x)
-            };
-            half * c.k_3 * windup * windup + part(c.k_12, c.phi_1) + part(c.k_23, c.phi_2)
+            let (first, second) = (size.min(c.phi_1), size.min(c.phi_2));
+            let steeper = c.k_12 * first * (size - half * first) + c.k_23 * second * (size - half * second);
+            half * c.k_3 * windup * windup + steeper
         }
     }
 }

@@ -1,9 +1,8 @@
 //! The metrics by name: the one table of what can be computed, in which unit, and what it needs.
 
 use super::energy::Damper;
-use super::signals::Signal;
-use crate::model::Layout;
-use crate::solve::{ALL_STATES, Demand, Extreme, Mark, Watched};
+use crate::model::{Layout, Signal};
+use crate::solve::{Demand, Extreme, Mark, Watched};
 use std::sync::LazyLock;
 
 /// A part of the motion.
@@ -319,7 +318,7 @@ impl Metric {
             | Self::TePeakToPeak(_)
             | Self::SpeedRipple
             | Self::UpsilonMin => {}
-            Self::Mode(..) => demand.sampled = ALL_STATES,
+            Self::Mode(..) => demand.sample(&[Signal::ThetaM, Signal::WindupRate], layout),
             Self::SteadySpeed
             | Self::RiseTime(_)
             | Self::DeadTime
@@ -328,8 +327,7 @@ impl Metric {
             | Self::StopShape => demand.record = true,
             Self::Order(signal, _) => {
                 demand.record = true;
-                Signal::ThetaM.require(layout, demand);
-                signal.require(layout, demand);
+                demand.sample(&[Signal::ThetaM, signal], layout);
             }
         }
     }

@@ -1,6 +1,6 @@
 //! Times at which a speed passes a level, located inside the steps.
 
-use super::Signal;
+use crate::model::Signal;
 use crate::real::Scalar;
 use crate::solve::{Record, Retrace, Seat, moving, root};
 
@@ -68,7 +68,7 @@ fn passing<S: Scalar, const N: usize>(
     let dense = retrace.dense(seat, start, end.step);
     let mut over = |share: S| {
         let state = dense.at(share);
-        S::splat(sign) * signal.value(seat, retrace, dense.t + share.plain() * dense.step, &state) - level
+        S::splat(sign) * retrace.signal(signal, seat, dense.t + share.plain() * dense.step, &state) - level
     };
     let mut excess = |share: f64| over(S::splat(share)).plain();
     let share_of = |part: usize| part as f64 / PARTS as f64;

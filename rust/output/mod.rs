@@ -9,10 +9,8 @@ mod mode;
 mod orders;
 mod probe;
 mod reduce;
-mod signals;
 mod steady;
 
 pub use catalogue::{Metric, MetricEntry, Phase};
 pub use probe::probe_grid;
 pub use reduce::Reduction;
-pub use signals::Signal;

@@ -1,9 +1,9 @@
 //! The torsional mode after an event: a damped sinusoid fitted to the windup rate.
 
 use super::least_squares::LeastSquares;
-use crate::model::{Layout, Quantity, Row};
+use crate::model::{Layout, Row, Signal};
 use crate::real::Scalar;
-use crate::solve::{Retrace, Seat};
+use crate::solve::Seat;
 use std::f64::consts::TAU;
 
 /// Samples over the window of the fit.
@@ -29,35 +29,25 @@ pub fn window<S: Scalar>(layout: &Layout, row: &Row<S>) -> S {
 }
 
 /// Fits the mode in the samples between two times.
-pub fn mode<S: Scalar, const N: usize>(
-    layout: &Layout,
-    seat: &Seat<S, N>,
-    retrace: &mut dyn Retrace<S, N>,
-    from: f64,
-    to: f64,
-) -> Mode {
+pub fn mode<S: Scalar, const N: usize>(layout: &Layout, seat: &Seat<S, N>, from: f64, to: f64) -> Mode {
     let row = &seat.assignment.row;
     let mut times = Vec::with_capacity(SAMPLES);
-    let mut moments = Vec::with_capacity(SAMPLES);
-    let mut states = Vec::with_capacity(SAMPLES);
     let mut angles = Vec::with_capacity(SAMPLES);
+    let mut data = Vec::with_capacity(SAMPLES);
     let interval = (to - from) / SAMPLES as f64;
-    for (t, state) in seat.assignment.probes.iter().map(|t| t.plain()).zip(&seat.samples[1]) {
+    let samples = seat.probed(Signal::ThetaM).zip(seat.probed(Signal::WindupRate));
+    for (t, (angle, rate)) in seat.assignment.probes.iter().map(|t| t.plain()).zip(samples) {
         let place = (t - from) / interval;
         let is_own = (place - place.round()).abs() < 1e-6; // and not another metric's
         if t > from && t <= to && is_own && place.round() as usize == times.len() + 1 {
             times.push(t - from);
-            angles.push(state[0].plain());
-            moments.push(t);
-            states.push(*state);
+            angles.push(angle.plain());
+            data.push(rate.plain());
         }
     }
     if times.len() < SAMPLES / 2 {
         return MISSING;
     }
-    let mut data = vec![0.0; times.len()];
-    retrace
-        .quantities(seat, &moments, &states, &[Quantity::WindupRate], &mut |_, place, rate| data[place] = rate.plain());
     let mut problem = LeastSquares::new(&data);
     let travel = angles[angles.len() - 1] - angles[0];
     problem.push(vec![1.0; times.len()]);

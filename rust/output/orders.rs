@@ -1,11 +1,11 @@
 //! Amplitudes at orders of the motor revolution: least squares against the angle, not against time.
 
-use super::Signal;
 use super::least_squares::{LeastSquares, dot};
 use super::probe::orders_from;
 use super::steady::Steady;
+use crate::model::Signal;
 use crate::real::Scalar;
-use crate::solve::{Retrace, Seat};
+use crate::solve::Seat;
 
 /// What is fitted, and how it follows a parameter.
 #[derive(Default)]
@@ -23,7 +23,6 @@ struct Samples {
 /// turned, or so slowly that the samples do not reach back over the steady run.
 pub fn amplitudes<S: Scalar, const N: usize>(
     seat: &Seat<S, N>,
-    retrace: &mut dyn Retrace<S, N>,
     signal: Signal,
     wanted: &[f64],
     known: &[f64],
@@ -36,7 +35,7 @@ pub fn amplitudes<S: Scalar, const N: usize>(
     }
     let lowest = 1.0 / f64::from(steady.revolutions);
     let known: Vec<f64> = known.iter().copied().filter(|order| *order >= lowest).collect();
-    let samples = samples(seat, retrace, signal, steady.window);
+    let samples = samples(seat, signal, steady.window);
     if samples.angles.len() < 2 * known.len() + 4 {
         return missing;
     }
@@ -63,20 +62,15 @@ pub fn amplitudes<S: Scalar, const N: usize>(
 }
 
 /// A signal over the motor angle inside a window.
-fn samples<S: Scalar, const N: usize>(
-    seat: &Seat<S, N>,
-    retrace: &mut dyn Retrace<S, N>,
-    signal: Signal,
-    (from, to): (f64, f64),
-) -> Samples {
+fn samples<S: Scalar, const N: usize>(seat: &Seat<S, N>, signal: Signal, (from, to): (f64, f64)) -> Samples {
     let mut samples = Samples::default();
-    for (t, state) in seat.assignment.probes.iter().map(|t| t.plain()).zip(&seat.samples[1]) {
+    let values = seat.probed(Signal::ThetaM).zip(seat.probed(signal));
+    for (t, (angle, value)) in seat.assignment.probes.iter().map(|t| t.plain()).zip(values) {
         if t >= from && t < to {
-            let value = signal.value(seat, retrace, t, state);
-            samples.angles.push(state[0].plain());
+            samples.angles.push(angle.plain());
             samples.data.push(value.plain());
             if S::DIFFERENTIATES {
-                samples.angle_tangents.push(state[0].tangent());
+                samples.angle_tangents.push(angle.tangent());
                 samples.data_tangents.push(value.tangent());
             }
         }

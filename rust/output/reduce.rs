@@ -5,8 +5,8 @@ use super::crossings::{Wanted, crossing};
 use super::mode::{self, Mode};
 use super::orders::amplitudes;
 use super::steady::{Steady, steady};
-use super::{Signal, energy, local_ratio};
-use crate::model::Layout;
+use super::{energy, local_ratio};
+use crate::model::{Layout, Signal};
 use crate::real::Scalar;
 use crate::solve::{Integral, Mark, Retrace, Seat};
 
@@ -155,7 +155,7 @@ impl<'a, S: Scalar, const N: usize> Reduction<'a, S, N> {
             return;
         }
         let steady = self.steady();
-        let found = amplitudes(self.seat, self.retrace, signal, &wanted, &self.layout.orders, &steady);
+        let found = amplitudes(self.seat, signal, &wanted, &self.layout.orders, &steady);
         let places = metrics.iter().zip(out).filter(|(metric, _)| order_of(metric).is_some());
         for ((_, place), value) in places.zip(found) {
             *place = value;
@@ -169,7 +169,7 @@ impl<'a, S: Scalar, const N: usize> Reduction<'a, S, N> {
             let from = self.seat.time_of(from);
             let window = mode::window(self.layout, &self.seat.assignment.row).plain();
             let to = self.seat.time_of(end).min(from + window);
-            mode::mode(self.layout, self.seat, self.retrace, from, to)
+            mode::mode(self.layout, self.seat, from, to)
         });
         self.modes[event] = Some(found);
         match part {

@@ -3,8 +3,8 @@
 use super::program::PyProgram;
 use super::tables::{layout_of, method_of, path_in_force};
 use crate::batch::{Direction, Job, MethodName, Numbers, Outputs, Progress, SetupError, StartKind, sweep as run};
-use crate::model::{Harmonics, Layout};
-use crate::output::{Metric, Signal};
+use crate::model::{Harmonics, Layout, Signal};
+use crate::output::Metric;
 use crate::solve::{Demand, Integrands, WatchList};
 use numpy::ndarray::{ArrayView1, ArrayView2};
 use numpy::{IntoPyArray, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2};
@@ -109,7 +109,7 @@ pub fn sweep<'py>(
         floor: atol,
         max_steps,
         max_step,
-        sampled: 0,
+        sampled: Arc::default(),
         integrands: Integrands::default(),
         watched: WatchList::default(),
         extremes: Vec::new(),
@@ -120,9 +120,7 @@ pub fn sweep<'py>(
     for metric in &metrics {
         metric.require(&layout, &mut demand);
     }
-    for signal in &signals {
-        signal.require(&layout, &mut demand);
-    }
+    demand.sample(&signals, &layout);
 
     let views: Vec<(usize, ArrayView1<'_, f64>)> =
         columns.iter().map(|(index, values)| (*index, values.as_array())).collect();

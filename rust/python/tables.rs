@@ -2,8 +2,8 @@
 
 use crate::batch::{MethodName, SetupError, SimdPath, lanes_of_path, paths};
 use crate::model::terms::{Choice, TERMS};
-use crate::model::{Base, Group, Layout, Spring};
-use crate::output::{Metric, Signal};
+use crate::model::{Base, Group, Layout, Signal, Spring};
+use crate::output::Metric;
 use crate::solve::{Bs3, Dop853, Dopri5, Method, Rodas5p, Status, Tsit5};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;

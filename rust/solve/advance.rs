@@ -7,12 +7,14 @@ use super::extrema::Extreme;
 use super::integrals::Integrands;
 use super::record::{Branch, lane_numbers};
 use super::replay::{Lane, Replay, Retrace};
+use super::sampling::{Observed, Sampled};
 use super::seat::{Assignment, Memory, Seat};
 use super::status::Status;
 use super::stepper::Stepper;
 use super::watch::WatchList;
-use crate::model::{Harmonics, Layout, Model};
+use crate::model::{Harmonics, Layout, Model, Signal};
 use crate::real::{Mask, Path, Real, Scalar, Task, lanes_of};
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// What is asked of every row.
@@ -26,8 +28,8 @@ pub struct Demand {
     pub max_steps: u32,
     /// Longest step [s].
     pub max_step: f64,
-    /// States that samples are made of, as a set of bits.
-    pub sampled: u64,
+    /// What samples hold.
+    pub sampled: Arc<Sampled>,
     /// Quadratures.
     pub integrands: Integrands,
     /// Signals whose extrema are located.
@@ -40,6 +42,16 @@ pub struct Demand {
     pub record: bool,
     /// Whether stiff rows are set aside.
     pub find_stiff: bool,
+}
+
+impl Demand {
+    /// Has samples hold signals, among others.
+    pub fn sample(&mut self, signals: &[Signal], layout: &Layout) {
+        let sampled = Arc::make_mut(&mut self.sampled);
+        for &signal in signals {
+            sampled.include(signal, layout);
+        }
+    }
 }
 
 /// Where rows come from and where they go.
@@ -93,8 +105,10 @@ pub struct Advance<'a, P: Path, M: Model<N>, T: Method, const N: usize> {
     pub(super) ended: Vec<Ended<Lane<P>, N>>,
     pub(super) step: Plain<P>,
     pub(super) stop: Plain<P>,
-    /// When each lane's state is wanted next.
+    /// When a sample of each lane is wanted next.
     pub(super) sample: P::Lanes,
+    /// The signals of the sample taken last.
+    pub(super) observed: Observed<P::Lanes>,
     pub(super) attempts: Plain<P>,
     pub(super) accepted: Plain<P>,
     /// How stiff each lane has looked of late.
@@ -133,6 +147,7 @@ impl<'a, P: Path, M: Model<N>, T: Method, const N: usize> Advance<'a, P, M, T, N
             step: Plain::<P>::splat(1e-3),
             stop: Plain::<P>::splat(f64::INFINITY),
             sample: P::Lanes::splat(f64::INFINITY),
+            observed: [P::Lanes::zero(); Signal::ALL.len()],
             attempts: zero,
             accepted: zero,
             stiffness: zero,

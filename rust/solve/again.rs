@@ -1,4 +1,4 @@
-//! Steps and instants of rows taken once more, as many at once as there are lanes, with the same bits as the first time.
+//! Steps of rows taken once more, as many at once as there are lanes, with the same bits as the first time.
 
 use super::interpolant::ALL_STATES;
 use super::record::{Dense, Record, lane_coefficients, value_at};
@@ -7,7 +7,7 @@ use super::stepper::Stepper;
 use super::watch::{Candidate, WATCHED};
 use super::{Integrands, Method};
 use crate::model::terms::Motion;
-use crate::model::{Harmonics, Layout, Model, Quantity, Rates, Row};
+use crate::model::{Harmonics, Layout, Model, Row};
 use crate::real::{Mask, Real, Task};
 use std::marker::PhantomData;
 
@@ -15,7 +15,7 @@ use std::marker::PhantomData;
 const LOOKS: usize = 6;
 const REFINEMENTS: usize = 5;
 
-/// Lanes with one step or one instant each.
+/// Lanes with one step each.
 pub struct Again<R: Real, M, T, const N: usize> {
     stepper: Stepper<R, N>,
     step: R::Plain,
@@ -58,42 +58,9 @@ impl<R: Real, M: Model<N>, T: Method, const N: usize> Again<R, M, T, N> {
         (0..R::LANES).for_each(|lane| seat.load(lane, &mut self.stepper, shared));
     }
 
-    /// Some of what the equations pass through at ascending instants of a row, which share out among the lanes in
-    /// stretches; a shaft slides the way it moves. `each` gets the numbers of quantity and instant, and the value.
-    pub fn quantities(
-        &mut self,
-        seat: &Seat<R::Lane, N>,
-        (times, states): (&[f64], &[[R::Lane; N]]),
-        wanted: &[Quantity],
-        each: &mut dyn FnMut(usize, usize, R::Lane),
-    ) {
-        let stretch = times.len().div_ceil(R::LANES);
-        let mut segments = vec![None; R::LANES];
-        for further in 0..stretch {
-            let due = || (further..times.len()).step_by(stretch).enumerate();
-            for (lane, place) in due() {
-                segments[lane] = Some(seat.follow(lane, &mut self.stepper, segments[lane], times[place]));
-                self.stepper.bring(lane, times[place], &states[place]);
-            }
-            let rates = R::apart(Instants::<R, M, N> { stepper: &mut self.stepper, model: PhantomData });
-            for (which, quantity) in wanted.iter().enumerate() {
-                let values = quantity.of(&rates);
-                due().for_each(|(lane, place)| each(which, place, values.get(lane)));
-            }
-        }
-    }
-
     /// The slopes of the kinematic error at motor angles, all lanes being of one row.
     pub fn error_slopes(&self, speed: R::Lane, angles: &[f64], load_torque: R::Lane) -> Vec<f64> {
-        let mut slopes = Vec::with_capacity(angles.len());
-        for part in angles.chunks(R::LANES) {
-            let mut lanes = R::zero();
-            part.iter().enumerate().for_each(|(lane, &angle)| lanes.set(lane, R::Lane::splat(angle)));
-            let motion = Motion::of_motor(lanes, R::every(speed), self.stepper.constants.inverse_ratio);
-            let slope = self.stepper.kinematic_error(&motion, R::every(load_torque)).1.plain();
-            slopes.extend((0..part.len()).map(|lane| slope.get(lane)));
-        }
-        slopes
+        R::apart(ErrorSlopes { stepper: &self.stepper, speed, angles, load_torque })
     }
 
     /// Takes the steps.
@@ -143,19 +110,30 @@ impl<R: Real, M: Model<N>, T: Method, const N: usize> Task for Steps<'_, R, M, T
     }
 }
 
-struct Instants<'a, R: Real, M, const N: usize> {
-    stepper: &'a mut Stepper<R, N>,
-    model: PhantomData<M>,
+struct ErrorSlopes<'a, R: Real, const N: usize> {
+    stepper: &'a Stepper<R, N>,
+    speed: R::Lane,
+    angles: &'a [f64],
+    load_torque: R::Lane,
 }
 
-impl<R: Real, M: Model<N>, const N: usize> Task for Instants<'_, R, M, N> {
-    type Output = Rates<R, N>;
+impl<R: Real, const N: usize> Task for ErrorSlopes<'_, R, N> {
+    type Output = Vec<f64>;
 
     #[inline(always)]
-    fn run(self) -> Self::Output {
-        let Self { stepper, .. } = self;
-        stepper.slide::<M>(every_lane::<R>());
-        stepper.rates::<M>(R::constant(stepper.t), &stepper.state)
+    fn run(self) -> Vec<f64> {
+        let Self { stepper, speed, angles, load_torque } = self;
+        let mut slopes = Vec::with_capacity(angles.len());
+        for part in angles.chunks(R::LANES) {
+            let mut lanes = R::zero();
+            for (lane, &angle) in part.iter().enumerate() {
+                lanes.set(lane, R::Lane::splat(angle));
+            }
+            let motion = Motion::of_motor(lanes, R::every(speed), stepper.constants.inverse_ratio);
+            let slope = stepper.kinematic_error(&motion, R::every(load_torque)).1.plain();
+            slopes.extend((0..part.len()).map(|lane| slope.get(lane)));
+        }
+        slopes
     }
 }
 

@@ -51,13 +51,15 @@ impl<P: Path, M: Model<N>, T: Method, const N: usize> Advance<'_, P, M, T, N> {
     }
 
     /// The corners over which the step last interpolated runs in these lanes.
+    #[inline(always)]
     pub(super) fn turns(&self, lanes: u64, step: Plain<P>, trial: &Trial<P::Lanes, N>) -> Option<Turns<P::Lanes>> {
         let (end, leeway) = (trial.rates.margin, self.leeway());
         let left = <P::Lanes as Real>::Mask::from_bits(lanes) & end.lt(Plain::<P>::splat(-leeway));
-        left.any().then(|| {
-            let stepper = &self.stepper;
-            P::Lanes::apart(FindTurns { stepper, lanes: left, step, end, leeway, model: PhantomData::<M> })
-        })
+        if !left.any() {
+            return None;
+        }
+        let stepper = &self.stepper;
+        Some(P::Lanes::apart(FindTurns { stepper, lanes: left, step, end, leeway, model: PhantomData::<M> }))
     }
 
     /// Where in the step the first corner lies in a lane, and what is in force behind it.

@@ -88,22 +88,24 @@ impl<R: Real, M: Model<N>, const N: usize> Task for SolveTangents<'_, R, M, N> {
     #[inline(always)]
     fn run(self) {
         let Self { stepper, method, stage, step, values, .. } = self;
-        let tangents_at = |reach: f64| {
+        let mut along = [[R::zero(); N]; 2];
+        for (slopes, reach) in along.iter_mut().zip([REACH, -REACH]) {
             let reach = R::Plain::splat(reach) * step;
             let t = reach.mul_add(R::Plain::splat(method.times[stage]), stepper.t);
             let mut state = stepper.state;
             for index in 0..N {
                 state[index] = state[index] + R::constant(reach * values[index]);
             }
-            stepper.rates::<M>(R::constant(t), &state).slope.map(R::tangent)
-        };
-        let (ahead, behind) = (tangents_at(REACH), tangents_at(-REACH));
-        let mut tangents = stepper.slopes[stage].map(R::tangent);
+            *slopes = stepper.rates::<M>(R::constant(t), &state).slope;
+        }
+        let [ahead, behind] = along;
+        let mut tangents = [R::Plain::zero(); N];
         for index in 0..N {
+            tangents[index] = stepper.slopes[stage][index].tangent();
             for (earlier, &weight) in stepper.slopes.iter().zip(method.coupling[stage]) {
                 tangents[index] = earlier[index].tangent().mul_add(R::Plain::splat(weight), tangents[index]);
             }
-            let bend = (ahead[index] - behind[index]) * R::Plain::splat(0.5 / REACH);
+            let bend = (ahead[index].tangent() - behind[index].tangent()) * R::Plain::splat(0.5 / REACH);
             tangents[index] = tangents[index] + bend;
         }
         if let Some(linear) = &stepper.linear {

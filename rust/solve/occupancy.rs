@@ -6,7 +6,7 @@ use super::controller::stuck;
 use super::extrema;
 use super::integrals::INTEGRALS;
 use super::record::lane_numbers;
-use super::replay::Lane;
+use super::replay::{Lane, Retrace};
 use super::seat::Seat;
 use super::status::Status;
 use super::stepper::{Stepper, Trial};
@@ -130,8 +130,12 @@ impl<P: Path, M: Model<N>, T: Method, const N: usize> Advance<'_, P, M, T, N> {
         (0..2).for_each(|shaft| self.set_direction(lane, shaft, 0.0));
         seat.initial = state;
         let mut sample = seat.next_sample();
-        while sample.plain() <= 0.0 {
-            sample = seat.push_sample(state);
+        if sample.plain() <= 0.0 {
+            let signals = self.demand.sampled.signals().iter();
+            let observed: Vec<_> = signals.map(|&one| self.replay.signal(one, &seat, 0.0, &state)).collect();
+            while sample.plain() <= 0.0 {
+                sample = seat.push_sample(|place| observed[place]);
+            }
         }
         self.step.set(lane, self.first_step(&seat));
         self.stop.set(lane, seat.next_stop());

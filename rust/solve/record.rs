@@ -1,7 +1,7 @@
 //! What is remembered of a row's steps while it runs.
 
 use crate::model::{CORNERS, Pieces};
-use crate::real::{Real, Scalar};
+use crate::real::{Real, Scalar, Task};
 
 /// Which of the equations are in force in a lane.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
@@ -58,9 +58,23 @@ pub struct Dense<S, const N: usize> {
 impl<S: Scalar, const N: usize> Dense<S, N> {
     /// The state after a share of the step.
     pub fn at(&self, share: S) -> [S; N] {
+        S::apart(At { dense: self, share })
+    }
+}
+
+struct At<'a, S, const N: usize> {
+    dense: &'a Dense<S, N>,
+    share: S,
+}
+
+impl<S: Scalar, const N: usize> Task for At<'_, S, N> {
+    type Output = [S; N];
+
+    #[inline(always)]
+    fn run(self) -> [S; N] {
         let mut state = [S::zero(); N];
-        for (number, polynomial) in state.iter_mut().zip(&self.coefficients) {
-            *number = value_at(polynomial, self.step, share);
+        for index in 0..N {
+            state[index] = value_at(&self.dense.coefficients[index], self.dense.step, self.share);
         }
         state
     }

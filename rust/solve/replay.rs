@@ -8,7 +8,7 @@ use super::stepper::Stepper;
 use super::watch::WATCHED;
 use super::{Integrands, Method};
 use crate::model::terms::Motion;
-use crate::model::{Base, Drive, Drivetrain, Energies, Harmonics, Layout, Model, Pieces, Quantity, Rates, Row, spring};
+use crate::model::{Base, Drive, Drivetrain, Energies, Harmonics, Layout, Model, Pieces, Rates, Row, Signal, spring};
 use crate::real::{Path, Real, Scalar, Task};
 use std::marker::PhantomData;
 
@@ -18,16 +18,15 @@ pub trait Retrace<S: Scalar, const N: usize> {
     fn dense(&mut self, seat: &Seat<S, N>, start: &Record<S, N>, step: f64) -> Dense<S, N>;
     /// Everything the equations pass through at an instant; a shaft slides the way it moves.
     fn rates(&mut self, seat: &Seat<S, N>, t: f64, state: &[S; N]) -> Rates<S, N>;
-    /// Some of it at ascending instants, as many at once as there are lanes: `each` gets the places of quantity and
-    /// instant, and the value.
-    fn quantities(
-        &mut self,
-        seat: &Seat<S, N>,
-        times: &[f64],
-        states: &[[S; N]],
-        wanted: &[Quantity],
-        each: &mut dyn FnMut(usize, usize, S),
-    );
+    /// A signal at an instant.
+    fn signal(&mut self, signal: Signal, seat: &Seat<S, N>, t: f64, state: &[S; N]) -> S {
+        let inverse_ratio = seat.assignment.row.constants.inverse_ratio;
+        if signal.is_of_state(self.base()) {
+            signal.of_state(state, inverse_ratio)
+        } else {
+            signal.of_rates(&self.rates(seat, t, state), state, inverse_ratio)
+        }
+    }
     /// The energy at an instant.
     fn energies(&mut self, seat: &Seat<S, N>, t: f64, state: &[S; N]) -> Energies<S>;
     /// Which base model it is.
@@ -201,18 +200,6 @@ impl<P: Path, M: Model<N>, T: Method, const N: usize> Retrace<Lane<P>, N> for Re
         self.stepper.slide::<M>(true);
         let t = Lane::<P>::splat(t);
         Lane::<P>::apart(Instant::<Lane<P>, M, N> { stepper: &self.stepper, t, state, model: PhantomData })
-    }
-
-    fn quantities(
-        &mut self,
-        seat: &Seat<Lane<P>, N>,
-        times: &[f64],
-        states: &[[Lane<P>; N]],
-        wanted: &[Quantity],
-        each: &mut dyn FnMut(usize, usize, Lane<P>),
-    ) {
-        self.again.load(seat, self.shared);
-        self.again.quantities(seat, (times, states), wanted, each);
     }
 
     fn energies(&mut self, seat: &Seat<Lane<P>, N>, t: f64, state: &[Lane<P>; N]) -> Energies<Lane<P>> {

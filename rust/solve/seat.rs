@@ -2,9 +2,10 @@
 
 use super::integrals::INTEGRALS;
 use super::record::Record;
+use super::sampling::Sampled;
 use super::stepper::Stepper;
 use super::watch::{Candidate, Range, WATCHED};
-use crate::model::{Base, Drive, Harmonics, Model, Program, Row, Segment};
+use crate::model::{Base, Drive, Harmonics, Model, Program, Row, Segment, Signal};
 use crate::real::{Real, Scalar};
 use std::sync::Arc;
 
@@ -58,10 +59,12 @@ pub struct Assignment<S> {
     pub start: Start<S>,
     /// Derivatives of theta_m, omega_m, theta_l, omega_l, z at time 0 beyond those of the start itself.
     pub initial_tangent: [f64; 5],
-    /// Times at which the state is wanted, ascending.
+    /// Times at which the user wants samples, ascending.
     pub grid: Arc<[f64]>,
-    /// Times at which metrics look at the state, ascending.
+    /// Times at which metrics look at the motion, ascending.
     pub probes: Arc<[S]>,
+    /// What is kept at both.
+    pub sampled: Arc<Sampled>,
 }
 
 /// Memory that goes from row to row.
@@ -69,7 +72,7 @@ pub struct Memory<S, const N: usize> {
     records: Vec<Record<S, N>>,
     candidates: Vec<(usize, Candidate<S, N>)>,
     ranked: Vec<usize>,
-    samples: [Vec<[S; N]>; 2],
+    samples: [Vec<S>; 2],
 }
 
 /// An occupied lane.
@@ -90,8 +93,8 @@ pub struct Seat<S, const N: usize> {
     pub outside: f64,
     /// Steps, where they are recorded.
     pub records: Vec<Record<S, N>>,
-    /// States at the grids' times so far.
-    pub samples: [Vec<[S; N]>; 2],
+    /// Signals so far at the times of the user's grid and of the metrics'.
+    samples: [Vec<S>; 2],
     /// State at time 0.
     pub initial: [S; N],
     /// Accepted steps.
@@ -99,7 +102,9 @@ pub struct Seat<S, const N: usize> {
     /// Rejected attempts.
     pub rejected: u32,
     segment: usize,
-    /// The next time on the user's grid and on the metrics'; infinity when no more.
+    /// How many samples have been taken on the user's grid and on the metrics'.
+    taken: [usize; 2],
+    /// The next time on each; infinity when no more.
     due: [S; 2],
 }
 
@@ -118,7 +123,7 @@ impl<S: Scalar, const N: usize> Seat<S, N> {
         ranked.clear();
         for (own, count) in samples.iter_mut().zip([assignment.grid.len(), assignment.probes.len()]) {
             own.clear();
-            own.reserve_exact(count);
+            own.reserve_exact(count * assignment.sampled.signals().len());
         }
         let program = &assignment.program;
         let mut marks = vec![
@@ -139,6 +144,7 @@ impl<S: Scalar, const N: usize> Seat<S, N> {
         let due = [assignment.grid.first().map(|&time| S::splat(time)), assignment.probes.first().copied()];
         Self {
             assignment,
+            taken: [0; 2],
             due: due.map(|time| time.unwrap_or(S::splat(f64::INFINITY))),
             marks,
             intervals: Vec::with_capacity(8),
@@ -184,25 +190,6 @@ impl<S: Scalar, const N: usize> Seat<S, N> {
         load.value + load.slope * S::splat(t - segment.start)
     }
 
-    /// Puts in force in a lane the segment just before a time, if it is none of an earlier time; its place.
-    pub fn follow<R: Real<Lane = S>>(
-        &self,
-        lane: usize,
-        stepper: &mut Stepper<R, N>,
-        earlier: Option<usize>,
-        t: f64,
-    ) -> usize {
-        let segments = &self.assignment.program.segments;
-        let mut place = earlier.unwrap_or_else(|| self.place_before(t));
-        while segments.get(place + 1).is_some_and(|next| next.start < t) {
-            place += 1;
-        }
-        if earlier != Some(place) {
-            stepper.input.set_lane(lane, &segments[place], &self.assignment.row);
-        }
-        place
-    }
-
     /// When the lane has to stop next.
     pub fn next_stop(&self) -> f64 {
         let segments = &self.assignment.program.segments;
@@ -210,26 +197,49 @@ impl<S: Scalar, const N: usize> Seat<S, N> {
         segments.get(self.segment + 1).map_or(mark, |next| next.start.min(mark))
     }
 
-    /// When the state is wanted next; infinity when no more.
+    /// When a sample is wanted next; infinity when no more.
     pub fn next_sample(&self) -> S {
         let [own, probe] = self.due;
         probe.min(own)
     }
 
-    /// The state at [`Seat::next_sample`]; when it is wanted after that.
+    /// Takes the sample at [`Seat::next_sample`], whose signals `value` gives by their places; when the one after that is
+    /// wanted.
     #[inline(always)]
-    pub fn push_sample(&mut self, state: [S; N]) -> S {
+    pub fn push_sample(&mut self, value: impl Fn(usize) -> S) -> S {
         let [mut own, mut probe] = self.due;
-        let [states, probed] = &mut self.samples;
-        if probe.plain() < own.plain() {
-            keep(probed, state);
-            probe = self.assignment.probes.get(probed.len()).copied().unwrap_or(S::splat(f64::INFINITY));
+        let which = usize::from(probe.plain() < own.plain());
+        let samples = &mut self.samples[which];
+        let signals = self.assignment.sampled.signals().len();
+        // Room was made in advance: lanes that call for memory keep nothing in registers meanwhile.
+        if samples.len() + signals <= samples.capacity() {
+            (0..signals).for_each(|place| samples.push(value(place)));
+        }
+        self.taken[which] += 1;
+        let place = self.taken[which];
+        if which == 0 {
+            own = self.assignment.grid.get(place).map_or(S::splat(f64::INFINITY), |&time| S::splat(time));
         } else {
-            keep(states, state);
-            own = self.assignment.grid.get(states.len()).map_or(S::splat(f64::INFINITY), |&time| S::splat(time));
+            probe = self.assignment.probes.get(place).copied().unwrap_or(S::splat(f64::INFINITY));
         }
         self.due = [own, probe];
         probe.min(own)
+    }
+
+    /// Samples so far of a signal at the user's times.
+    pub fn samples(&self, signal: Signal) -> impl Iterator<Item = S> + '_ {
+        self.column(0, signal)
+    }
+
+    /// Those at the metrics' times.
+    pub fn probed(&self, signal: Signal) -> impl Iterator<Item = S> + '_ {
+        self.column(1, signal)
+    }
+
+    fn column(&self, which: usize, signal: Signal) -> impl Iterator<Item = S> + '_ {
+        let signals = self.assignment.sampled.signals();
+        let place = signals.iter().position(|own| *own == signal).expect("samples hold the signal");
+        self.samples[which].iter().copied().skip(place).step_by(signals.len())
     }
 
     /// Position of a mark among the marks.
@@ -359,12 +369,4 @@ impl<S: Scalar, const N: usize> Seat<S, N> {
 fn leave<T>(list: &mut Vec<T>) {
     list.clear();
     list.shrink_to(KEPT);
-}
-
-/// Adds a state for which there is room: lanes that call for memory keep nothing in registers meanwhile.
-#[inline(always)]
-fn keep<T>(states: &mut Vec<T>, state: T) {
-    if states.len() < states.capacity() {
-        states.push(state);
-    }
 }

@@ -171,7 +171,9 @@ impl<R: Real, const N: usize> Stepper<R, N> {
             let state = self.stage_state::<M, T>(stage, step);
             let t = self.stage_time::<T>(stage, step);
             let rates = M::rates(&self.drive_on::<HELD>(), R::constant(t), &state);
-            self.slopes[stage] = rates.slope;
+            for index in 0..self.used::<M>() {
+                self.slopes[stage][index] = rates.slope[index];
+            }
             if HELD && self.held.is_some() {
                 self.margin.note(rates.margin);
             }
@@ -219,9 +221,10 @@ impl<R: Real, const N: usize> Stepper<R, N> {
     #[inline(always)]
     pub(super) fn follow_periods<M: Model<N>>(&self, step: R::Plain) -> R::Plain {
         let longest = R::Plain::splat(PERIOD_SHARE) / self.terms.frequency().plain();
-        let shafts = self.directions[..M::STICKING.len()].iter();
-        let held =
-            shafts.fold(R::Mask::from_bits(0), |held, direction| held | direction.plain().abs().le(R::Plain::zero()));
+        let mut held = R::Mask::from_bits(0);
+        for shaft in 0..M::STICKING.len() {
+            held = held | self.directions[shaft].plain().abs().le(R::Plain::zero());
+        }
         R::Plain::select(held, step.min(longest), step)
     }
 

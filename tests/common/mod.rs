@@ -2,8 +2,8 @@
 
 use hdfast::batch::{Direction, Job, MethodName, Outputs, Progress, SimdPath, StartKind, sweep};
 use hdfast::model::terms::Choice;
-use hdfast::model::{Base, Drive, Harmonics, Layout, Line, Program, ScenarioColumn, Segment, Spring};
-use hdfast::output::{Metric, Signal};
+use hdfast::model::{Base, Drive, Harmonics, Layout, Line, Program, ScenarioColumn, Segment, Signal, Spring};
+use hdfast::output::Metric;
 use hdfast::solve::{Demand, Integrands, WatchList};
 use std::f64::consts::TAU;
 use std::sync::Arc;
@@ -100,7 +100,7 @@ impl Problem {
             floor: 1.0,
             max_steps: self.max_steps,
             max_step: f64::INFINITY,
-            sampled: 0,
+            sampled: Arc::default(),
             integrands: Integrands::default(),
             watched: WatchList::default(),
             extremes: Vec::new(),
@@ -109,7 +109,7 @@ impl Problem {
             find_stiff: self.find_stiff,
         };
         self.metrics.iter().for_each(|metric| metric.require(&layout, &mut demand));
-        self.signals.iter().for_each(|signal| signal.require(&layout, &mut demand));
+        demand.sample(&self.signals, &layout);
         let grid: Arc<[f64]> = (0..=60).map(|k| 0.05 * f64::from(k)).collect();
         let job = Job {
             rows: self.rows.len(),

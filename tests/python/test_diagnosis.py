@@ -16,7 +16,8 @@ import pytest
 import small_campaign
 from hdfast.checks import Floats
 from hdfast.diagnosis import fit as fits
-from hdfast.diagnosis.fit import fit
+from hdfast.diagnosis.accept import own_gain
+from hdfast.diagnosis.fit import fit, placed
 from hdfast.diagnosis.fitted import Fit
 from hdfast.diagnosis.holdout import replayed, weigh_up
 from hdfast.diagnosis.lines import Line
@@ -340,6 +341,17 @@ def test_exact_a_damping_that_only_calms_the_noise_of_the_angle_leads_to_no_lowe
     assert here - there > CONVINCING
     monkeypatch.setattr("hdfast.diagnosis.select.fit", lambda *_: pytest.fail("nothing to fit"))
     assert lower_valley(replay, good, replace(good, coordinates=calmer)) is None
+
+
+def test_exact_a_model_gains_nothing_of_its_own_beside_itself(tmp_path: Path) -> None:
+    """Noise of the angle shakes a damped load less: what it adds is that of the place, and not of the fit's."""
+    setup = set_up_usable(load_campaign(small_campaign.write(tmp_path, angle_noise=3e-4)), None)
+    replay, good = setup.replay, fit(setup.replay, nominal(setup))
+    assert good.stir.loud
+    np.testing.assert_allclose(placed(replay, good, good.coordinates).stir.noise, good.stir.noise, rtol=0, atol=1e-15)
+    calmer = placed(replay, good, good.coordinates + 0.3 * np.isin(good.structure.names, ["B_sp"]))
+    own = own_gain(replay, calmer, good, replay.layout.block)
+    np.testing.assert_allclose(own.by_block, 0.0, atol=1e-9)
 
 
 def test_exact_a_fit_that_ends_beside_a_known_one_has_its_slopes(

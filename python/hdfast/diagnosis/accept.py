@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 import scipy
 
 from hdfast.diagnosis.candidate import Candidate
 from hdfast.diagnosis.evidence import Index
+from hdfast.diagnosis.fit import placed
 from hdfast.diagnosis.fitted import Fit
 from hdfast.diagnosis.left_out import NEAR_NOISE, folds_near
 from hdfast.diagnosis.masking import FAR
@@ -165,9 +166,7 @@ def own_gain(replay: Replay, joint: Fit, current: Fit, folds: Index) -> Gain:
         current: the model without it.
         folds: fold of every stacked sample.
     """
-    alike = current.beside(joint)
-    mismatch = replay.mismatch(current.structure, alike[None])[0]
-    return gain(replay, joint, replace(current, coordinates=alike, mismatch=mismatch), folds)
+    return gain(replay, joint, placed(replay, current, current.beside(joint)), folds)
 
 
 def of_its_own(candidate: Candidate, own: Gain, gained: Gain) -> bool:

@@ -93,6 +93,14 @@ def fit(
     return Fit(structure, place.x, place.mismatch, slopes, rough, metric.weights, metric.white, stir)
 
 
+def placed(replay: Replay, known: Fit, coordinates: Floats) -> Fit:
+    """The model of a fit at other coordinates (P,), with what noise of the angle adds there, and the fit's slopes."""
+    mismatch, stir = replay.mismatch(known.structure, coordinates[None]), known.stir
+    if stir.loud:
+        stir = replace(stir, noise=replay.noise_on_load(known.structure, coordinates[None], mismatch)[0])
+    return replace(known, coordinates=coordinates, mismatch=mismatch[0], stir=stir)
+
+
 def _descended(
     replay: Replay, structure: Structure, metric: Metric, place: _Place, slopes: Floats, rough: Floats
 ) -> tuple[_Place, float]:

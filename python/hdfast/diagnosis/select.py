@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Sequence
 from collections.abc import Set as AbstractSet
 from contextlib import closing
-from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -15,7 +14,7 @@ from hdfast.diagnosis.accept import ALARM, LINEAR, NO_MODEL, Rules, failed_rules
 from hdfast.diagnosis.candidate import Candidate
 from hdfast.diagnosis.changes import attentive, changes
 from hdfast.diagnosis.choice import best, carried
-from hdfast.diagnosis.fit import fit
+from hdfast.diagnosis.fit import fit, placed
 from hdfast.diagnosis.fitted import Fit
 from hdfast.diagnosis.metric import Metric
 from hdfast.diagnosis.replay import Replay
@@ -124,15 +123,11 @@ def lower_valley(replay: Replay, current: Fit, other: Fit) -> Fit | None:
         current: the model's own fit.
         other: one with more parameters, or with others in the place of some.
     """
-    structure, metric, place = current.structure, Metric.about(replay, current), current.beside(other)
-    found, stir = replay.mismatch(structure, place[None])[0], current.stir
-    if stir.loud:
-        stir = replace(stir, noise=replay.noise_on_load(structure, place[None], found[None])[0])
-    there = replace(current, coordinates=place, mismatch=found, stir=stir)
+    metric, there = Metric.about(replay, current), placed(replay, current, current.beside(other))
     here = metric.cost_of(replay.layout, current)
     if not here - metric.cost_of(replay.layout, there) > CONVINCING:
         return None
-    lower = fit(replay, structure, place)
+    lower = fit(replay, current.structure, there.coordinates)
     return lower if here - metric.cost_of(replay.layout, lower) > CONVINCING else None
 
 

@@ -1,4 +1,4 @@
-//! What is kept of a trajectory: signals at given times, and metrics located inside the steps.
+//! What is kept of a trajectory: metrics located inside the steps, order amplitudes, modes.
 
 mod catalogue;
 mod crossings;

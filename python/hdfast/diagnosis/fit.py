@@ -95,10 +95,8 @@ def fit(
 
 def placed(replay: Replay, known: Fit, coordinates: Floats) -> Fit:
     """The model of a fit at other coordinates (P,), with what noise of the angle adds there, and the fit's slopes."""
-    mismatch, stir = replay.mismatch(known.structure, coordinates[None]), known.stir
-    if stir.loud:
-        stir = replace(stir, noise=replay.noise_on_load(known.structure, coordinates[None], mismatch)[0])
-    return replace(known, coordinates=coordinates, mismatch=mismatch[0], stir=stir)
+    [place] = _places(replay, known.structure, coordinates[None], known.stir)
+    return replace(known, coordinates=coordinates, mismatch=place.mismatch, stir=place.stir)
 
 
 def _descended(
@@ -128,11 +126,16 @@ def _descended(
 def _along(replay: Replay, structure: Structure, place: _Place, step: Floats) -> list[_Place]:
     """The places at several lengths of a step (P,)."""
     shares = np.multiply.outer(CAREFUL if structure.rattles else SHRINK, step)
-    trials = np.clip(place.x + shares, *structure.bounds)
-    if not place.stir.loud:
-        return [_Place(*each, place.stir) for each in zip(trials, replay.mismatch(structure, trials), strict=True)]
-    every = zip(trials, *replay.with_noise(structure, trials), strict=True)
-    return [_Place(x, mismatch, replace(place.stir, noise=replay.of_load(noise))) for x, mismatch, noise in every]
+    return _places(replay, structure, np.clip(place.x + shares, *structure.bounds), place.stir)
+
+
+def _places(replay: Replay, structure: Structure, coordinates: Floats, stir: Stir) -> list[_Place]:
+    """The places at coordinates (M, P), with what noise of the angle adds at each where it is loud."""
+    if not stir.loud:
+        pairs = zip(coordinates, replay.mismatch(structure, coordinates), strict=True)
+        return [_Place(x, mismatch, stir) for x, mismatch in pairs]
+    every = zip(coordinates, *replay.with_noise(structure, coordinates), strict=True)
+    return [_Place(x, mismatch, replace(stir, noise=replay.of_load(noise))) for x, mismatch, noise in every]
 
 
 def _precision(replay: Replay, metric: Metric, structure: Structure, slopes: Floats, stir: Stir) -> Floats:

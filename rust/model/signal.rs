@@ -78,34 +78,26 @@ impl Signal {
         )
     }
 
-    /// Its value where the state tells it.
+    /// Its value, out of what the equations pass through where the state alone does not tell it.
     #[inline(always)]
-    pub fn of_state<R: Real, const N: usize>(self, state: &[R; N], inverse_ratio: R) -> R {
-        match self {
-            Self::ThetaM => state[0],
-            Self::OmegaM => state[1],
-            Self::ThetaL => state[0] * inverse_ratio - state[2],
-            Self::Te => state[2],
-            Self::OmegaL => state[3],
-            _ => R::splat(f64::NAN),
-        }
-    }
-
-    /// Its value out of what the equations pass through.
-    #[inline(always)]
-    pub fn of_rates<R: Real, const N: usize>(self, rates: &Rates<R, N>, state: &[R; N], inverse_ratio: R) -> R {
-        match self {
-            Self::ThetaM => state[0],
-            Self::OmegaM => state[1],
-            Self::ThetaL => state[0] * inverse_ratio - rates.te,
-            Self::Te => rates.te,
-            Self::OmegaL => rates.omega_l,
-            Self::Windup => rates.windup,
-            Self::WindupRate => rates.windup_rate,
-            Self::ThetaE => rates.error,
-            Self::MotorTorque => rates.motor_torque,
-            Self::DriveTorque => rates.drive_torque,
-            Self::GearTorque => rates.gear_torque,
+    pub fn value<R: Real, const N: usize>(self, state: &[R; N], rates: Option<&Rates<R, N>>, inverse_ratio: R) -> R {
+        let (te, omega_l) = match rates {
+            Some(rates) => (rates.te, rates.omega_l),
+            None => (state[2], state[3]),
+        };
+        match (self, rates) {
+            (Self::ThetaM, _) => state[0],
+            (Self::OmegaM, _) => state[1],
+            (Self::ThetaL, _) => state[0] * inverse_ratio - te,
+            (Self::Te, _) => te,
+            (Self::OmegaL, _) => omega_l,
+            (Self::Windup, Some(rates)) => rates.windup,
+            (Self::WindupRate, Some(rates)) => rates.windup_rate,
+            (Self::ThetaE, Some(rates)) => rates.error,
+            (Self::MotorTorque, Some(rates)) => rates.motor_torque,
+            (Self::DriveTorque, Some(rates)) => rates.drive_torque,
+            (Self::GearTorque, Some(rates)) => rates.gear_torque,
+            (_, None) => R::splat(f64::NAN),
         }
     }
 }

@@ -7,7 +7,7 @@ use super::extrema::Extreme;
 use super::integrals::Integrands;
 use super::record::{Branch, lane_numbers};
 use super::replay::{Lane, Replay, Retrace};
-use super::sampling::{Observed, Sampled};
+use super::sampling::{Sampled, Waiting};
 use super::seat::{Assignment, Memory, Seat};
 use super::status::Status;
 use super::stepper::Stepper;
@@ -107,8 +107,8 @@ pub struct Advance<'a, P: Path, M: Model<N>, T: Method, const N: usize> {
     pub(super) stop: Plain<P>,
     /// When a sample of each lane is wanted next.
     pub(super) sample: P::Lanes,
-    /// The signals of the sample taken last.
-    pub(super) observed: Observed<P::Lanes>,
+    /// Samples that have yet to be observed.
+    pub(super) waiting: Waiting<P::Lanes, N>,
     pub(super) attempts: Plain<P>,
     pub(super) accepted: Plain<P>,
     /// How stiff each lane has looked of late.
@@ -147,7 +147,7 @@ impl<'a, P: Path, M: Model<N>, T: Method, const N: usize> Advance<'a, P, M, T, N
             step: Plain::<P>::splat(1e-3),
             stop: Plain::<P>::splat(f64::INFINITY),
             sample: P::Lanes::splat(f64::INFINITY),
-            observed: [P::Lanes::zero(); Signal::ALL.len()],
+            waiting: Waiting::new(),
             attempts: zero,
             accepted: zero,
             stiffness: zero,
@@ -199,7 +199,7 @@ impl<'a, P: Path, M: Model<N>, T: Method, const N: usize> Advance<'a, P, M, T, N
         let verdict = self.controller.judge::<T>(error);
         let stiff = self.find_stiff(verdict.accepted, step, &trial);
         let accepted = verdict.accepted & !self.find_events::<HELD>(verdict.accepted, landing, step, &trial);
-        self.take_samples(accepted, step, &trial);
+        self.take_samples::<HELD>(accepted, step, &trial);
         self.watch::<HELD>(accepted, step, &trial);
         self.count_outside(accepted, step, &trial);
         self.stepper.commit::<M, HELD>(accepted, step, &trial);

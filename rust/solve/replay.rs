@@ -21,11 +21,8 @@ pub trait Retrace<S: Scalar, const N: usize> {
     /// A signal at an instant.
     fn signal(&mut self, signal: Signal, seat: &Seat<S, N>, t: f64, state: &[S; N]) -> S {
         let inverse_ratio = seat.assignment.row.constants.inverse_ratio;
-        if signal.is_of_state(self.base()) {
-            signal.of_state(state, inverse_ratio)
-        } else {
-            signal.of_rates(&self.rates(seat, t, state), state, inverse_ratio)
-        }
+        let rates = (!signal.is_of_state(self.base())).then(|| self.rates(seat, t, state));
+        signal.value(state, rates.as_ref(), inverse_ratio)
     }
     /// The energy at an instant.
     fn energies(&mut self, seat: &Seat<S, N>, t: f64, state: &[S; N]) -> Energies<S>;

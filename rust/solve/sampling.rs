@@ -7,9 +7,6 @@ use crate::model::{Layout, Model, Signal};
 use crate::real::{Mask, Path, Real, Task, lanes_of};
 use std::marker::PhantomData;
 
-/// A place for every signal there is.
-pub(super) type Observed<R> = [R; Signal::ALL.len()];
-
 /// What a sample holds.
 #[derive(Clone, Debug, Default)]
 pub struct Sampled {
@@ -36,10 +33,35 @@ impl Sampled {
     }
 }
 
+/// Samples that have yet to be observed, one of a lane at most.
+pub(super) struct Waiting<R: Real, const N: usize> {
+    lanes: u64,
+    t: R::Plain,
+    state: [R; N],
+    /// The signals of those observed last.
+    observed: [R; Signal::ALL.len()],
+}
+
+impl<R: Real, const N: usize> Waiting<R, N> {
+    pub fn new() -> Self {
+        Self { lanes: 0, t: R::Plain::zero(), state: [R::zero(); N], observed: [R::zero(); Signal::ALL.len()] }
+    }
+
+    #[inline(always)]
+    fn join(&mut self, lanes: u64, t: R::Plain, state: &[R; N]) {
+        let joining = R::Mask::from_bits(lanes);
+        self.t = R::Plain::select(joining, t, self.t);
+        for (own, &new) in self.state.iter_mut().zip(state) {
+            *own = R::select(joining, new, *own);
+        }
+        self.lanes |= lanes;
+    }
+}
+
 impl<P: Path, M: Model<N>, T: Method, const N: usize> Advance<'_, P, M, T, N> {
     /// Signals at the grids' times inside the accepted steps.
     #[inline(always)]
-    pub(super) fn take_samples(
+    pub(super) fn take_samples<const HELD: bool>(
         &mut self,
         accepted: <P::Lanes as Real>::Mask,
         step: Plain<P>,
@@ -57,7 +79,7 @@ impl<P: Path, M: Model<N>, T: Method, const N: usize> Advance<'_, P, M, T, N> {
                 let t = self.sample.min(P::Lanes::constant(trial.t));
                 let share = (t - P::Lanes::constant(self.stepper.t)) / P::Lanes::constant(step);
                 let state = self.stepper.inside(step, share, wanted);
-                self.push_samples(inside, t.plain(), &state);
+                self.sample_lanes::<HELD>(inside, t.plain(), &state);
                 inside &= self.sample.plain().lt(trial.t).to_bits();
             }
             due &= self.sample.plain().le(trial.t).to_bits();
@@ -70,36 +92,56 @@ impl<P: Path, M: Model<N>, T: Method, const N: usize> Advance<'_, P, M, T, N> {
                     let tangent = slope.mul_add(self.sample.tangent(), state[index].tangent());
                     state[index] = state[index].with_tangent(tangent);
                 }
-                self.push_samples(due, trial.t, &state);
+                self.sample_lanes::<HELD>(due, trial.t, &state);
             } else {
-                self.push_samples(due, trial.t, &trial.state);
+                self.sample_lanes::<HELD>(due, trial.t, &trial.state);
             }
             due &= self.sample.plain().le(trial.t).to_bits();
         }
     }
 
-    /// Gives the signals of the lanes at their sample times to their rows.
+    /// Samples lanes. The equations are asked of all lanes at once, so that samples wait until a lane has a second one;
+    /// where pieces of laws are held, which change with every step, they do not.
     #[inline(always)]
-    fn push_samples(&mut self, lanes: u64, t: Plain<P>, state: &[P::Lanes; N]) {
-        let Self { stepper, demand, observed, .. } = self;
-        let sampled = &*demand.sampled;
-        P::Lanes::apart(Observe { stepper, sampled, t, state, observed, model: PhantomData::<M> });
+    fn sample_lanes<const HELD: bool>(&mut self, lanes: u64, t: Plain<P>, state: &[P::Lanes; N]) {
+        self.observe_before_change(lanes);
+        self.waiting.join(lanes, t, state);
         for lane in lanes_of(lanes) {
             if let Some(seat) = &mut self.seats[lane] {
-                let next = seat.push_sample(|place| self.observed[place].get(lane));
+                let next = seat.pass_sample();
                 self.sample.set(lane, next);
+            }
+        }
+        if HELD || !self.demand.sampled.derived {
+            self.observe();
+        }
+    }
+
+    /// Has samples observed before the inputs or the row of one of the lanes change.
+    #[inline(always)]
+    pub(super) fn observe_before_change(&mut self, lanes: u64) {
+        if self.waiting.lanes & lanes != 0 {
+            self.observe();
+        }
+    }
+
+    /// Gives the signals of the samples that wait to their rows.
+    fn observe(&mut self) {
+        let Self { stepper, demand, waiting, .. } = self;
+        P::Lanes::apart(Observe { stepper, sampled: &demand.sampled, waiting, model: PhantomData::<M> });
+        for lane in lanes_of(std::mem::take(&mut waiting.lanes)) {
+            if let Some(seat) = &mut self.seats[lane] {
+                seat.push_sample(|place| waiting.observed[place].get(lane));
             }
         }
     }
 }
 
-/// The signals that samples hold, of all lanes, with the equations as they are in force in the step.
+/// The signals of the samples that wait, with the equations as they are in force.
 struct Observe<'a, R: Real, M, const N: usize> {
     stepper: &'a Stepper<R, N>,
     sampled: &'a Sampled,
-    t: R::Plain,
-    state: &'a [R; N],
-    observed: &'a mut Observed<R>,
+    waiting: &'a mut Waiting<R, N>,
     model: PhantomData<M>,
 }
 
@@ -108,22 +150,10 @@ impl<R: Real, M: Model<N>, const N: usize> Task for Observe<'_, R, M, N> {
 
     #[inline(always)]
     fn run(self) {
-        let Self { stepper, sampled, t, state, observed, .. } = self;
-        let inverse_ratio = stepper.constants.inverse_ratio;
-        let signals = observed.iter_mut().zip(&sampled.signals);
-        if !sampled.derived {
-            for (value, signal) in signals {
-                *value = signal.of_state(state, inverse_ratio);
-            }
-            return;
-        }
-        let rates = stepper.rates::<M>(R::constant(t), state);
-        for (value, signal) in signals {
-            *value = if signal.is_of_state(M::BASE) {
-                signal.of_state(state, inverse_ratio)
-            } else {
-                signal.of_rates(&rates, state, inverse_ratio)
-            };
+        let Self { stepper, sampled, waiting: Waiting { t, state, observed, .. }, .. } = self;
+        let rates = if sampled.derived { Some(stepper.rates::<M>(R::constant(*t), state)) } else { None };
+        for (value, signal) in observed.iter_mut().zip(&sampled.signals) {
+            *value = signal.value(state, rates.as_ref(), stepper.constants.inverse_ratio);
         }
     }
 }

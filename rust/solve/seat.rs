@@ -102,8 +102,10 @@ pub struct Seat<S, const N: usize> {
     /// Rejected attempts.
     pub rejected: u32,
     segment: usize,
-    /// How many samples have been taken on the user's grid and on the metrics'.
+    /// How many samples have been passed on the user's grid and on the metrics'.
     taken: [usize; 2],
+    /// On which of them the last one was.
+    passed: usize,
     /// The next time on each; infinity when no more.
     due: [S; 2],
 }
@@ -145,6 +147,7 @@ impl<S: Scalar, const N: usize> Seat<S, N> {
         Self {
             assignment,
             taken: [0; 2],
+            passed: 0,
             due: due.map(|time| time.unwrap_or(S::splat(f64::INFINITY))),
             marks,
             intervals: Vec::with_capacity(8),
@@ -203,27 +206,31 @@ impl<S: Scalar, const N: usize> Seat<S, N> {
         probe.min(own)
     }
 
-    /// Takes the sample at [`Seat::next_sample`], whose signals `value` gives by their places; when the one after that is
-    /// wanted.
+    /// Goes on to the sample after the next one; when that is wanted.
     #[inline(always)]
-    pub fn push_sample(&mut self, value: impl Fn(usize) -> S) -> S {
+    pub fn pass_sample(&mut self) -> S {
         let [mut own, mut probe] = self.due;
-        let which = usize::from(probe.plain() < own.plain());
-        let samples = &mut self.samples[which];
-        let signals = self.assignment.sampled.signals().len();
-        // Room was made in advance: lanes that call for memory keep nothing in registers meanwhile.
-        if samples.len() + signals <= samples.capacity() {
-            (0..signals).for_each(|place| samples.push(value(place)));
-        }
-        self.taken[which] += 1;
-        let place = self.taken[which];
-        if which == 0 {
+        self.passed = usize::from(probe.plain() < own.plain());
+        self.taken[self.passed] += 1;
+        let place = self.taken[self.passed];
+        if self.passed == 0 {
             own = self.assignment.grid.get(place).map_or(S::splat(f64::INFINITY), |&time| S::splat(time));
         } else {
             probe = self.assignment.probes.get(place).copied().unwrap_or(S::splat(f64::INFINITY));
         }
         self.due = [own, probe];
         probe.min(own)
+    }
+
+    /// Takes the signals of the sample passed last, which `value` gives by their places.
+    #[inline(always)]
+    pub fn push_sample(&mut self, value: impl Fn(usize) -> S) {
+        let samples = &mut self.samples[self.passed];
+        let signals = self.assignment.sampled.signals().len();
+        // Room was made in advance: lanes that call for memory keep nothing in registers meanwhile.
+        if samples.len() + signals <= samples.capacity() {
+            (0..signals).for_each(|place| samples.push(value(place)));
+        }
     }
 
     /// Samples so far of a signal at the user's times.

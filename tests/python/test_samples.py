@@ -15,10 +15,10 @@ MODELS = {
 }
 
 
-def sampled(signals, model, **options):
+def sampled(signals, model, taken=slice(None), **options):
     rng = np.random.default_rng(3)
     scenario = hdfast.Scenario.start_stop(t_end=1.5, t_off=0.9)
-    rows = {"J_m": 2.5e-4 * rng.uniform(0.8, 1.2, 20), "omega_set": rng.uniform(2.0, 30.0, 20)}
+    rows = {"J_m": 2.5e-4 * rng.uniform(0.8, 1.2, 20)[taken], "omega_set": rng.uniform(2.0, 30.0, 20)[taken]}
     return hdfast.sweep(rows, model=model, scenario=scenario, t_eval=GRID, signals=signals, metrics=[], **options)
 
 
@@ -30,6 +30,16 @@ def test_exact_a_signal_does_not_depend_on_what_else_is_sampled(model, method):
     for signal in SIGNALS:
         alone = sampled([signal], model, method=method)
         assert np.array_equal(alone.samples[signal], together.samples[signal]), signal
+
+
+@pytest.mark.parametrize("model", MODELS.values(), ids=MODELS)
+def test_exact_nor_on_the_rows_beside_it(model):
+    """Signals that take the equations are observed together with those of other rows, at times of their own."""
+    together = sampled(SIGNALS, model, threads=1)
+    for row in (0, 7, 19):
+        alone = sampled(SIGNALS, model, [row])
+        for signal in SIGNALS:
+            assert np.array_equal(alone.samples[signal][0], together.samples[signal][row]), (row, signal)
 
 
 def test_exact_nor_do_its_derivatives():

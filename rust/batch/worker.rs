@@ -5,7 +5,7 @@ use super::outputs::{RowOutput, Writer};
 use crate::model::{Base, Harmonics, Model, Row, Signal};
 use crate::output::{Reduction, probe_grid};
 use crate::real::{Path, Real, Scalar, Task};
-use crate::solve::{Advance, Assignment, Lane, Method, Retrace, Rows, Seat, Start, Status};
+use crate::solve::{Advance, Assignment, Lane, Method, Retrace, Rows, Seat, Start, Status, Wanted};
 use std::marker::PhantomData;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::{AtomicBool, AtomicU32, AtomicUsize, Ordering};
@@ -184,8 +184,8 @@ impl<S: Scalar> Queue<'_, '_, S> {
         }
         let probes = probe_grid(&job.metrics, &job.layout, &row, &program);
         let grid = if job.signals.is_empty() { Arc::from([]) } else { job.grids[(job.grid_of)(index)].clone() };
-        let sampled = job.demand.sampled.clone();
-        Assignment { index: run, row, program, start, initial_tangent, grid, probes, sampled }
+        let wanted = Wanted { grid, probes, sampled: job.demand.sampled.clone() };
+        Assignment { index: run, row, program, start, initial_tangent, wanted }
     }
 
     /// Writes the samples of a row.
@@ -193,7 +193,7 @@ impl<S: Scalar> Queue<'_, '_, S> {
         let Shared { job, writer, .. } = self.shared;
         let (row, direction) = self.shared.place(seat.assignment.index);
         for (place, &signal) in job.signals.iter().enumerate() {
-            let samples = seat.samples(signal).chain(std::iter::repeat(S::splat(f64::NAN)));
+            let samples = seat.samples.on_grid(signal).chain(std::iter::repeat(S::splat(f64::NAN)));
             // SAFETY: this thread took the run from the queue.
             unsafe { writer.samples((place, row), direction, samples) };
         }

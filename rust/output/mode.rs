@@ -35,8 +35,8 @@ pub fn mode<S: Scalar, const N: usize>(layout: &Layout, seat: &Seat<S, N>, from:
     let mut angles = Vec::with_capacity(SAMPLES);
     let mut data = Vec::with_capacity(SAMPLES);
     let interval = (to - from) / SAMPLES as f64;
-    let samples = seat.probed(Signal::ThetaM).zip(seat.probed(Signal::WindupRate));
-    for (t, (angle, rate)) in seat.assignment.probes.iter().map(|t| t.plain()).zip(samples) {
+    let values = seat.samples.probed(Signal::ThetaM).zip(seat.samples.probed(Signal::WindupRate));
+    for (t, (angle, rate)) in seat.samples.probes().zip(values) {
         let place = (t - from) / interval;
         let is_own = (place - place.round()).abs() < 1e-6; // and not another metric's
         if t > from && t <= to && is_own && place.round() as usize == times.len() + 1 {

@@ -64,8 +64,8 @@ pub fn amplitudes<S: Scalar, const N: usize>(
 /// A signal over the motor angle inside a window.
 fn samples<S: Scalar, const N: usize>(seat: &Seat<S, N>, signal: Signal, (from, to): (f64, f64)) -> Samples {
     let mut samples = Samples::default();
-    let values = seat.probed(Signal::ThetaM).zip(seat.probed(signal));
-    for (t, (angle, value)) in seat.assignment.probes.iter().map(|t| t.plain()).zip(values) {
+    let values = seat.samples.probed(Signal::ThetaM).zip(seat.samples.probed(signal));
+    for (t, (angle, value)) in seat.samples.probes().zip(values) {
         if t >= from && t < to {
             samples.angles.push(angle.plain());
             samples.data.push(value.plain());

@@ -130,13 +130,13 @@ impl<P: Path, M: Model<N>, T: Method, const N: usize> Advance<'_, P, M, T, N> {
         self.events.forget(lane);
         (0..2).for_each(|shaft| self.set_direction(lane, shaft, 0.0));
         seat.initial = state;
-        let mut sample = seat.next_sample();
+        let mut sample = seat.samples.due();
         if sample.plain() <= 0.0 {
             let signals = self.demand.sampled.signals().iter();
             let observed: Vec<_> = signals.map(|&one| self.replay.signal(one, &seat, 0.0, &state)).collect();
             while sample.plain() <= 0.0 {
-                sample = seat.pass_sample();
-                seat.push_sample(|place| observed[place]);
+                sample = seat.samples.pass();
+                seat.samples.push(|place| observed[place]);
             }
         }
         self.step.set(lane, self.first_step(&seat));

@@ -108,7 +108,7 @@ impl<P: Path, M: Model<N>, T: Method, const N: usize> Advance<'_, P, M, T, N> {
         self.waiting.join(lanes, t, state);
         for lane in lanes_of(lanes) {
             if let Some(seat) = &mut self.seats[lane] {
-                let next = seat.pass_sample();
+                let next = seat.samples.pass();
                 self.sample.set(lane, next);
             }
         }
@@ -131,7 +131,7 @@ impl<P: Path, M: Model<N>, T: Method, const N: usize> Advance<'_, P, M, T, N> {
         P::Lanes::apart(Observe { stepper, sampled: &demand.sampled, waiting, model: PhantomData::<M> });
         for lane in lanes_of(std::mem::take(&mut waiting.lanes)) {
             if let Some(seat) = &mut self.seats[lane] {
-                seat.push_sample(|place| waiting.observed[place].get(lane));
+                seat.samples.push(|place| waiting.observed[place].get(lane));
             }
         }
     }

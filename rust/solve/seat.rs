@@ -2,10 +2,10 @@
 
 use super::integrals::INTEGRALS;
 use super::record::Record;
-use super::sampling::Sampled;
+use super::samples::{Room, Samples, Wanted};
 use super::stepper::Stepper;
 use super::watch::{Candidate, Range, WATCHED};
-use crate::model::{Base, Drive, Harmonics, Model, Program, Row, Segment, Signal};
+use crate::model::{Base, Drive, Harmonics, Model, Program, Row, Segment};
 use crate::real::{Real, Scalar};
 use std::sync::Arc;
 
@@ -59,12 +59,8 @@ pub struct Assignment<S> {
     pub start: Start<S>,
     /// Derivatives of theta_m, omega_m, theta_l, omega_l, z at time 0 beyond those of the start itself.
     pub initial_tangent: [f64; 5],
-    /// Times at which the user wants samples, ascending.
-    pub grid: Arc<[f64]>,
-    /// Times at which metrics look at the motion, ascending.
-    pub probes: Arc<[S]>,
-    /// What is kept at both.
-    pub sampled: Arc<Sampled>,
+    /// When it is sampled.
+    pub wanted: Wanted<S>,
 }
 
 /// Memory that goes from row to row.
@@ -72,7 +68,7 @@ pub struct Memory<S, const N: usize> {
     records: Vec<Record<S, N>>,
     candidates: Vec<(usize, Candidate<S, N>)>,
     ranked: Vec<usize>,
-    samples: [Vec<S>; 2],
+    room: Room<S>,
 }
 
 /// An occupied lane.
@@ -93,8 +89,8 @@ pub struct Seat<S, const N: usize> {
     pub outside: f64,
     /// Steps, where they are recorded.
     pub records: Vec<Record<S, N>>,
-    /// Signals so far at the times of the user's grid and of the metrics'.
-    samples: [Vec<S>; 2],
+    /// Samples so far.
+    pub samples: Samples<S>,
     /// State at time 0.
     pub initial: [S; N],
     /// Accepted steps.
@@ -102,31 +98,21 @@ pub struct Seat<S, const N: usize> {
     /// Rejected attempts.
     pub rejected: u32,
     segment: usize,
-    /// How many samples have been passed on the user's grid and on the metrics'.
-    taken: [usize; 2],
-    /// On which of them the last one was.
-    passed: usize,
-    /// The next time on each; infinity when no more.
-    due: [S; 2],
 }
 
 impl<S, const N: usize> Default for Memory<S, N> {
     fn default() -> Self {
-        Self { records: Vec::new(), candidates: Vec::new(), ranked: Vec::new(), samples: [Vec::new(), Vec::new()] }
+        Self { records: Vec::new(), candidates: Vec::new(), ranked: Vec::new(), room: Room::default() }
     }
 }
 
 impl<S: Scalar, const N: usize> Seat<S, N> {
     /// Seats a row.
     pub fn new(assignment: Assignment<S>, memory: Memory<S, N>) -> Self {
-        let Memory { mut records, mut candidates, mut ranked, mut samples } = memory;
+        let Memory { mut records, mut candidates, mut ranked, room } = memory;
         records.clear();
         candidates.clear();
         ranked.clear();
-        for (own, count) in samples.iter_mut().zip([assignment.grid.len(), assignment.probes.len()]) {
-            own.clear();
-            own.reserve_exact(count * assignment.sampled.signals().len());
-        }
         let program = &assignment.program;
         let mut marks = vec![
             (S::zero(), Mark::Begin),
@@ -143,12 +129,9 @@ impl<S: Scalar, const N: usize> Seat<S, N> {
             *time = if within == time.plain() { *time } else { S::splat(within) };
         }
         marks.sort_by(|left, right| left.0.plain().total_cmp(&right.0.plain()));
-        let due = [assignment.grid.first().map(|&time| S::splat(time)), assignment.probes.first().copied()];
         Self {
+            samples: Samples::new(assignment.wanted.clone(), room),
             assignment,
-            taken: [0; 2],
-            passed: 0,
-            due: due.map(|time| time.unwrap_or(S::splat(f64::INFINITY))),
             marks,
             intervals: Vec::with_capacity(8),
             ranges: Vec::with_capacity(8),
@@ -156,7 +139,6 @@ impl<S: Scalar, const N: usize> Seat<S, N> {
             ranked,
             outside: 0.0,
             records,
-            samples,
             initial: [S::zero(); N],
             accepted: 0,
             rejected: 0,
@@ -169,7 +151,12 @@ impl<S: Scalar, const N: usize> Seat<S, N> {
         leave(&mut self.records);
         leave(&mut self.candidates);
         leave(&mut self.ranked);
-        Memory { records: self.records, candidates: self.candidates, ranked: self.ranked, samples: self.samples }
+        Memory {
+            records: self.records,
+            candidates: self.candidates,
+            ranked: self.ranked,
+            room: self.samples.into_room(),
+        }
     }
 
     /// The segment in force.
@@ -198,55 +185,6 @@ impl<S: Scalar, const N: usize> Seat<S, N> {
         let segments = &self.assignment.program.segments;
         let mark = self.marks[self.intervals.len()].0.plain();
         segments.get(self.segment + 1).map_or(mark, |next| next.start.min(mark))
-    }
-
-    /// When a sample is wanted next; infinity when no more.
-    pub fn next_sample(&self) -> S {
-        let [own, probe] = self.due;
-        probe.min(own)
-    }
-
-    /// Goes on to the sample after the next one; when that is wanted.
-    #[inline(always)]
-    pub fn pass_sample(&mut self) -> S {
-        let [mut own, mut probe] = self.due;
-        self.passed = usize::from(probe.plain() < own.plain());
-        self.taken[self.passed] += 1;
-        let place = self.taken[self.passed];
-        if self.passed == 0 {
-            own = self.assignment.grid.get(place).map_or(S::splat(f64::INFINITY), |&time| S::splat(time));
-        } else {
-            probe = self.assignment.probes.get(place).copied().unwrap_or(S::splat(f64::INFINITY));
-        }
-        self.due = [own, probe];
-        probe.min(own)
-    }
-
-    /// Takes the signals of the sample passed last, which `value` gives by their places.
-    #[inline(always)]
-    pub fn push_sample(&mut self, value: impl Fn(usize) -> S) {
-        let samples = &mut self.samples[self.passed];
-        let signals = self.assignment.sampled.signals().len();
-        // Room was made in advance: lanes that call for memory keep nothing in registers meanwhile.
-        if samples.len() + signals <= samples.capacity() {
-            (0..signals).for_each(|place| samples.push(value(place)));
-        }
-    }
-
-    /// Samples so far of a signal at the user's times.
-    pub fn samples(&self, signal: Signal) -> impl Iterator<Item = S> + '_ {
-        self.column(0, signal)
-    }
-
-    /// Those at the metrics' times.
-    pub fn probed(&self, signal: Signal) -> impl Iterator<Item = S> + '_ {
-        self.column(1, signal)
-    }
-
-    fn column(&self, which: usize, signal: Signal) -> impl Iterator<Item = S> + '_ {
-        let signals = self.assignment.sampled.signals();
-        let place = signals.iter().position(|own| *own == signal).expect("samples hold the signal");
-        self.samples[which].iter().copied().skip(place).step_by(signals.len())
     }
 
     /// Position of a mark among the marks.

@@ -388,6 +388,16 @@ def test_exact_wherever_a_weight_may_hold_the_load_in_its_gap_one_trial_begins()
     assert [[one.candidate.label for one in alike] for alike in listed] == [["backlashleft", "backlashright"]]
 
 
+@pytest.mark.parametrize(("p", "both"), [((0.02, 4e-3), True), ((4e-3, 4e-3), False), ((0.03, 0.02), False)])
+def test_exact_a_likelier_shape_of_a_law_is_tried_with_the_one_that_gains_more(p, both) -> None:
+    """A line of 8 detectable amplitudes stood behind a slow one, which gains more and lies where noise does as well."""
+    slow, fast = signature("te_harmonic", 20.0), signature("te_harmonic")
+    fast.candidate.label = fast.candidate.variety = fast.candidate.free = "order 6"
+    seen = SimpleNamespace(p=dict(zip(("te_harmonic", "order 6"), p, strict=True)))
+    tried = [alike[0].candidate.label for alike in shortlist.shortlist([slow, fast], seen, first=True)]
+    assert sorted(tried) == (["order 6", "te_harmonic"] if both else ["te_harmonic"])
+
+
 def test_exact_what_others_keep_off_the_shortlist_is_tried_where_the_screen_singles_it_out() -> None:
     gains = {"hysteresis": 50.0, "backlash": 40.0, "viscoelastic": 30.0, "soft_windup": 20.0, "delay": 10.0}
     found = [signature(*one) for one in [*gains.items(), ("cogging", 8.0), ("te_harmonic", 9.0)]]

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Hashable, Mapping, Sequence
 from operator import attrgetter
 
-from hdfast.diagnosis.accept import ALONE, NOTICED
+from hdfast.diagnosis.accept import ALARM, ALONE, NOTICED
 from hdfast.diagnosis.screen import Screen, Signature
 from hdfast.diagnosis.trials import Trial
 
@@ -22,6 +22,9 @@ def shortlist(found: Sequence[Signature], seen: Screen, *, first: bool) -> list[
     Their special cases belong to them. Shapes that are other amplitudes of one structure differ in where its fit
     starts, so that they share one; those that were not chosen join them. What nothing but a lower error speaks for is
     not tried: on blind cases it was wrong five times out of six. If `first`, what the screen suspects is.
+
+    What gains most of a law may lie where noise does as well, as a slow line beside a fast one: a shape for which
+    chance is less likely is tried with it.
     """
     chosen: dict[str, Signature] = {}
     least = SUSPECTED if first else NOTICED
@@ -31,6 +34,7 @@ def shortlist(found: Sequence[Signature], seen: Screen, *, first: bool) -> list[
         for one in ranked:
             if size(one) >= FAINTEST * size(ranked[0]):
                 chosen.setdefault(one.candidate.label, one)
+    chosen |= _likelier(noticed, chosen, seen)
     cases = {effect for one in chosen.values() for effect in one.candidate.contains}
     for one in found:
         if one.candidate.effect in cases or (first and one.candidate.effect in HOLDING):
@@ -52,6 +56,16 @@ def _leading(found: Sequence[Signature], size: Callable[[Signature], float]) -> 
     for one in sorted(found, key=size, reverse=True):
         best.setdefault(one.candidate.law, one)
     return list(best.values())[:SHORTLIST]
+
+
+def _likelier(noticed: Sequence[Signature], chosen: Mapping[str, Signature], seen: Screen) -> dict[str, Signature]:
+    """The shape with the smallest p of each chosen law, where that is an alarm and smaller than those of the chosen."""
+    least: dict[str, float] = {}
+    for label, one in chosen.items():
+        least[one.candidate.law] = min(seen.p[label], least.get(one.candidate.law, ALARM))
+    best = {one.candidate.law: one for one in sorted(noticed, key=lambda one: -seen.p[one.candidate.label])}
+    likelier = (one for law, one in best.items() if law in least and seen.p[one.candidate.label] < least[law])
+    return {one.candidate.label: one for one in likelier}
 
 
 def _grouped(

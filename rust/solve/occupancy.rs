@@ -69,7 +69,7 @@ impl<P: Path, M: Model<N>, T: Method, const N: usize> Advance<'_, P, M, T, N> {
     /// Lanes that stand on a stop: a mark, a new segment, or the end.
     #[inline(always)]
     pub(super) fn arrive(&mut self, lanes: u64, trial: &Trial<P::Lanes, N>, rows: &mut impl Rows<Lane<P>, N>) {
-        self.observe_before_change(lanes);
+        self.observe_lanes(lanes);
         for lane in lanes_of(lanes) {
             let Some(mut seat) = self.seats[lane].take() else { continue };
             let t = self.stepper.t.get(lane);
@@ -189,7 +189,7 @@ impl<P: Path, M: Model<N>, T: Method, const N: usize> Advance<'_, P, M, T, N> {
 
     /// Leaves the lane idle.
     fn clear(&mut self, lane: usize) -> Option<Box<Seat<Lane<P>, N>>> {
-        self.observe_before_change(1 << lane);
+        self.observe_lanes(1 << lane);
         self.occupied &= !(1 << lane);
         self.stale &= !(1 << lane);
         self.bent &= !(1 << lane);

@@ -101,10 +101,10 @@ impl<P: Path, M: Model<N>, T: Method, const N: usize> Advance<'_, P, M, T, N> {
     }
 
     /// Samples lanes. The equations are asked of all lanes at once, so that samples wait until a lane has a second one;
-    /// where pieces of laws are held, which change with every step, they do not.
+    /// where pieces of laws are held, which any step may change, they do not.
     #[inline(always)]
     fn sample_lanes<const HELD: bool>(&mut self, lanes: u64, t: Plain<P>, state: &[P::Lanes; N]) {
-        self.observe_before_change(lanes);
+        self.observe_lanes(lanes);
         self.waiting.join(lanes, t, state);
         for lane in lanes_of(lanes) {
             if let Some(seat) = &mut self.seats[lane] {
@@ -117,9 +117,10 @@ impl<P: Path, M: Model<N>, T: Method, const N: usize> Advance<'_, P, M, T, N> {
         }
     }
 
-    /// Has samples observed before the inputs or the row of one of the lanes change.
+    /// Has what waits observed where it holds a sample of these lanes: before one has another, or its input or row
+    /// changes.
     #[inline(always)]
-    pub(super) fn observe_before_change(&mut self, lanes: u64) {
+    pub(super) fn observe_lanes(&mut self, lanes: u64) {
         if self.waiting.lanes & lanes != 0 {
             self.observe();
         }

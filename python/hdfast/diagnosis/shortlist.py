@@ -52,20 +52,28 @@ def overlooked(found: Sequence[Signature], seen: Screen, trials: Sequence[Trial]
 
 def _leading(found: Sequence[Signature], size: Callable[[Signature], float]) -> list[Signature]:
     """The best shape of each law, of the first few laws by size."""
-    best: dict[str, Signature] = {}
-    for one in sorted(found, key=size, reverse=True):
-        best.setdefault(one.candidate.law, one)
-    return list(best.values())[:SHORTLIST]
+    return list(_best_of_laws(found, size).values())[:SHORTLIST]
 
 
 def _likelier(noticed: Sequence[Signature], chosen: Mapping[str, Signature], seen: Screen) -> dict[str, Signature]:
-    """The shape with the smallest p of each chosen law, where that is an alarm and smaller than those of the chosen."""
+    """The shape with the smallest p of each chosen law, where that is an alarm and smaller than those of the chosen.
+
+    Of several the last: small amplitudes stand behind the typical ones.
+    """
     least: dict[str, float] = {}
     for label, one in chosen.items():
         least[one.candidate.law] = min(seen.p[label], least.get(one.candidate.law, ALARM))
-    best = {one.candidate.law: one for one in sorted(noticed, key=lambda one: -seen.p[one.candidate.label])}
+    best = _best_of_laws(noticed[::-1], lambda one: -seen.p[one.candidate.label])
     likelier = (one for law, one in best.items() if law in least and seen.p[one.candidate.label] < least[law])
     return {one.candidate.label: one for one in likelier}
+
+
+def _best_of_laws(found: Sequence[Signature], size: Callable[[Signature], float]) -> dict[str, Signature]:
+    """The largest shape of each law, the largest first."""
+    best: dict[str, Signature] = {}
+    for one in sorted(found, key=size, reverse=True):
+        best.setdefault(one.candidate.law, one)
+    return best
 
 
 def _grouped(

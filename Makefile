@@ -7,7 +7,7 @@ SHELL := /bin/bash
 VENV := .venv
 BIN := $(VENV)/bin
 PY := $(BIN)/python
-RUST_SOURCES := $(shell find rust -name '*.rs' 2>/dev/null) Cargo.toml $(wildcard Cargo.lock build.rs rust-toolchain.toml)
+RUST_SOURCES := $(shell find rust -name '*.rs' -o -name Cargo.toml 2>/dev/null) Cargo.toml $(wildcard Cargo.lock build.rs rust-toolchain.toml)
 TOOLS := $(VENV)/.tools
 DEPENDENCIES := $(VENV)/.dependencies
 SUBSET := out/proof-40
@@ -30,8 +30,8 @@ help:
 	@echo "make demo    set up, then 10,000 Monte Carlo rows of a real drive into out/demo,"
 	@echo "             and the diagnosis of a drive with concealed friction into out/diagnosis"
 	@echo "make test    set up, then the tests, lint and type check"
-	@echo "make test-whole     what takes longer: sweeps from Rust, for which the engine is built once more, a hundred"
-	@echo "             diagnoses of complete models, those of single effects, and references in full size"
+	@echo "make test-whole     what takes longer: sweeps from Rust, a hundred diagnoses of complete models, those of single"
+	@echo "             effects, and references in full size"
 	@echo "make proof-subset   set up, then forty blind cases, held against what they must not fall below"
 	@echo "make bench   set up, then the speed measurements"
 	@echo "make bench-peers   set up, then work-precision against other solvers, each in its own environment"
@@ -64,14 +64,14 @@ demo: setup
 
 lint: $(DEPENDENCIES)
 	@tools/check-tools $(MAKE_VERSION) lint > /dev/null
-	cargo fmt --check
-	cargo clippy --quiet --all-targets --features python -- -D warnings
+	cargo fmt --all --check
+	cargo clippy --quiet --workspace --all-targets -- -D warnings
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 
 test-rust: $(DEPENDENCIES)
-	cargo test --quiet --no-default-features --lib
+	cargo test --quiet --lib
 
 test: $(DEPENDENCIES)
 	@echo "Checking the sources while the extension is built ..."
@@ -80,7 +80,7 @@ test: $(DEPENDENCIES)
 	$(PYTEST)
 
 test-whole: setup
-	cargo test --release --no-default-features --test '*'
+	cargo test --release --test '*'
 	$(PYTEST) --long -m long $(LONG:%=tests/python/test_%.py)
 
 proof-subset: setup
@@ -90,7 +90,7 @@ proof-subset: setup
 
 bench: setup
 	$(PY) tools/requirements.py bench | xargs $(PY) -m pip install --quiet
-	cargo bench --no-default-features
+	cargo bench
 	$(PY) benches/compare_numba.py
 	$(PY) benches/compare_features.py
 

@@ -1,6 +1,6 @@
 //! The benchmark problem on every CPU path and by every method, one thread, rows per second.
 //!
-//! Profile with `cargo bench --no-default-features --bench sweep -- --profile-time 10 avx512` under a sampling profiler.
+//! Profile with `cargo bench --bench sweep -- --profile-time 10 avx512` under a sampling profiler.
 
 #[path = "../tests/common/mod.rs"]
 mod common;

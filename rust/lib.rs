@@ -2,12 +2,10 @@
 //!
 //! Rooms, each seeing only those before it: [`real`] the numbers, [`model`] the physics, [`solve`] the
 //! integration in time, [`output`] what is kept of a trajectory, [`batch`] rows, lanes and threads.
-//! `python` (with the feature of that name) converts and calls `batch`.
+//! The crate in `rust/python` converts and calls `batch`.
 
 pub mod batch;
 pub mod model;
 pub mod output;
-#[cfg(feature = "python")]
-mod python;
 pub mod real;
 pub mod solve;

@@ -3,7 +3,6 @@
 use crate::model::{Harmonics, Layout, Program, Signal};
 use crate::output::Metric;
 use crate::solve::Demand;
-use std::fmt;
 use std::sync::Arc;
 
 /// A method users can name.
@@ -21,36 +20,6 @@ pub enum MethodName {
     /// Rosenbrock, order 5(4), for stiff rows.
     Rodas5p,
 }
-
-/// Why a sweep cannot start.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub enum SetupError {
-    /// A name that is not known.
-    Unknown {
-        /// What is named.
-        what: &'static str,
-        /// The name given.
-        name: String,
-    },
-    /// A value outside its range.
-    Range {
-        /// Which value.
-        what: &'static str,
-        /// The value and what is allowed.
-        detail: String,
-    },
-}
-
-impl fmt::Display for SetupError {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Unknown { what, name } => write!(formatter, "unknown {what} '{name}'"),
-            Self::Range { what, detail } => write!(formatter, "{what}: {detail}"),
-        }
-    }
-}
-
-impl std::error::Error for SetupError {}
 
 /// How rows start that bring no state of their own.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -7,6 +7,6 @@ mod threads;
 mod worker;
 
 pub use dispatch::{SimdPath, lanes_of_path, paths};
-pub use job::{Direction, Job, MethodName, SetupError, StartKind};
+pub use job::{Direction, Job, MethodName, StartKind};
 pub use outputs::{Numbers, Outputs};
 pub use threads::{Progress, sweep};

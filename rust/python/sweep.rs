@@ -1,11 +1,12 @@
 //! `sweep`: arrays in, arrays out, the interpreter free in between.
 
 use super::program::PyProgram;
+use super::refusal::{range, unknown};
 use super::tables::{layout_of, method_of, path_in_force};
-use crate::batch::{Direction, Job, MethodName, Numbers, Outputs, Progress, SetupError, StartKind, sweep as run};
-use crate::model::{Harmonics, Layout, Signal};
-use crate::output::Metric;
-use crate::solve::{Demand, Integrands, WatchList};
+use hdfast::batch::{Direction, Job, MethodName, Numbers, Outputs, Progress, StartKind, sweep as run};
+use hdfast::model::{Base, Harmonics, Layout, Signal};
+use hdfast::output::Metric;
+use hdfast::solve::{Demand, Integrands, WatchList};
 use numpy::ndarray::{ArrayView1, ArrayView2};
 use numpy::{IntoPyArray, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::exceptions::{PyKeyboardInterrupt, PyValueError};
@@ -38,10 +39,6 @@ impl Progress for Attendant {
         });
         !self.interrupted && self.failure.is_none()
     }
-}
-
-fn range(what: &'static str, detail: String) -> PyErr {
-    SetupError::Range { what, detail }.into()
 }
 
 /// Runs all rows of a parameter table through one model.
@@ -94,16 +91,14 @@ pub fn sweep<'py>(
     let grid_index = checked_index("grid_index", grid_index.as_ref(), rows, grids.len().max(1))?;
     let signals = signals
         .iter()
-        .map(|name| Signal::from_name(name).ok_or_else(|| SetupError::Unknown { what: "signal", name: name.clone() }))
-        .collect::<Result<Vec<_>, _>>()?;
+        .map(|name| Signal::from_name(name).ok_or_else(|| unknown("signal", name)))
+        .collect::<PyResult<Vec<_>>>()?;
     let metrics = metrics
         .iter()
         .map(|name| {
-            Metric::from_name(name, parse_order)
-                .map(|entry| entry.metric)
-                .ok_or_else(|| SetupError::Unknown { what: "metric", name: name.clone() })
+            Metric::from_name(name, parse_order).map(|entry| entry.metric).ok_or_else(|| unknown("metric", name))
         })
-        .collect::<Result<Vec<_>, _>>()?;
+        .collect::<PyResult<Vec<_>>>()?;
     let mut demand = Demand {
         rtol,
         floor: atol,
@@ -133,7 +128,7 @@ pub fn sweep<'py>(
         Harmonics::new(&layout.orders, &coefficients[..count], &coefficients[count..2 * count])
     });
     let states: Option<ArrayView2<'_, f64>> = initial_state.as_ref().map(|values| values.as_array());
-    let full = if layout.base == crate::model::Base::TwoInertia { 4 } else { 2 };
+    let full = if layout.base == Base::TwoInertia { 4 } else { 2 };
     if let Some(states) = &states
         && (states.nrows() != rows || !(full..=full + 1).contains(&states.ncols()))
     {
@@ -162,7 +157,7 @@ pub fn sweep<'py>(
         start: match initial {
             "relaxed" => StartKind::Relaxed,
             "zero_angle" => StartKind::ZeroAngle,
-            _ => return Err(SetupError::Unknown { what: "initial", name: initial.into() }.into()),
+            _ => return Err(unknown("initial", initial)),
         },
         initial_state: &initial_of,
         grids: grids.iter().map(|grid| Arc::from(grid.as_array().to_vec())).collect(),
@@ -218,7 +213,7 @@ fn start_state(states: &ArrayView2<'_, f64>, row: usize, full: usize, ratio: f64
 /// Positions in the layout, or (with true) in the state at time 0.
 fn directions_of(given: &[(bool, usize)], layout: &Layout, method: MethodName) -> PyResult<Vec<Direction>> {
     if !given.is_empty() && !matches!(method, MethodName::Dop853 | MethodName::Rodas5p) {
-        return Err(range("method", "allowed with sensitivities: dop853, rodas5p".into()));
+        return Err(range("method", "allowed with sensitivities: dop853, rodas5p"));
     }
     let checked = |&(initial, index): &(bool, usize)| match initial {
         true if index < 5 => Ok(Direction::Initial(index)),

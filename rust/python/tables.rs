@@ -1,10 +1,11 @@
 //! The tables of the core as Python lists and dicts.
 
-use crate::batch::{MethodName, SetupError, SimdPath, lanes_of_path, paths};
-use crate::model::terms::{Choice, TERMS};
-use crate::model::{Base, Group, Layout, Signal, Spring};
-use crate::output::Metric;
-use crate::solve::{Bs3, Dop853, Dopri5, Method, Rodas5p, Status, Tsit5};
+use super::refusal::{range, unknown};
+use hdfast::batch::{MethodName, SimdPath, lanes_of_path, paths};
+use hdfast::model::terms::{Choice, TERMS};
+use hdfast::model::{Base, Group, Layout, Signal, Spring};
+use hdfast::output::Metric;
+use hdfast::solve::{Bs3, Dop853, Dopri5, Method, Rodas5p, Status, Tsit5};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -12,21 +13,11 @@ use pyo3::types::PyDict;
 /// Methods that are built for models with terms.
 const WITH_TERMS: [&str; 3] = [Tsit5::NAME, Dop853::NAME, Rodas5p::NAME];
 
-impl From<SetupError> for PyErr {
-    fn from(error: SetupError) -> Self {
-        PyValueError::new_err(error.to_string())
-    }
-}
-
-fn unknown(what: &'static str, name: &str) -> SetupError {
-    SetupError::Unknown { what, name: name.into() }
-}
-
-pub(super) fn base_of(name: &str) -> Result<Base, SetupError> {
+pub(super) fn base_of(name: &str) -> PyResult<Base> {
     Base::ALL.iter().copied().find(|base| base.name() == name).ok_or_else(|| unknown("base", name))
 }
 
-pub(super) fn layout_of(base: &str, spring: &str, orders: Vec<f64>, terms: &[String]) -> Result<Layout, SetupError> {
+pub(super) fn layout_of(base: &str, spring: &str, orders: Vec<f64>, terms: &[String]) -> PyResult<Layout> {
     let base = base_of(base)?;
     let spring = match spring {
         "polynomial" => Spring::Polynomial,
@@ -34,19 +25,19 @@ pub(super) fn layout_of(base: &str, spring: &str, orders: Vec<f64>, terms: &[Str
         _ => return Err(unknown("spring", spring)),
     };
     if let Some(order) = orders.iter().find(|order| !(order.is_finite() && **order > 0.0)) {
-        return Err(SetupError::Range { what: "orders", detail: format!("{order} is not a positive number") });
+        return Err(range("orders", format!("{order} is not a positive number")));
     }
-    let terms = Choice::of(terms).map_err(|detail| SetupError::Range { what: "terms", detail })?;
+    let terms = Choice::of(terms).map_err(|detail| range("terms", detail))?;
     if let Some(term) = terms.terms().find(|term| !term.bases.contains(&base)) {
-        return Err(SetupError::Range { what: "terms", detail: format!("{} with the base {}", term.id, base.name()) });
+        return Err(range("terms", format!("{} with the base {}", term.id, base.name())));
     }
     Ok(Layout { base, spring, orders, terms })
 }
 
-pub(super) fn method_of(name: &str, layout: &Layout) -> Result<MethodName, SetupError> {
+pub(super) fn method_of(name: &str, layout: &Layout) -> PyResult<MethodName> {
     if !layout.terms.on.is_empty() && !WITH_TERMS.contains(&name) {
         let detail = format!("'{name}', allowed with terms: {}", WITH_TERMS.join(", "));
-        return Err(SetupError::Range { what: "method", detail });
+        return Err(range("method", detail));
     }
     match name {
         "bs3" => Ok(MethodName::Bs3),
@@ -59,11 +50,11 @@ pub(super) fn method_of(name: &str, layout: &Layout) -> Result<MethodName, Setup
 }
 
 /// The CPU path in force: `HDFAST_SIMD`, or the fastest one this CPU has.
-pub(super) fn path_in_force() -> Result<SimdPath, SetupError> {
+pub(super) fn path_in_force() -> PyResult<SimdPath> {
     match std::env::var("HDFAST_SIMD") {
         Ok(name) if !name.is_empty() => SimdPath::from_name(&name).ok_or_else(|| {
             let known: Vec<_> = paths().into_iter().map(SimdPath::name).collect();
-            SetupError::Range { what: "HDFAST_SIMD", detail: format!("'{name}' is not one of {}", known.join(", ")) }
+            range("HDFAST_SIMD", format!("'{name}' is not one of {}", known.join(", ")))
         }),
         _ => Ok(paths()[0]),
     }

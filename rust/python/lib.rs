@@ -4,6 +4,7 @@
 #![allow(clippy::needless_pass_by_value)]
 
 mod program;
+mod refusal;
 mod sweep;
 mod tables;
 

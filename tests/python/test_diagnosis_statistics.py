@@ -328,7 +328,7 @@ def test_exact_an_effect_far_beyond_the_noise_of_single_samples_counts_whole() -
     left = projector.left(pulse)
     unit = left / np.linalg.norm(left)
     assert unit[:, 0] @ projector.residual < 15.0
-    about = projector.residual_about(left)
+    about = projector.residual_about(unit)
     assert unit[:, 0] @ about == pytest.approx(10.0 * np.sqrt(10.0), abs=4.0)
     assert about[450] < 5.0
 

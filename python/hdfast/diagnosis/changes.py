@@ -114,14 +114,17 @@ def attentive(replay: Replay, fit: Fit, changed: Sequence[Floats]) -> Fit:
     layout, weights = replay.layout, fit.weights
     columns = weights.normalise(layout, np.concatenate([fit.slopes.T, *(one.T for one in changed)])).T
     columns = columns / np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
-    values, vectors = np.linalg.eigh(inner(columns, columns))
+    grams = np.zeros((len(layout.channels), columns.shape[1], columns.shape[1]))
+    for _, channel, where in layout.pieces:
+        grams[layout.channels.index(channel)] += inner(columns[where], columns[where])
+    values, vectors = np.linalg.eigh(grams.sum(axis=0))
     kept = values > INDEPENDENT * values[-1]
     root = vectors[:, kept] / np.sqrt(values[kept])
     normal = weights.normalise(layout, fit.mismatch)
     unit = weights.normalise(layout, np.ones(layout.size))
     explained = columns @ (root @ (root.T @ (columns.T @ normal)))
-    freedom = np.bincount(layout.channel, 1.0 - np.sum((columns @ root) ** 2, axis=1))
-    few = freedom < LEAST_FREEDOM * np.bincount(layout.channel)
+    samples = np.bincount(layout.channel, minlength=len(grams))
+    few = samples - np.einsum("cij,ik,jk->c", grams, root, root, optimize=True) < LEAST_FREEDOM * samples
     explained[few[layout.channel]] = 0.0
     unexplained = (normal - explained) / unit
     return replace(fit, white=whiten(layout, unexplained, replay.floor))

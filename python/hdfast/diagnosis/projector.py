@@ -37,9 +37,8 @@ class Projector:
         """The whitened mismatch (N,) without what is absorbed; no sample counts for more than `CAP` of them."""
         return self.left(np.clip(self.mismatch, -CAP, CAP))
 
-    def residual_about(self, left: Floats) -> Floats:
-        """The same (N,), where no sample counts for more beside what lies along projected columns (N, d)."""
-        unit = np.linalg.qr(left)[0]
+    def residual_about(self, unit: Floats) -> Floats:
+        """The same (N,), where no sample counts for more beside what lies along orthonormal columns (N, d)."""
         residual = self.residual
         for _ in range(REPEATS):
             along = unit @ (unit.T @ residual)
@@ -67,3 +66,9 @@ class Projector:
             factor = np.where(values > 1e-10, (1.0 / np.sqrt(1.0 - values) - 1.0) / np.maximum(values, 1e-10), 0.5)
             found.append((rows, B, vectors, factor))
         return found
+
+
+def orthonormal(signature: Floats) -> Floats:
+    """Columns (N, d) of unit length at right angles, the first along the first."""
+    basis, triangle = np.linalg.qr(signature)
+    return np.asarray(basis * np.sign(np.diag(triangle) + (np.diag(triangle) == 0.0)))

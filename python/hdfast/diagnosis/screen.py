@@ -12,7 +12,7 @@ from hdfast.diagnosis.candidate import Candidate
 from hdfast.diagnosis.changes import Change, Changer
 from hdfast.diagnosis.evidence import Layout, inner
 from hdfast.diagnosis.fitted import Fit
-from hdfast.diagnosis.projector import Projector
+from hdfast.diagnosis.projector import Projector, orthonormal
 from hdfast.diagnosis.replay import Replay
 from hdfast.diagnosis.statistics import statistics
 from hdfast.diagnosis.together import on_threads
@@ -104,7 +104,7 @@ class _Signer:
             return None
         absorbed = self.projector.absorbed(raw)
         left = self.projector.left(raw, absorbed)
-        score = left.T @ self.projector.residual_about(left)
+        score = left.T @ self.projector.residual_about(orthonormal(left))
         shares, gain = _amplitude(left, score)
         visibility, bulk = float(np.sum(left**2)) / size, self.bulk.gain(change.values)
         return Signature(

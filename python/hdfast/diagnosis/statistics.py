@@ -10,13 +10,14 @@ import scipy
 
 from hdfast.checks import Floats
 from hdfast.diagnosis.evidence import Layout
-from hdfast.diagnosis.projector import Projector
+from hdfast.diagnosis.projector import Projector, orthonormal
 from hdfast.diagnosis.together import on_threads
 
 DRAWS = 9999
 BORROWED = 20.0
 QUIETEST = 1.0
 OCTAVES = 14
+NEGLIGIBLE = 1e-12
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,8 +85,9 @@ def statistics(
     spread = np.sqrt(np.maximum(shrunk, least))
     whole = np.concatenate([one.unit for one in told], axis=1)
     values, vectors = np.linalg.eigh(whole.T @ whole)
-    root = vectors * np.sqrt(np.maximum(values, 0.0))
-    drawn = rng.standard_normal((DRAWS, len(values))) @ root.T
+    kept = np.flatnonzero(values > NEGLIGIBLE * values[-1])
+    root = vectors[:, kept] * np.sqrt(values[kept])
+    drawn = rng.standard_normal((DRAWS, len(values)))[:, kept] @ root.T
     estimated = rng.chisquare(freedom, size=(DRAWS, len(left))) / freedom
     taken = np.sqrt(np.maximum(estimated, least / spread**2))
     observed, rare, largest = np.zeros(len(left)), np.ones(len(left)), np.zeros(DRAWS)
@@ -123,7 +125,7 @@ class _Along:
 
 def _along(layout: Layout, projector: Projector, plain: Floats, left: Floats, feigned: Floats | None) -> _Along:
     """Of a projected signature (N, d), with the residual (N,) that is levered for all."""
-    unit = _orthonormal(left)
+    unit = orthonormal(left)
     residual = projector.residual_about(unit)
     score = unit.T @ residual
     if feigned is not None and feigned.any():
@@ -131,12 +133,6 @@ def _along(layout: Layout, projector: Projector, plain: Floats, left: Floats, fe
     corrected = plain if residual is projector.residual else projector.levered(residual)
     variance, blocks = _inflation(layout, unit, corrected)
     return _Along(unit, score, variance, blocks, _by_octave(layout, unit, residual))
-
-
-def _orthonormal(signature: Floats) -> Floats:
-    """Columns (N, d) of unit length at right angles, the first along the first."""
-    basis, triangle = np.linalg.qr(signature)
-    return np.asarray(basis * np.sign(np.diag(triangle) + (np.diag(triangle) == 0.0)))
 
 
 def _inflation(layout: Layout, unit: Floats, residual: Floats) -> tuple[float, float]:

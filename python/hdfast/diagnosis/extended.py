@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
+
+import numpy as np
 
 from hdfast.diagnosis.lateness import DELAY
 from hdfast.diagnosis.plant import TORQUE
@@ -13,11 +15,13 @@ from hdfast.drive_file import UNKNOWN
 from hdfast.params import params
 from hdfast.recordings import Campaign
 from hdfast.recordings.columns import ColumnMap
+from hdfast.recordings.priors import EXACT
 from hdfast.sensors import stage_of
 from hdfast.terms import terms
 from hdfast.toml_write import dump
 
 KEPT = ("controller", "sensors")
+ERROR = ("te_cos_", "te_sin_")
 
 
 def extended_model(
@@ -44,14 +48,12 @@ def extended_model(
     everything = {**structure.fixed, **values}
     sections: dict[str, Any] = {"title": f"{campaign.title}, {word}"}
     drive: dict[str, Any] = {"base": structure.model.base}
-    error: dict[str, list[float]] = {"cos": [], "sin": []}
+    sigma = {**_unfitted(campaign, structure), **sigma}
     for row in params(structure.model):
-        if row.name.startswith(("te_cos_", "te_sin_")):
-            error[row.name[3:6]].append(float(everything[row.name]))
-        elif row.name in everything and _of_the_drive(row.name, structure):
+        if row.name in everything and _of_the_drive(row.name, structure):
             drive[row.name] = _stated(everything[row.name], sigma.get(row.name))
     sections["drive"] = drive
-    sections["kinematic_error"] = {"orders": [_order(order) for order in structure.model.order_labels], **error}
+    sections["kinematic_error"] = _error(structure.model.order_labels, everything, sigma)
     listed = [_term(term, everything, sigma) for term in structure.model.terms]
     declared = {(one.effect, one.channel) for one in campaign.drive.effects}
     facts = set(stage_of(campaign.sensors).effects) - declared
@@ -66,6 +68,28 @@ def extended_model(
         sections["terms"] = listed
     sections |= {name: dict(campaign.data[name]) for name in KEPT if name in campaign.data}
     return dump(sections | {"columns": {**campaign.data.get("columns", {}), TORQUE: _torque(campaign, values, sigma)}})
+
+
+def _error(labels: Sequence[str], values: Mapping[str, float], sigma: Mapping[str, float]) -> dict[str, list[Any]]:
+    """Section of the kinematic error; the larger standard deviation of cosine and sine is that of the order."""
+    parts = [(f"te_cos_{label}", f"te_sin_{label}") for label in labels]
+    spread = [max(sigma.get(name, math.inf) for name in both) for both in parts]
+    return {
+        "orders": [_order(label) for label in labels],
+        "cos": [float(values[cos]) for cos, _ in parts],
+        "sin": [float(values[sin]) for _, sin in parts],
+    } | ({"sigma": [float(one) for one in spread]} if spread and np.isfinite(spread).all() else {})
+
+
+def _unfitted(campaign: Campaign, structure: Structure) -> dict[str, float]:
+    """Standard deviations of what no fit moves: as stated, and 0 of what found terms hold fixed; else a bare number."""
+    stated = campaign.drive.sigma
+    table = params(campaign.model)
+    own = [f"{term}_{p.name}" for term in campaign.model.terms for p in terms()[term].parameters]
+    names = {row.name: row.name for row in table} | {table.canonical(name): name for name in own}
+    found = [term for term in structure.model.terms if term not in campaign.model.terms]
+    held = [f"{term}_{p.name}" for term in found for p in terms()[term].parameters if p.name not in EXACT]
+    return {name: stated[row] for row, name in names.items() if row in stated} | dict.fromkeys(held, 0.0)
 
 
 def _delays(
@@ -92,7 +116,9 @@ def _torque(campaign: Campaign, values: Mapping[str, float], sigma: Mapping[str,
 
 
 def _of_the_drive(name: str, structure: Structure) -> bool:
-    return name not in NUISANCE and not any(
+    if name in NUISANCE or name.startswith(ERROR):
+        return False
+    return not any(
         name in (p.name, f"{term}_{p.name}") for term in structure.model.terms for p in terms()[term].parameters
     )
 

@@ -9,7 +9,7 @@ import math
 import os
 import secrets
 import tempfile
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, BinaryIO
 
@@ -17,7 +17,7 @@ import numpy as np
 
 from hdfast.errors import InputError
 
-CAMPAIGN = "campaign.toml"
+CAMPAIGN, REPORT = "campaign.toml", "report.html"
 TABLES = (
     "rows.parquet", "trajectory.parquet", "recording.parquet", "statistics.csv", "statistics.parquet", "worst.csv",
     "worst.parquet",
@@ -66,20 +66,22 @@ def alone_in(folder: str | Path) -> Iterator[Path]:
         os.close(held)
 
 
-def prepare_results(folder: str | Path, campaign: str, own: Sequence[str] = RESULTS) -> Path:
-    """As `prepare`, for results beside their campaign file; a foreign one that differs is not written over.
+def prepare_results(folder: str | Path, campaign: str, own: Sequence[str] = RESULTS, home: Path | None = None) -> Path:
+    """As `prepare`, for results beside a copy of their campaign file; one that is no copy is not written over.
 
     Args:
         folder: where results go.
         campaign: text of the campaign file.
         own: files of which one tells that the folder holds earlier results.
+        home: folder of the campaign file that is read; what it holds is never a copy.
 
     Raises:
-        InputError: the folder cannot be written, or holds another campaign file and no results.
+        InputError: the folder cannot be written, or holds another campaign file that is no copy beside results.
     """
     path = Path(folder)
     old = path / CAMPAIGN
-    if old.exists() and not any((path / name).exists() for name in own) and not _reads(old, campaign):
+    copy = any((path / name).exists() for name in own) and (home is None or path.resolve() != home.resolve())
+    if old.exists() and not copy and not _reads(old, campaign):
         raise InputError(
             f"out = {str(folder)!r} holds another {CAMPAIGN}, which would be replaced: name another folder"
         )
@@ -92,6 +94,19 @@ def _reads(path: Path, text: str) -> bool:
         return path.read_text(encoding="utf-8-sig") == text
     except (OSError, UnicodeDecodeError):
         return False
+
+
+def remove(paths: Iterable[Path]) -> None:
+    """Remove what is there of earlier results, so that a run that is cut short leaves none beside its own.
+
+    Raises:
+        InputError: a file cannot be removed.
+    """
+    for path in paths:
+        try:
+            path.unlink(missing_ok=True)
+        except OSError as error:
+            raise InputError(f"{str(path)!r} cannot be replaced: {error.strerror or error}") from error
 
 
 def write_atomically(path: Path, write: Callable[[BinaryIO], Any]) -> None:

@@ -233,6 +233,14 @@ def test_exact_results_replace_a_copy_of_a_campaign_and_no_other(there, result, 
             files.prepare_results(tmp_path, "[drive]\nratio = 121\n")
 
 
+def test_exact_a_campaign_beside_the_one_that_is_read_is_not_written_over(tmp_path):
+    (tmp_path / "campaign.toml").write_text("[drive]\nratio = 80\n")
+    (tmp_path / "verdict.json").write_text("{}")
+    with pytest.raises(InputError, match=r"holds another campaign\.toml"):
+        files.prepare_results(tmp_path, "[drive]\nratio = 121\n", home=tmp_path / ".")
+    assert files.prepare_results(tmp_path, "[drive]\nratio = 121\n", home=tmp_path / "elsewhere") == tmp_path
+
+
 def test_exact_files_have_the_permissions_of_the_process(tmp_path):
     before = os.umask(0o027)
     try:

@@ -31,7 +31,7 @@ def run(options: argparse.Namespace) -> int:
     """Run the command; 0 when the drive was fitted."""
     campaign = load_campaign(options.campaign)
     if options.out:
-        files.prepare_results(options.out, campaign.text)
+        files.prepare_results(options.out, campaign.text, home=campaign.folder)
     found = calibrate(campaign, threads=options.threads)
     page = found.report(options.out) if options.out else None
     if options.json:

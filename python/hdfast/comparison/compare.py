@@ -76,15 +76,17 @@ class Comparison:
         """Write the page, the numbers and a copy of the campaign; returns the page's path.
 
         Raises:
-            InputError: the folder cannot be written, or holds another campaign file and no results.
+            InputError: the folder cannot be written, or holds another campaign file that is no copy of one.
         """
-        from hdfast.report.comparison_page import PAGE, page
+        from hdfast.report.comparison_page import page
 
-        path = files.prepare_results(folder, self.setup.campaign.text)
+        campaign = self.setup.campaign
+        path = files.prepare_results(folder, campaign.text, home=campaign.folder)
+        files.remove(path / name for name in ("comparison.json", files.REPORT))
+        files.write_text(path / files.CAMPAIGN, campaign.text)
+        files.write_text(path / files.REPORT, page(self))
         files.write_json(path / "comparison.json", self.to_dict())
-        files.write_text(path / files.CAMPAIGN, self.setup.campaign.text)
-        files.write_text(path / PAGE, page(self))
-        return path / PAGE
+        return path / files.REPORT
 
     def __repr__(self) -> str:
         shares = ", ".join(f"{role} {percent(share)}" for role, share in self.nrmse.items())

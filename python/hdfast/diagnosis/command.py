@@ -37,7 +37,7 @@ def run(options: argparse.Namespace) -> int:
     """Run the command; 1 when the recordings were rejected."""
     campaign = load_campaign(options.campaign)
     if options.out:
-        files.prepare_results(options.out, campaign.text)
+        files.prepare_results(options.out, campaign.text, home=campaign.folder)
     found = diagnose(
         campaign, seed=options.seed, threads=options.threads, progress=not options.quiet and sys.stderr.isatty()
     )

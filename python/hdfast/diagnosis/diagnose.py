@@ -19,6 +19,8 @@ from hdfast.diagnosis.verdict import Verdict, conclude
 from hdfast.health import Health, check
 from hdfast.recordings import Campaign, load_campaign
 
+VERDICT, MODEL = "verdict.json", "extended_model.toml"
+
 
 @dataclass(frozen=True, eq=False)
 class Diagnosis:
@@ -71,26 +73,29 @@ class Diagnosis:
         """Write report.html beside what `save` writes; returns the page's path.
 
         Raises:
-            InputError: the folder cannot be written, or holds another campaign file and no results.
+            InputError: the folder cannot be written, or holds another campaign file that is no copy of one.
         """
-        from hdfast.report.diagnosis_page import PAGE, page
+        from hdfast.report.diagnosis_page import page
 
         path = self.save(folder)
         with threadpool_limits(1):
-            files.write_text(path / PAGE, page(self))
-        return path / PAGE
+            files.write_text(path / files.REPORT, page(self))
+        return path / files.REPORT
 
     def save(self, folder: str | Path) -> Path:
-        """Write verdict.json, extended_model.toml and a copy of the campaign; returns the folder's path.
+        """Write extended_model.toml, a copy of the campaign and, last, verdict.json; returns the folder's path.
+
+        What is there of an earlier diagnosis goes first, its page as well.
 
         Raises:
-            InputError: the folder cannot be written, or holds another campaign file and no results.
+            InputError: the folder cannot be written, or holds another campaign file that is no copy of one.
         """
-        path = files.prepare_results(folder, self.campaign.text)
-        files.write_json(path / "verdict.json", self.to_dict())
+        path = files.prepare_results(folder, self.campaign.text, home=self.campaign.folder)
+        files.remove(path / name for name in (VERDICT, MODEL, files.REPORT))
         files.write_text(path / files.CAMPAIGN, self.campaign.text)
         with threadpool_limits(1):
-            files.write_text(path / "extended_model.toml", self.model)
+            files.write_text(path / MODEL, self.model)
+        files.write_json(path / VERDICT, self.to_dict())
         return path
 
     def __repr__(self) -> str:

@@ -62,6 +62,7 @@ class Campaign:
         columns: where a standard column stands in the files.
         data: the sections as read, for a file that is to be written again.
         text: the file as read.
+        folder: of the file.
     """
 
     title: str
@@ -72,6 +73,7 @@ class Campaign:
     columns: Mapping[str, ColumnMap]
     data: Mapping[str, Any] = field(repr=False)
     text: str = field(repr=False)
+    folder: Path = Path()
 
     @cached_property
     def base(self) -> str:
@@ -123,8 +125,9 @@ def load_campaign(path: str | Path) -> Campaign:
     file = Sections.read(path)
     columns = _columns(file)
     drive, sensors, controller = read_drive(file), read_sensors(file), read_controller(file)
-    recordings = _Recordings(file, columns, sensors, Path(path).parent).read()
-    return Campaign(file.title, recordings, drive, sensors, controller, columns, file.data, file.text)
+    folder = Path(path).parent
+    recordings = _Recordings(file, columns, sensors, folder).read()
+    return Campaign(file.title, recordings, drive, sensors, controller, columns, file.data, file.text, folder)
 
 
 def _columns(file: Sections) -> dict[str, ColumnMap]:

@@ -24,7 +24,6 @@ from hdfast.report.mismatch_sections import (
 if TYPE_CHECKING:
     from hdfast.calibration.calibrate import Calibration
 
-PAGE = "report.html"
 WIDE = (9.6, 3.8)
 FAR = 3.0
 

@@ -22,7 +22,6 @@ from hdfast.report.mismatch_sections import (
 if TYPE_CHECKING:
     from hdfast.comparison.compare import Comparison
 
-PAGE = "report.html"
 WIDE = (9.6, 3.8)
 
 

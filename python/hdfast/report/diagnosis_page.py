@@ -35,7 +35,6 @@ from hdfast.report.mismatch_sections import recordings_section, spectra_section,
 if TYPE_CHECKING:
     from hdfast.diagnosis.diagnose import Diagnosis
 
-PAGE = "report.html"
 SEVERITIES = (REJECT, WARNING, NOTE)
 
 

@@ -11,6 +11,8 @@ import answers as made
 import diagnosed
 import numpy as np
 import pytest
+import small_campaign
+from hdfast.diagnosis import diagnose
 from hdfast.diagnosis.fit import fit
 from hdfast.diagnosis.holdout import Proof
 from hdfast.diagnosis.projector import Projector
@@ -116,6 +118,14 @@ def test_exact_an_ablation_takes_its_part_out_and_brings_it_back(name):
     with ablations.without(name):
         assert getattr(one.owner, one.part) is one.instead
     assert getattr(one.owner, one.part) is before
+
+
+@pytest.mark.parametrize("name", ablations.ABLATIONS)
+def test_exact_an_ablated_diagnosis_of_a_small_campaign_ends_with_a_verdict(name, tmp_path, monkeypatch):
+    small_campaign.shorten_library(monkeypatch)
+    campaign = small_campaign.write(tmp_path, ["coulomb_friction"], {"coulomb_friction_T_c": 0.03})
+    with ablations.without(name):
+        assert "coulomb_friction" in [one["effect"] for one in diagnose(campaign).effects]
 
 
 def test_exact_without_projection_signatures_are_whole_and_without_a_proof_nothing_is_refused():

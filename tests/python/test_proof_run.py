@@ -186,6 +186,17 @@ def test_exact_tools_side_by_side_share_the_threads(folders, monkeypatch):
         assert json.loads((out / tool.OUTCOME).read_text())["detail"] == f"exit code 1: threads {threads}"
 
 
+@pytest.mark.parametrize(("word", "fault"), [("data_rejected", ""), ("no_evidence", "crashed"), (None, "crashed")])
+def test_exact_exit_code_1_is_an_answer_that_rejects_the_data_and_else_a_crash(word, fault, folders):
+    """As of a Python tool that fails after it has written its verdict."""
+    written = "" if word is None else json.dumps({"verdict": word})
+    code = "import pathlib, sys; out = pathlib.Path(sys.argv[1]); out.mkdir(); "
+    code += f"(out / 'verdict.json').write_text({written!r}); sys.exit('in vain')"
+    out = folders.answers("own") / "a1"
+    tool.answer(folders.cases / "a1", out, [sys.executable, "-c", code, "{out}"], 20.0, threading.Event())
+    assert json.loads((out / tool.OUTCOME).read_text())["fault"] == fault
+
+
 def test_exact_the_tool_sees_nothing_but_its_case(finished):
     folders, _ = finished
     assert json.loads((folders.answers("diagnose") / "b2" / "seen.json").read_text()) == ["case/campaign.toml"]

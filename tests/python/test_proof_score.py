@@ -139,6 +139,22 @@ def test_exact_what_a_set_leaves_unnamed_is_a_failure_and_a_name_counts_once():
     assert score({"x": weak}, {"x": Answer("", made.verdict("found", ["backlash"]))}).failures == []
 
 
+@pytest.mark.parametrize(
+    ("orders", "outcome", "precision"),
+    [([5.0], "right", 1.0), ([4.95], "right", 1.0), ([7.0], "wrong", 0.0), ([5.0, 7.0], "wrong", 0.5),
+     ([5.0, 5.0], "wrong", 0.5), ([None], "right", 1.0)],
+)  # fmt: skip
+def test_exact_a_line_is_right_once_and_at_its_order(orders, outcome, precision):
+    label = made.label("single", ["te_harmonic"])
+    label["effects"][0]["true_parameters"] = {"order": 5.0}
+    said = made.verdict("found", ["te_harmonic"] * len(orders))
+    for entry, order in zip(said["effects"], orders, strict=True):
+        entry["parameters"] = {} if order is None else {"order": {"value": order}}
+    assert judge("x", label, Answer("", said)).outcome == outcome
+    card = score({"x": {**label, "kind": ["set"]}}, {"x": Answer("", said)})
+    assert made.by_name(card)["sets: precision"].value == precision
+
+
 @pytest.mark.parametrize(("where", "outcome"), [({}, "right"), ({"memory": "fading"}, "missed")])
 def test_exact_a_dependence_is_right_in_variable_and_memory(where, outcome):
     said = made.verdict("depends_on", ["unknown"], **{"memory": "none", "depends_on": ["load_phase"], **where})

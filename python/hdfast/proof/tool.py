@@ -31,7 +31,7 @@ LATE = "late"
 CODE = (".py", ".so", ".pyd")
 COMMAND = "import sys; from hdfast.cli import main; sys.exit(main())"
 DIAGNOSE = (sys.executable, "-c", COMMAND, "diagnose", "{campaign}", "--out", "{out}", "--no-report", "--quiet")
-ACCEPTED_CODES = (0, 1)
+REJECTED = 1
 
 
 def startable(tool: Sequence[str]) -> tuple[str, ...]:
@@ -183,9 +183,20 @@ def _run(
         return LATE, f"stopped after {limit:g} s"
     last = " ".join(complaint.decode(errors="replace").strip().splitlines()[-1:])[:200]
     ended = f"exit code {process.returncode}{': ' if last else ''}{last}"
-    if process.returncode in ACCEPTED_CODES and (cwd / "out" / "verdict.json").exists():
-        return "", ended
-    return ("crashed" if process.returncode else "missing"), ended
+    verdict = cwd / "out" / "verdict.json"
+    if process.returncode == REJECTED:
+        return ("" if _rejects(verdict) else "crashed"), ended
+    if process.returncode:
+        return "crashed", ended
+    return ("" if verdict.exists() else "missing"), ended
+
+
+def _rejects(verdict: Path) -> bool:
+    """Whether a verdict says that the recordings cannot be used; a tool that fails may leave another one behind."""
+    try:
+        return bool(json.loads(verdict.read_text(encoding="utf-8"))["verdict"] == "data_rejected")
+    except (OSError, ValueError, LookupError, TypeError, RecursionError):
+        return False
 
 
 def _complaint(process: subprocess.Popen[bytes], limit: float, stop: threading.Event) -> bytes | None:

@@ -134,6 +134,7 @@ def _recorded(
     columns = {name: np.array(values) for name, values in recording.columns.items()}
     columns["motor_torque"] = scale * columns["motor_torque"]
     clock = columns["t"] - unit.offset
+    columns["t"] -= columns["t"][0]
     spline = scipy.interpolate.CubicSpline(unit.t, unit.angle)
     known = {name: np.interp(clock, unit.t, rest[own]) for name, own in REST_OF.items() if own in rest}
     known["motor_torque"] = scale * known["motor_torque"]

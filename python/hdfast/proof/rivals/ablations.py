@@ -12,7 +12,7 @@ import numpy as np
 import scipy
 
 from hdfast.checks import Floats
-from hdfast.diagnosis import holdout, projector, score, screen, select, whiten
+from hdfast.diagnosis import holdout, left_out, projector, score, screen, select, whiten
 from hdfast.diagnosis.evidence import Index, Layout
 from hdfast.diagnosis.fitted import Fit
 
@@ -46,8 +46,8 @@ def _each_alone(observed: screen.Screen, found: list[screen.Signature]) -> scree
     return screen.Screen(observed.statistic, p, needed, observed.spread)
 
 
-def _fitted(fit: Fit, white: whiten.Whitener, layout: Layout, _: Index) -> tuple[Floats, Floats]:
-    return fit.mismatch, white(layout, fit.mismatch)
+def _fitted(fit: Fit, white: whiten.Whitener, layout: Layout, _: Index) -> left_out.LeftOut:
+    return left_out.LeftOut(fit.mismatch, white(layout, fit.mismatch), [])
 
 
 _screen = screen.screen

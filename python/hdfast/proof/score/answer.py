@@ -59,9 +59,14 @@ class Answer:
         return sorted(effects, key=lambda e: -float(e.get("probability") or 0.0))
 
     @property
+    def claims(self) -> list[dict[str, Any]]:
+        """Effects that the answer claims: those of `found` and `sensor`; candidates of other verdicts are no claims."""
+        return self.listed if self.kind in ("found", "sensor") else []
+
+    @property
     def named(self) -> list[str]:
-        """Ids that the answer claims: those of `found` and `sensor`; candidates of other verdicts are no names."""
-        return [e["effect"] for e in self.listed] if self.kind in ("found", "sensor") else []
+        """Ids that the answer claims."""
+        return [e["effect"] for e in self.claims]
 
     @property
     def considered(self) -> set[str]:

@@ -71,12 +71,13 @@ def _sets(cases: list[Case]) -> list[Score]:
     sets = [c for c in cases if c.stratum == "set"]
 
     def precision(chosen: list[Case]) -> float:
-        said = sum(len(set(c.answer.named)) for c in chosen)
-        return sum(len(set(c.answer.named) & set(c.ids)) for c in chosen) / said if said else float("nan")
+        right = sum(len(set(c.right_names)) for c in chosen)
+        wrong = sum(len(c.wrong_names) for c in chosen)
+        return right / (right + wrong) if right + wrong else float("nan")
 
     def recall(chosen: list[Case]) -> float:
         there = [_showable(c) for c in chosen]
-        found = sum(len(set(c.answer.named) & ids) for c, ids in zip(chosen, there, strict=True))
+        found = sum(len(set(c.right_names) & ids) for c, ids in zip(chosen, there, strict=True))
         return found / max(sum(map(len, there)), 1)
 
     return [

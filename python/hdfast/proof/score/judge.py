@@ -10,6 +10,7 @@ from hdfast.proof.score.answer import CLAIMS, Answer
 UNDECIDABLE_COSINE = 0.98
 MOST_BESIDE = 1  # ids beside the class that an answer may hold possible
 NAMED_FROM, MISSED_FROM = 1.5, 3.0
+LINE, ORDER_TOLERANCE = "te_harmonic", 0.02  # the one effect that may be claimed several times
 RIGHT, RIGHT_CLASS, PARTLY, ABSTAINED, MISSED, WRONG = "right", "right_class", "partly", "abstained", "missed", "wrong"
 
 
@@ -74,7 +75,7 @@ class Case:
     def unnamed(self) -> list[str]:
         """Ids in the label that are large enough to be named and are not."""
         large = [e["id"] for e in self.label["effects"] if float(e["amplitude_over_mda"]) >= NAMED_FROM]
-        return [i for i in large if i not in self.answer.named]
+        return [i for i in large if i not in self.right_names]
 
     @property
     def fails(self) -> bool:
@@ -89,18 +90,45 @@ class Case:
         return self.answer.kind == "depends_on" and right and where.get("memory") == self.label["memory"]
 
     @property
+    def right_names(self) -> list[str]:
+        """Claimed ids that are in the label, a line of the kinematic error once and at its order."""
+        return [i for i, right in self._claims if right]
+
+    @property
     def wrong_names(self) -> list[str]:
-        """Claimed ids that are not in the label."""
-        return [i for i in self.answer.named if i not in self.ids]
+        """Claimed ids that are not."""
+        return [i for i, right in self._claims if not right]
+
+    @property
+    def _claims(self) -> list[tuple[str, bool]]:
+        """Claimed ids, and whether each is right."""
+        lines = [e for e in self.label["effects"] if e["id"] == LINE]
+        found = []
+        for entry in self.answer.claims:
+            line = next((one for one in lines if _same_order(entry, one)), None)
+            if line is not None:
+                lines.remove(line)
+            name = entry["effect"]
+            found.append((name, name in self.ids if name != LINE else line is not None))
+        return found
 
 
 def judge(name: str, label: dict[str, Any], answer: Answer) -> Case:
     """Judge one answer."""
     bare = Case(name, label, answer, "", 0.0)
     outcome = _outcome(bare)
-    share = len(set(answer.named) & set(bare.ids)) / max(len(bare.ids), 1)
+    share = len(set(bare.right_names)) / max(len(bare.ids), 1)
     utility = {RIGHT: 1.0, RIGHT_CLASS: 0.0, PARTLY: share, ABSTAINED: 0.0, MISSED: -1.0, WRONG: -3.0}[outcome]
     return Case(name, label, answer, outcome, utility if bare.ids or outcome == WRONG else 0.0)
+
+
+def _same_order(entry: dict[str, Any], line: dict[str, Any]) -> bool:
+    """Whether a claimed line is at the order of a line in the label; one that states no order may be any."""
+    parameter = (entry.get("parameters") or {}).get("order")
+    stated = parameter.get("value") if isinstance(parameter, dict) else None
+    true = line["true_parameters"].get("order")
+    same = stated is None or true is None or abs(float(stated) / float(true) - 1.0) <= ORDER_TOLERANCE
+    return bool(entry["effect"] == LINE and same)
 
 
 def _outcome(case: Case) -> str:

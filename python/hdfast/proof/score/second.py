@@ -37,7 +37,7 @@ def _odds_ratio(pairs: Sequence[tuple[Case, Case]]) -> float:
 
 def odds(case: Case) -> float:
     """Stated odds of the truth: of the least probable of its effects; of nothing where nothing is left out."""
-    stated = {one["effect"]: float(one["probability"]) for one in case.answer.listed}
+    stated = {one["effect"]: float(one["probability"]) for one in reversed(case.answer.listed)}
     believed = min((stated.get(each, 0.0) for each in case.ids), default=1.0 - max(stated.values(), default=0.0))
     sure = min(max(believed, DOUBT), 1.0 - DOUBT)
     return sure / (1.0 - sure)

@@ -40,6 +40,11 @@ def percent(share: float, digits: int = 1) -> str:
     return f"{100.0 * share:.{digits}f} %" if math.isfinite(share) else "-"
 
 
+def moment(t: float) -> str:
+    """A time [s], also one on a clock that counts from 1970, to six digits or to the millisecond."""
+    return f"{t:.6g}" if abs(t) < 1e3 else f"{t:.3f}"
+
+
 def json_text(numbers: Any) -> str:
     """JSON; null where a number is not finite."""
     return json.dumps(json_ready(numbers), indent=2, allow_nan=False)

@@ -16,7 +16,9 @@ import pytest
 import small_campaign
 from hdfast.checks import Floats
 from hdfast.diagnosis import fit as fits
+from hdfast.diagnosis import plant
 from hdfast.diagnosis.accept import own_gain
+from hdfast.diagnosis.extended import extended_model
 from hdfast.diagnosis.fit import fit, placed
 from hdfast.diagnosis.fitted import Fit
 from hdfast.diagnosis.holdout import replayed, weigh_up
@@ -512,6 +514,48 @@ def test_exact_a_campaign_that_holds_everything_out_is_told_what_is_missing(tmp_
     found = hdfast.diagnose(path)
     assert found.verdict == "data_rejected"
     assert 'No recording has the role "fit"' in found.to_dict()["sentence"]
+
+
+@pytest.mark.parametrize("torque", [0.5, 0.1])
+def test_exact_a_torque_that_stays_is_refused_whatever_its_mean_is_rounded_to(tmp_path: Path, torque: float) -> None:
+    path = small_campaign.write(tmp_path)
+    for run in tmp_path.glob("*.npz"):
+        columns = dict(np.load(run))
+        np.savez(run, **columns | {"motor_torque": np.full_like(columns["t"], torque)})
+    with pytest.raises(InputError, match="motor_torque is constant"):
+        hdfast.diagnose(path)
+
+
+def test_exact_steps_are_allowed_by_how_long_a_recording_is(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """And what is held out proves nothing where the drive cannot be simulated along it."""
+    small_campaign.shorten_library(monkeypatch)
+    path = small_campaign.write(tmp_path)
+    for number in range(3):
+        columns = dict(np.load(tmp_path / f"r{number}.npz"))
+        np.savez(tmp_path / f"r{number}.npz", **{name: values[:750] for name, values in columns.items()})
+    monkeypatch.setattr(plant, "MOST_STEPS", 1)
+    assert hdfast.diagnose(path).evidence.session.held is not None  # type: ignore[union-attr]
+    monkeypatch.setattr(plant, "MOST_STEPS", 2200)
+    monkeypatch.setattr(plant, "STEPS_PER_SECOND", 0)
+    found = hdfast.diagnose(path)
+    assert found.evidence is not None
+    assert found.evidence.session.held is None
+    assert any("cannot be simulated along what is held out" in note for note in found.content["notes"])
+
+
+def test_exact_what_is_known_exactly_stays_so_in_the_model(tmp_path: Path) -> None:
+    path = small_campaign.write(tmp_path)
+    path.write_text(path.read_text().replace("J_l = 0.5", "J_l = { value = 0.5, sigma = 0 }"))
+    setup = set_up_usable(load_campaign(path), None)
+    start = fit(setup.replay, nominal(setup))
+    pool = [one.added_to(start.structure) for one in candidates(setup.replay, start, 121.0)]
+    structure = next(one for one in pool if "viscoelastic_tau_long" in one.fixed or "tau_long" in one.fixed)
+    values = {free.name: free.value for free in structure.free}
+    (tmp_path / "model.toml").write_text(extended_model(setup.campaign, structure, values, dict.fromkeys(values, 0.01)))
+    known = load_campaign(tmp_path / "model.toml").priors
+    assert known["J_l"].sigma == known["tau_long"].sigma == 0.0
+    assert known["J_m"].sigma == pytest.approx(0.01)
+    assert known["te_cos_2"].sigma == 0.01
 
 
 def test_exact_motion_that_nothing_can_be_judged_on_is_refused(tmp_path: Path) -> None:

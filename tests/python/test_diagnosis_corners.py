@@ -329,15 +329,16 @@ def test_exact_a_ripple_takes_two_periods_to_be_one(turns, resolved):
     assert {one.order for one in ripples if not unresolved(one, None, replay)} == resolved
 
 
+@pytest.mark.parametrize("ratio", [100.0, -100.0])
 @pytest.mark.parametrize(
     ("half_gap", "step", "resolved"),
     [(1e-6, 0.0, False), (2e-6, 0.0, True), (1e-4, 0.0, True), (4e-6, 5e-4, False), (6e-6, 5e-4, True)],
     ids=["fraction of an arc second", "narrow", "wide", "within a step of the motor's angle", "wider than a step"],
 )
-def test_exact_a_gap_that_is_not_resolved_is_none(half_gap, step, resolved):
+def test_exact_a_gap_that_is_not_resolved_is_none(half_gap, step, resolved, ratio):
     fitted = SimpleNamespace(value={"backlash_half_gap": half_gap}.get)
-    unit = SimpleNamespace(angle=np.zeros(9), step=step, ratio=100.0)
-    replay = SimpleNamespace(plant=SimpleNamespace(units=[unit]))
+    units = [SimpleNamespace(angle=np.zeros(9), step=own, ratio=ratio) for own in (step, 0.0)]
+    replay = SimpleNamespace(plant=SimpleNamespace(units=units))
     candidate = Candidate("backlash", "mesh", ("backlash",), (), "backlash_half_gap")
     assert unresolved(candidate, fitted, replay) != resolved
 

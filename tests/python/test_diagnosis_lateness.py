@@ -17,6 +17,11 @@ from hdfast.recordings import load_campaign
 PERIOD = 2e-3
 COLUMNS = {name: np.arange(100.0) for name in ("t", "motor_angle", "motor_torque", "load_angle")}
 DELAYED = '\n[[terms]]\neffect = "sensor_delay"\nchannel = "{}"\nparameters = {{ tau_y = {} }}\n'
+DELAYED_ANGLE = simulated.TEXT + "[sensors]\nmotor_angle = { delay_s = 4e-3 }\n"
+
+
+def source(recording):
+    return Source("r", recording, "fit", "A", np.ones(len(recording["t"]), dtype=bool))
 
 
 def late(sensors="", terms=""):
@@ -54,10 +59,30 @@ def test_exact_a_mean_is_half_an_interval_late():
 def test_exact_a_late_angle_is_read_earlier():
     t = np.arange(2000) / 1000.0
     recording = {"t": t, "motor_angle": np.where(t == 1.0, np.nan, np.sin(5.0 * (t - 4e-3)))}
-    (found,) = on_time([Source("r", recording, "fit", "A", np.ones(2000, dtype=bool))], 4e-3)
+    campaign = simulated.campaign([recording | {"motor_torque": t}], DELAYED_ANGLE)
+    (found,) = on_time(campaign, [source(recording)])
     inside = (t < 1.99) & (t != 1.0)
     np.testing.assert_allclose(found.recording["motor_angle"][inside], np.sin(5.0 * t[inside]), atol=1e-4)
     assert np.isnan(found.recording["motor_angle"][t == 1.0])
+
+
+@pytest.mark.parametrize("averaged", ["load_angle", "motor_angle"])
+def test_exact_means_over_different_intervals_are_as_late_as_those_of_the_slowest_recording(averaged):
+    """What the motor angle runs ahead of the load's is the same in a fast and in a slow recording."""
+    recordings = []
+    for step in (1e-3, 1e-2):
+        t = np.arange(0.0, 4.0, step)
+        columns = {name: np.sin(5.0 * (t - (0.5 * step if name == averaged else 0.0))) for name in COLUMNS}
+        recordings.append(columns | {"t": t})
+    text = simulated.TEXT + f"[sensors]\n{averaged} = {{ averaged = true }}\n"
+    campaign = simulated.campaign(recordings, text)
+    delay = lateness(campaign, 1e-2)["load_angle"]
+    for one in on_time(campaign, [source(recording) for recording in recordings]):
+        t, inside = one.recording["t"], slice(20, -20)
+        ahead = np.sin(5.0 * (t - delay)) - one.recording["load_angle"]
+        angle = np.sin(5.0 * t) - one.recording["motor_angle"]
+        np.testing.assert_allclose(angle[inside], 0.0, atol=4e-4)
+        np.testing.assert_allclose(ahead[inside], 0.0, atol=4e-4)
 
 
 def test_exact_a_declared_delay_is_fitted_within_its_sigma_and_kept_in_the_model(tmp_path, monkeypatch):

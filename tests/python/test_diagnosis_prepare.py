@@ -50,6 +50,17 @@ def test_exact_the_slowest_clock_sets_the_rate_of_all():
         assert 1.0 / np.diff(prepare(one, band, RATIO).t) == pytest.approx(100.0, rel=1e-9)
 
 
+def test_exact_time_since_the_start_counts_from_the_first_sample_of_the_whole_recording():
+    """Also on a clock that counts from 1970, and in the part of a recording that was set aside."""
+    whole = replace(source(1000.0, start=1.7e9), start=1.7e9)
+    part = {name: values[3000:] for name, values in whole.recording.items()}
+    cut = replace(whole, recording=part, good=whole.good[3000:])
+    band = choose_band([whole], 1e-4, {})
+    units = [prepare(one, band, RATIO) for one in (whole, cut)]
+    assert [unit.before for unit in units] == pytest.approx([0.0, 3.0])
+    assert [unit.offset for unit in units] == pytest.approx([1.7e9, 1.7e9 + 3.0])
+
+
 def test_exact_held_values_set_the_rate():
     held = replace(source(1000.0), news={"motor_angle": 66.7})
     assert choose_band([held], 1e-4, {}).rate == pytest.approx(66.7)

@@ -136,6 +136,14 @@ def test_exact_gaps_split_or_reject(run):
     assert "record again without them" in examine({name: values[kept] for name, values in run.items()}).reason
 
 
+def test_exact_a_gap_is_found_on_a_clock_that_counts_from_1970(run):
+    kept = np.ones(run["t"].size, dtype=bool)
+    kept[1000:1100] = False
+    late = {name: values[kept] for name, values in run.items()}
+    late["t"] = late["t"] + 1.7e9
+    assert "a gap of 0.101 s after 1700000000.999 s" in sentences(examine(late), "time", "warning")[0]
+
+
 def test_exact_jitter_is_a_note_and_no_gap(run):
     run["t"] = run["t"] + 2e-4 * RNG.uniform(-1.0, 1.0, run["t"].size)
     result = examine(run)

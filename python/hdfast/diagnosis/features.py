@@ -130,7 +130,7 @@ def features(replay: Replay, slow: Sequence[Unit], fitted: Fit) -> list[Feature]
     smooth: dict[str, Variable] = {
         "motor_speed": lambda unit: unit.speed,
         "abs_transmitted_torque": transmitted_size,
-        "time_since_start": lambda unit: unit.offset + unit.t,
+        "time_since_start": lambda unit: unit.before + unit.t,
         "direction": lambda unit: np.sign(unit.speed),
     }
     if any(np.any(unit.load_torque != 0.0) for unit in slow):

@@ -10,13 +10,15 @@ import numpy as np
 from hdfast.diagnosis.source import Source
 from hdfast.recordings import Campaign
 from hdfast.recordings.campaign import LOAD_SIDE
+from hdfast.recordings.clock import period
 from hdfast.sensors import stage_of
 
 MOTOR, TORQUE = "motor_angle", "motor_torque"
 DELAY = "sensor_delay"
+LEAST = 1e-3
 
 
-def lateness(campaign: Campaign, period: float) -> dict[str, float]:
+def lateness(campaign: Campaign, interval: float) -> dict[str, float]:
     """Delay of the motor angle and of each compared column that is recorded [s], the least of them 0.
 
     What all share is no delay to a replay. A mean over the interval before is half an interval late; of the motor
@@ -24,7 +26,7 @@ def lateness(campaign: Campaign, period: float) -> dict[str, float]:
 
     Args:
         campaign: the checked campaign.
-        period: between the samples of the slowest recording [s].
+        interval: between samples [s].
     """
     facts = {name: replace(own, averaged=None) for name, own in campaign.sensors.items()}
     stage = stage_of(facts, campaign.drive.effects)
@@ -35,7 +37,7 @@ def lateness(campaign: Campaign, period: float) -> dict[str, float]:
     }
     sign = -1.0 if _averaged(campaign, MOTOR) else 1.0
     for name in apart(campaign).intersection(recorded):
-        found[name] += sign * 0.5 * period
+        found[name] += sign * 0.5 * interval
     least = min(found.values())
     return {name: late - least for name, late in found.items()}
 
@@ -59,13 +61,27 @@ def means(campaign: Campaign) -> bool:
     return bool(load) and all(_averaged(campaign, name) for name in load)
 
 
-def on_time(sources: Sequence[Source], late: float) -> list[Source]:
-    """The recordings with their motor angle read as much earlier as it is late [s]."""
-    return [replace(one, recording=_earlier(one.recording, late)) for one in sources] if late > 0.0 else list(sources)
+def on_time(campaign: Campaign, sources: Sequence[Source]) -> list[Source]:
+    """The recordings with their motor angle read as much earlier as it is late, and the rest as late as in the slowest.
+
+    A mean is half an interval late, and intervals may differ from recording to recording.
+    """
+    periods = [period(one.recording["t"]) for one in sources]
+    usual = {**lateness(campaign, max(periods)), MOTOR: 0.0}
+    return [
+        replace(one, recording=_earlier(one.recording, lateness(campaign, own), usual, LEAST * own))
+        for one, own in zip(sources, periods, strict=True)
+    ]
 
 
-def _earlier(recording: Mapping[str, np.ndarray], late: float) -> dict[str, np.ndarray]:
-    t, angle = recording["t"], recording[MOTOR]
-    known = np.isfinite(angle)
-    moved = np.interp(t, t[known] - late, angle[known])
-    return {**recording, MOTOR: np.where(known, moved, np.nan)}
+def _earlier(
+    recording: Mapping[str, np.ndarray], late: Mapping[str, float], usual: Mapping[str, float], least: float
+) -> dict[str, np.ndarray]:
+    """Columns by name, those read earlier that are later than usual by more than the least [s], and the other way."""
+    found, t = dict(recording), recording["t"]
+    for name in found.keys() & late.keys():
+        known = np.isfinite(found[name])
+        if abs(late[name] - usual[name]) > least:
+            moved = np.interp(t, t[known] - (late[name] - usual[name]), found[name][known])
+            found[name] = np.where(known, moved, np.nan)
+    return found

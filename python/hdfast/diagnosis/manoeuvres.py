@@ -150,6 +150,7 @@ class Manoeuvre:
             name=self.kind,
             role="fit",
             group=self.kind,
+            before=0.0,
             offset=0.0,
             t=t,
             angle=angle,

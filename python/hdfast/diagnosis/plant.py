@@ -29,6 +29,7 @@ DRIVING = frozenset({
     "actuator_lag", "cogging", "delay", "input_compliance", "torque_gain", "torque_ripple", "torque_saturation",
 })  # fmt: skip
 RTOL = 1e-6
+MOST_STEPS, STEPS_PER_SECOND = 100_000, 5_000
 #: What no signal of a drive reaches [N m, rad]: filters of it overflow.
 ABSURD = 1e60
 
@@ -55,6 +56,11 @@ class Plant:
     def torque_spread(self) -> float:
         """Standard deviation of the recorded motor torque, median over the recordings [N m]."""
         return float(np.median([np.std(unit.measured[TORQUE]) for unit in self.units]))
+
+    @property
+    def torque_level(self) -> float:
+        """Largest recorded motor torque [N m]."""
+        return max(float(np.max(np.abs(unit.measured[TORQUE]))) for unit in self.units)
 
     @property
     def load_side(self) -> bool:
@@ -213,7 +219,7 @@ class Plant:
                 metrics=[],
                 method="tsit5",
                 rtol=RTOL,
-                max_steps=100_000,
+                max_steps=max(MOST_STEPS, round(STEPS_PER_SECOND * max(unit.t[-1] for unit in self.units))),
                 threads=self.threads,
                 progress=self.progress or False,
             )

@@ -38,7 +38,8 @@ class Unit:
         name: file name.
         role: "fit" or "heldout".
         group: label shared by recordings of one rig, day and temperature.
-        offset: time of the first sample in the recording [s].
+        offset: time of the first sample, on the recording's own clock [s].
+        before: time from the beginning of the whole recording to the first sample [s].
         t: times from 0 on [s], shape (n,).
         angle, speed, acceleration: smoothed motor motion [rad, rad/s, rad/s^2], shape (n,).
         ratio: reduction ratio.
@@ -63,6 +64,7 @@ class Unit:
     role: str
     group: str
     offset: float
+    before: float
     t: Floats = field(repr=False)
     angle: Floats = field(repr=False)
     reversing: Floats = field(repr=False)
@@ -207,6 +209,7 @@ def prepare(
         role=source.role,
         group=source.group,
         offset=float(recording["t"][0]),
+        before=float(recording["t"][0] - source.start),
         t=t,
         angle=angle,
         reversing=band.reversing(t, spline(denser(t, band.density), 1), slowest),

@@ -29,8 +29,8 @@ def unresolved(candidate: Candidate, fitted: Fit, replay: Replay) -> bool:
     effect = candidate.effect
     if effect == "backlash":
         plausible = next(one.low for one in terms()[effect].parameters if one.name == "half_gap")
-        finest = min(unit.step / unit.ratio for unit in replay.plant.units)
-        return fitted.value("backlash_half_gap") < max(NARROWEST * plausible, finest)
+        coarsest = max(unit.step / abs(unit.ratio) for unit in replay.plant.units)
+        return fitted.value("backlash_half_gap") < max(NARROWEST * plausible, coarsest)
     travel = max(float(np.ptp(unit.angle)) for unit in replay.plant.units)
     if effect == "torque_ripple" and candidate.order is not None:
         return candidate.order * travel < REPEATED * 2.0 * math.pi

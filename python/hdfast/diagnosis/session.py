@@ -16,14 +16,14 @@ from hdfast.diagnosis.candidate import Candidate
 from hdfast.diagnosis.evidence import lay_out
 from hdfast.diagnosis.fitted import Fit
 from hdfast.diagnosis.holdout import Proof
-from hdfast.diagnosis.lateness import MOTOR, lateness, means, on_time
+from hdfast.diagnosis.lateness import means, on_time
 from hdfast.diagnosis.lesser import Lesser
 from hdfast.diagnosis.library import HIGHEST_INTEGER, Sizes, library
 from hdfast.diagnosis.lines import order_lines, several, snapped, tone_lines
 from hdfast.diagnosis.multistart import multistart
 from hdfast.diagnosis.noise import COLUMNS, as_coarse, floors, stated
 from hdfast.diagnosis.plant import Plant
-from hdfast.diagnosis.prepare import Unit, prepare
+from hdfast.diagnosis.prepare import CONSTANT, Unit, prepare
 from hdfast.diagnosis.prove import proven
 from hdfast.diagnosis.replay import Replay
 from hdfast.diagnosis.score import noise_floor
@@ -50,6 +50,7 @@ LESS = "for the proof, which proves less than recordings of another day"
 NOTHING_HELD = "no recording is held out"
 NOTHING_LEFT = "none of the recordings that are held out can be used"
 UNPROVEN = "nothing is proven on other recordings: no sample of what is held out can be judged"
+LOST = "nothing is proven on other recordings: the drive as stated cannot be simulated along what is held out"
 
 
 @dataclass(frozen=True, eq=False)
@@ -112,6 +113,7 @@ def usable(health: Health) -> list[Source]:
             role=item.source.role,
             group=item.source.group,
             good=item.mask[item.timed],
+            start=float(item.recording["t"][0]),
             news=_news(item),
             steps=item.facts.resolution,
         )
@@ -142,7 +144,7 @@ def set_up(campaign: Campaign, sources: Sequence[Source], threads: int | None) -
     inertia = turned(campaign, locked)
     named = any(one.role == "heldout" for one in campaign.recordings)
     slowest = max(period(source.recording["t"]) for source in sources)
-    sources = on_time(sources, lateness(campaign, slowest)[MOTOR])
+    sources = on_time(campaign, sources)
     slow = far_slower(sources)
     sources, weaker = with_heldout(sources, NOTHING_LEFT if named else NOTHING_HELD)
     sensors = as_coarse(campaign.sensors, fitted(sources))
@@ -168,7 +170,7 @@ def set_up(campaign: Campaign, sources: Sequence[Source], threads: int | None) -
             f"reversals nothing is, and with the band of {band.motion:.3g} Hz that clock and noise of the angle leave, "
             f"that is all of the motion; {remedy}"
         )
-    if judged.plant.torque_spread == 0.0:
+    if judged.plant.torque_spread <= CONSTANT * judged.plant.torque_level:
         raise InputError(
             "motor_torque is constant in half of the recordings or more, so that nothing can be told from it: record "
             "what moves the drive; for the kinematic error alone there is hdfast identify kinematic-error"
@@ -265,11 +267,13 @@ def run(campaign: Campaign, sources: Sequence[Source], seed: int, threads: int |
         stages: is told what happens.
     """
     setup = set_up(campaign, sources, threads)
-    replay, held = setup.replay, setup.held
+    replay, held, warnings, stated = setup.replay, setup.held, setup.warnings, nominal(setup)
     stages.expect(2)
     band = replay.plant.band
     stages.done(f"{len(replay.plant.units)} recordings at {band.rate:.0f} Hz, band {band.motion:.0f} Hz")
-    calibrated = multistart(replay, nominal(setup))
+    if held is not None and not np.isfinite(held.mismatch(stated, stated.start[None])).all():
+        held, warnings = None, [*warnings, LOST]
+    calibrated = multistart(replay, stated)
     stages.done("calibrated the nominal model")
     floor = noise_floor(replay)
     rng = np.random.default_rng([seed, 1])
@@ -281,7 +285,7 @@ def run(campaign: Campaign, sources: Sequence[Source], seed: int, threads: int |
     if held is not None:
         (found, proof, shown), lessers = beside(replay, held, proven(replay, held, found), floor)
     baseline = found.rounds[0].before
-    return Session(setup.campaign, replay, held, baseline, found, proof, shown, lessers, floor, setup.warnings)
+    return Session(setup.campaign, replay, held, baseline, found, proof, shown, lessers, floor, warnings)
 
 
 def candidates(replay: Replay, current: Fit, ratio: float) -> list[Candidate]:

@@ -24,6 +24,7 @@ class Source:
         role: "fit" or "heldout".
         group: label shared by recordings of one rig, day and temperature.
         good: which samples are usable.
+        start: first time of the whole recording [s], of which these columns may be a part.
         news: new values per second of each column that holds its values for several samples.
         steps: smallest step by column, the larger of what is stated and what the values show.
     """
@@ -33,6 +34,7 @@ class Source:
     role: str
     group: str
     good: Mask
+    start: float = 0.0
     news: Mapping[str, float] = field(default_factory=dict)
     steps: Mapping[str, float] = field(default_factory=dict)
 

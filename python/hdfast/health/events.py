@@ -14,6 +14,7 @@ from hdfast.checks import Floats
 from hdfast.health.finding import WARNING
 from hdfast.health.motion import Motion
 from hdfast.health.subject import Subject
+from hdfast.printing import moment
 
 NAME = "events"
 TIMES_USUAL = 8.0
@@ -50,8 +51,8 @@ def check(subject: Subject) -> None:
         subject.find(
             NAME,
             WARNING,
-            f"from {begin:.4g} to {end:.4g} s up to {peak:.3g} N m of the motor torque come from outside (usual: "
-            f"{usual:.3g} N m), as in a collision or a fault; the window is left out of calibration",
+            f"from {moment(begin)} to {moment(end)} s up to {peak:.3g} N m of the motor torque come from outside "
+            f"(usual: {usual:.3g} N m), as in a collision or a fault; the window is left out of calibration",
             value=peak,
             limit=limit,
             t0=begin,

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from hdfast.checks import Floats
 from hdfast.health.finding import NOTE, REJECT, WARNING
 from hdfast.health.subject import Subject
+from hdfast.printing import moment
 from hdfast.recordings.clock import MOST_DISORDER, period
 
 NAME = "time"
@@ -67,9 +68,9 @@ def _order(subject: Subject, t: Floats, finite: NDArray[np.bool_]) -> bool:
         subject.find(
             NAME,
             severity,
-            f"time runs backward {backward} times, first after {at:.6g} s; {total - left} samples are left out"
+            f"time runs backward {backward} times, first after {moment(at)} s; {total - left} samples are left out"
             if severity == WARNING
-            else f"time runs backward {backward} times, first after {at:.6g} s; "
+            else f"time runs backward {backward} times, first after {moment(at)} s; "
             "split the file where a new run begins, or name another column in [columns] t",
             value=share,
             limit=MOST_DISORDER,
@@ -120,7 +121,7 @@ def _gaps(subject: Subject, t: Floats, steps: Floats, limit: Floats) -> None:
     subject.find(
         NAME,
         severity,
-        f"{several if found.size > 1 else 'a gap of'} {steps[worst]:.4g} s after {t[worst]:.6g} s; "
+        f"{several if found.size > 1 else 'a gap of'} {steps[worst]:.4g} s after {moment(t[worst])} s; "
         + ("record again without them" if severity == REJECT else "nothing is judged near wide ones"),
         value=missing,
         limit=MOST_MISSING,

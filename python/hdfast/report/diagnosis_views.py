@@ -172,5 +172,5 @@ def states(unit: Unit, ratio: float, inertia: float) -> dict[str, tuple[str, Flo
         "motor_phase": ("motor angle in its turn [rad]", unit.angle % (2.0 * math.pi)),
         "load_phase": ("load angle in its turn [rad]", (unit.angle / ratio + math.pi) % (2.0 * math.pi) - math.pi),
         "motor_acceleration": ("motor acceleration [rad/s²]", unit.acceleration),
-        "time_since_start": ("time [s]", unit.offset + unit.t),
+        "time_since_start": ("time since the start [s]", unit.before + unit.t),
     }

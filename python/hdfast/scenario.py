@@ -207,7 +207,8 @@ class Scenario:
             set_speed_rpm: default of the column `omega_set` [r/min]; by default the largest speed of the table, or 100
                 with `relative`.
             t_on: begin of the start phase [s]; default the first time of the table.
-            t_off: end of the run phase [s]; default the last sample of largest speed.
+            t_off: end of the run phase [s]; default the last sample of largest speed, with `hold` the end of that
+                sample: the time of the next, or t_end.
             t_end: end of the run [s]; default the last time of the table.
             load, K_p, K_i, tau_max, initial, theta_m0, run_window, ring_delay, ring_width: as in `start_stop`.
 
@@ -225,8 +226,9 @@ class Scenario:
         t, values = pair("t", t, chosen[0], given[chosen[0]], limits[chosen[0]])
         values = values * RPM if speed_rpm is not None else values
         peak = float(np.max(np.abs(values)))
-        last_fast = float(t[np.flatnonzero(np.abs(values) >= peak)[-1]])
         end = checks.positive("t_end", t[-1] if t_end is None else t_end, MAX_TIME, "s")
+        last = int(np.flatnonzero(np.abs(values) >= peak)[-1])
+        last_fast = float(np.append(t, end)[last + 1 if hold else last])
         on = checks.number("t_on", t[0] if t_on is None else t_on, 0.0, end, "s")
         marks = run_phase(run_window, on, t_off, end, last_fast if on < last_fast <= end else end)
         if set_speed_rpm is None:

@@ -88,6 +88,20 @@ def test_exact_held_samples():
     assert [value(scenario, "torque", t) for t in (0, 0.15, 0.2, 0.39, 0.9)] == [1, 1, 2, 2, 3]
 
 
+@pytest.mark.parametrize(
+    ("t", "speed", "t_end", "t_off"),
+    [
+        ([0, 1, 4, 6], [0, 100, 0, 0], None, 4),
+        ([0, 1, 2, 4, 6], [0, 100, 100, -50, 0], None, 4),
+        ([0, 1, 4], [0, 100, 100], None, 4),
+        ([0, 1], [0, 100], 3, 3),
+        ([0, 1, 4, 6], [0, 100, 0, 0], 3, 3),
+    ],
+)
+def test_exact_run_phase_lasts_as_long_as_the_largest_speed_is_held(t, speed, t_end, t_off):
+    assert Scenario.speed_profile(t, speed, hold=True, t_end=t_end).t_off == t_off
+
+
 def test_exact_motion_is_one_spline():
     t = np.linspace(0, 2, 41)
     scenario = Scenario.motion(t, 3 * t**3 - t + 0.5, load=([0.0, 0.033], [0.0, 1.0]))

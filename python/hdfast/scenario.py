@@ -369,8 +369,9 @@ class Scenario:
         Args:
             recording: mapping or table with the columns `t` [s] and, depending on `input`, `motor_torque` [N m],
                 `motor_angle` [rad] or `speed_reference` [rad/s]; `load_torque` [N m] is used when present, with
-                "motor_motion" also `motor_torque` as the torque asked of the drive (signal `tau_drive`). Time starts
-                at the first sample; samples that are NaN are bridged.
+                "motor_motion" also `motor_torque` as the torque asked of the drive (signal `tau_drive`). A
+                `motor_angle` is where the motor starts (`theta_m0`), with "motor_torque" also its expected speed. Time
+                starts at the first sample; samples that are NaN are bridged.
             input: "motor_torque", "motor_motion" or "reference".
             hold: hold samples instead of joining them by straight lines; the angle of a motion is always a spline.
             options: `max_gap` [s], the longest stretch without samples (default 20 times the median step), and the

@@ -155,6 +155,14 @@ def test_exact_replay_of_motion_and_reference():
     assert value(scenario, "reference", 1.234) == 10
 
 
+def test_exact_replay_starts_at_the_recorded_angle():
+    for name in ("motor_torque", "motor_motion", "reference"):
+        assert Scenario.replay(RECORDING, input=name).values["theta_m0"] == 2
+    assert Scenario.replay(RECORDING, input="reference", theta_m0=3).values["theta_m0"] == 3
+    silent = {name: values for name, values in RECORDING.items() if name != "motor_angle"}
+    assert Scenario.replay(silent, input="reference").values["theta_m0"] == 0
+
+
 def test_exact_replay_bridges_nan_and_checks_gaps():
     torque = RECORDING["motor_torque"].copy()
     torque[50:55] = np.nan

@@ -34,12 +34,13 @@ def replay(cls: type[Scenario], recording: Any, input_name: str, hold: bool, opt
         if "motor_torque" in columns and "torque" not in options:
             options["torque"] = _channel(_time(columns["t"]), columns["motor_torque"], "motor_torque", gap)
         return cls.motion(t, values, hold=hold, **options)
-    if source == "speed_reference":
-        return cls.speed_profile(t, speed=values, hold=hold, **options)
     if "motor_angle" in columns:
         moments, angle = _channel(_time(columns["t"]), columns["motor_angle"], "motor_angle", gap)
         options.setdefault("theta_m0", float(angle[0]))
-        options.setdefault("speed_rpm", typical_speed(moments, angle) / RPM)
+        if source == "motor_torque":
+            options.setdefault("speed_rpm", typical_speed(moments, angle) / RPM)
+    if source == "speed_reference":
+        return cls.speed_profile(t, speed=values, hold=hold, **options)
     return cls.torque_profile(t, values, hold=hold, **options)
 
 

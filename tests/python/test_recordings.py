@@ -321,6 +321,30 @@ def test_exact_a_tdms_waveform_has_the_time_of_its_increment(tmp_path):
     np.testing.assert_array_equal(found["motor_angle"], 3.0 * T)
 
 
+def test_exact_waveforms_of_a_tdms_are_joined_on_the_one_with_most_samples(tmp_path):
+    from nptdms import ChannelObject, TdmsWriter
+
+    begun = np.datetime64("2024-05-01T12:00:00.250")
+    late = begun + np.timedelta64(50, "ms")
+    rasters = {
+        "motor_torque": (T[5::5], {"wf_increment": 0.05, "wf_start_offset": 0.05, "wf_start_time": begun}),
+        "motor_angle": (T, {"wf_increment": 0.01, "wf_start_offset": 0.0, "wf_start_time": begun}),
+        "load_angle": (T[5::2], {"wf_increment": 0.02, "wf_start_offset": 0.0, "wf_start_time": late}),
+        "output_torque": (T, {}),
+    }
+    with TdmsWriter(tmp_path / "run.tdms") as writer:
+        writer.write_segment([ChannelObject("rig", name, 3.0 * t, facts) for name, (t, facts) in rasters.items()])
+    found = load(tmp_path / "run.tdms")
+    np.testing.assert_allclose(found["t"], T, atol=1e-12)
+    for name, (t, _) in rasters.items():
+        expected = np.interp(T, t, 3.0 * t, left=np.nan, right=np.nan)
+        np.testing.assert_allclose(found[name], expected, atol=1e-12)
+    assert found.rates == pytest.approx({"motor_torque": 20.0, "load_angle": 50.0})
+    assert found.notes == tuple(
+        f"{name} interpolated on the times of the other columns" for name in ("load_angle", "motor_torque")
+    )
+
+
 def test_exact_a_channel_of_a_tdms_is_listed_once(tmp_path):
     from nptdms import ChannelObject, TdmsWriter
 

@@ -62,30 +62,20 @@ def channels(path: Path, wanted: Wanted) -> Source:
     """As `read`, in this process."""
     from asammdf import MDF
 
-    columns: dict[str, Any] = {}
-    units: dict[str, str] = {}
-    notes: list[str] = []
-    rates: dict[str, float] = {}
     with MDF(path) as file:
         names = [name for name in file.channels_db if name not in ("time", "t")]
         places = {name: _only(path, name, file.channels_db[name]) for name in sorted(wanted.intersection(names))}
+        source = Source(["t", *names], {})
         samples = {name: int(file.groups[group].channel_group.cycles_nr) for name, (group, _) in places.items()}
         for name in sorted(places, key=samples.__getitem__, reverse=True):
             group, index = places[name]
             check_size(path, samples[name])
             signal = file.get(group=group, index=index)
             t = np.asarray(signal.timestamps, dtype=np.float64)
-            values = numbers(path, name, signal.samples)
-            if "t" in columns and not np.array_equal(t, columns["t"]):
-                values = np.interp(columns["t"], t, values, left=np.nan, right=np.nan) if t.size else values[:0]
-                notes.append(f"{name} interpolated on the times of the other columns")
-                if t.size > 1 and t[-1] > t[0]:
-                    rates[name] = (t.size - 1) / float(t[-1] - t[0])
-            columns.setdefault("t", t)
-            columns[name] = values
+            source.join(name, t, numbers(path, name, signal.samples))
             if signal.unit:
-                units[name] = str(signal.unit)
-    return Source(["t", *names], columns, units, tuple(notes), rates)
+                source.units[name] = str(signal.unit)
+    return source
 
 
 def _only(path: Path, name: str, places: Any) -> tuple[int, int]:

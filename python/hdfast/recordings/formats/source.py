@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from hdfast import checks
+from hdfast.checks import Floats
 from hdfast.errors import InputError
 
 Wanted = frozenset[str]
@@ -33,6 +34,16 @@ class Source:
     units: dict[str, str] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
     rates: dict[str, float] = field(default_factory=dict)
+
+    def join(self, name: str, t: Floats, values: Any) -> None:
+        """Add a column with its times t (n,) [s]: they are the column `t`, or it is interpolated on that and noted."""
+        raster = self.columns.setdefault("t", t)
+        if not np.array_equal(t, raster, equal_nan=True):
+            values = np.interp(raster, t, values, left=np.nan, right=np.nan) if t.size else values[:0]
+            self.notes += (f"{name} interpolated on the times of the other columns",)
+            if t.size > 1 and t[-1] > t[0]:
+                self.rates[name] = (t.size - 1) / float(t[-1] - t[0])
+        self.columns[name] = values
 
 
 Reader = Callable[[Path, Wanted], Source]

@@ -253,6 +253,25 @@ def test_exact_bounds_hold_whatever_the_law(centre, width, lower, span, spread):
     assert scaled - law.middle == pytest.approx(spread * (values - law.middle), abs=1e-9)
 
 
+@pytest.mark.parametrize(
+    ("entry", "median"),
+    [
+        ({"distribution": "truncated_normal", "mean": 0, "sigma": 0.5, "lower": 0.4, "upper": 1.0},
+         stats.truncnorm(0.8, 2.0, 0, 0.5).median()),
+        ({"distribution": "truncated_normal", "mean": 3, "sigma": 0.5, "lower": 0.4, "upper": 1.0},
+         stats.truncnorm(-5.2, -4.0, 3, 0.5).median()),
+        ({"distribution": "capability", "tolerance": 0.2, "cp": 1, "cpk": -0.5, "inspected": True},
+         stats.truncnorm(-7.5, -1.5, 2.3, 0.2 / 3).median()),
+        ({"distribution": "lognormal", "median": 1, "sigma_log": 0.5, "lower": 1.2, "upper": 2},
+         math.exp(stats.truncnorm(math.log(1.2) / 0.5, math.log(2) / 0.5, 0, 0.5).median())),
+    ],
+)  # fmt: skip
+def test_against_scipy_a_law_cut_beside_its_centre_contracts_to_its_median(entry, median):
+    law = tolerance(entry)
+    assert law.scaled(0.0).quantile(np.array([0.0, 0.3, 1.0])) == pytest.approx(3 * [median])
+    assert Plan((law,), "factorial").draw(0, 3)["J_l"] == pytest.approx([law.lower, median, law.upper])
+
+
 def test_exact_a_factorial_design_has_only_values_that_can_occur():
     own = [1e-4, 2e-4, 9e-4]
     discrete = tolerance({"distribution": "discrete", "values": own})

@@ -124,7 +124,7 @@ def _scores(plan: Plan, rows: int) -> Floats:
 def _deviate(tolerance: Tolerance, values: Floats) -> Floats:
     """Values as distance from the middle: what a change of the spread multiplies."""
     if tolerance.distribution == "lognormal":
-        return np.log(values / tolerance.centre) / tolerance.width
+        return np.log(values / tolerance.middle) / tolerance.width
     return (values - tolerance.middle) / (tolerance.deviation or 1.0)
 
 

@@ -51,9 +51,9 @@ class Tolerance:
         values = self._as_given(np.asarray(u, dtype=float))
         if self.spread == 1.0:
             return values
-        if self.distribution == "lognormal":
-            return np.asarray(self.centre * (values / self.centre) ** self.spread)
         middle = self.middle
+        if self.distribution == "lognormal":
+            return np.asarray(middle * (values / middle) ** self.spread)
         return np.asarray(middle + self.spread * (values - middle))
 
     def _as_given(self, u: Floats) -> Floats:
@@ -61,8 +61,10 @@ class Tolerance:
 
     @property
     def middle(self) -> float:
-        """The value all others contract to when the spread goes to 0: centre of the law, else its median."""
-        return self.centre if LAWS[self.distribution].centre else float(self._as_given(np.array([0.5]))[0])
+        """The value all others contract to when the spread goes to 0: a centre within the bounds, else the median."""
+        if LAWS[self.distribution].centre and self.lower <= self.centre <= self.upper:
+            return self.centre
+        return float(self._as_given(np.array([0.5]))[0])
 
     def scaled(self, factor: float) -> Tolerance:
         """The same tolerance with its spread multiplied; bounds move along. Lognormal laws scale in the logarithm."""

@@ -166,5 +166,4 @@ class Plan:
 def _at_level(tolerance: Tolerance, level: Floats) -> Floats:
     """Value between the worst cases: -1 lower, 0 middle, 1 upper, straight lines or the nearest value between."""
     low, high = tolerance.extremes()
-    middle = min(max(tolerance.middle, low), high)
-    return tolerance.nearest(np.interp(level, (-1.0, 0.0, 1.0), (low, middle, high)))
+    return tolerance.nearest(np.interp(level, (-1.0, 0.0, 1.0), (low, tolerance.middle, high)))

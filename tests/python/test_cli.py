@@ -221,6 +221,25 @@ def test_exact_examples_of_bench_and_identify_fit_together(kind, capsys):
         assert text in capsys.readouterr().out
 
 
+@pytest.mark.parametrize(
+    ("kind", "unread"),
+    [
+        ("stiffness", set()),
+        ("kinematic-error", set()),
+        ("startstop", set()),
+        ("friction", {"--load-bits", "--angle-noise", "--delay"}),
+        ("starting-torque", {"--load-bits", "--angle-noise", "--delay", "--torque-noise"}),
+        ("coastdown", {"--load-bits", "--angle-noise", "--delay", "--torque-noise"}),
+    ],
+)
+def test_exact_bench_has_options_only_of_sensors_that_its_recordings_hold(kind, unread, capsys):
+    with pytest.raises(SystemExit):
+        main(["bench", kind, "--help"])
+    listed = set(re.findall(r"--[a-z-]+", capsys.readouterr().out))
+    sensors = {"--motor-bits", "--load-bits", "--angle-noise", "--torque-noise", "--delay"}
+    assert sensors - listed == unread
+
+
 def test_exact_bench_takes_dry_friction_from_the_file_and_names_what_it_leaves_out(small, tmp_path, capsys):
     terms = '[[terms]]\neffect = "hysteresis"\n[[terms]]\neffect = "coulomb_friction"\nparameters = { T_c = 0.02 }\n'
     small.write_text(small.read_text() + terms)
@@ -264,6 +283,9 @@ def test_exact_module_is_the_command():
             ["bench", "friction", "a.toml", "--out", "x", "--sed", "5"],
             "hdfast bench friction: unknown option --sed; did",
         ),
+        (["bench", "coastdown", str(EXAMPLE), "--out", "x", "--delay", "0.1"], "unknown option --delay"),
+        (["bench", "startstop", str(EXAMPLE), "--out", "x", "--delay", "-0.001"], "--delay = -0.001 s is out of range"),
+        (["bench", "startstop", str(EXAMPLE), "--out", "x", "--delay", "nan"], "(allowed: a number from 0 to 10 s)"),
         (["identify", "starting-torque", "a.csv", "--ratio", "121"], "unknown option --ratio"),
         (["sweep", str(EXAMPLE), "--out", "/dev/null/x"], "cannot be written"),
         (["params", "--spring", "steel"], "steel"),

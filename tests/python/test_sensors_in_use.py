@@ -124,6 +124,7 @@ def test_exact_description_reads_back():
     found = facts_of(stage_of({"load_angle": facts}))["load_angle"]
     assert dataclasses.asdict(SensorFacts(**found)) == pytest.approx(dataclasses.asdict(facts))
     assert "load_angle" not in facts_of(bench.rig(load_angle=SensorFacts()))
+    assert facts_of(SensorStage([("sensor_delay", "load_angle")], {"tau_y": -1e-3})) == {}
 
 
 def test_exact_steps_of_a_bench_fall_at_random_and_its_zero_is_exact():

@@ -8,7 +8,7 @@ from dataclasses import asdict, replace
 from itertools import product
 from typing import Any
 
-from hdfast import bench
+from hdfast import bench, checks
 from hdfast.bench import folder
 from hdfast.bench.rig import SENSORS, rig
 from hdfast.checks import MAX_SEED
@@ -18,6 +18,7 @@ from hdfast.model import Model
 from hdfast.printing import json_text
 from hdfast.recordings import Recording
 from hdfast.sensors import SensorStage, encoder
+from hdfast.sensors.catalogue import EFFECTS
 
 NAME = "bench"
 TEXT = "Make the recordings a test rig would give of a known drive, through its sensors."
@@ -30,6 +31,8 @@ KINDS = {
     "starting-torque": "slow torque ramps out of rest at twelve angles (rigid, with dry friction)",
     "coastdown": "coasting to rest (rigid, with dry friction)",
 }
+LOAD_ANGLE = ("stiffness", "kinematic-error", "startstop")  # kinds that record it
+OUTPUT_TORQUE = (*LOAD_ANGLE, "friction")
 GIVEN = "(default: %(default)s)"
 DRY, T_C, AT_REST = "coulomb_friction", 0.03, 4.0 / 3.0
 KNOWN = {"stiffness": (), "friction": (DRY,), "starting-torque": (DRY,), "coastdown": (DRY,)}
@@ -53,20 +56,23 @@ def arguments(command: argparse.ArgumentParser, whole: Callable[[str, int, int],
             type=whole("--motor-bits", 1, 40),
             help="bits of the motor encoder (default: the file's, else 17)",
         )
-        part.add_argument(
-            "--load-bits",
-            type=whole("--load-bits", 1, 40),
-            help="bits of the load encoder (default: the file's, else 20)",
-        )
-        part.add_argument(
-            "--angle-noise", type=float, help="noise of the load angle [rad] (default: the file's, else 1e-6)"
-        )
-        part.add_argument(
-            "--torque-noise",
-            type=float,
-            help="noise of the torques at the output [N m] (default: the file's, else 0.05)",
-        )
-        part.add_argument("--delay", type=float, help="lag of the load angle [s] (default: the file's, else 0)")
+        part.set_defaults(load_bits=None, angle_noise=None, torque_noise=None, delay=None)
+        if kind in LOAD_ANGLE:
+            part.add_argument(
+                "--load-bits",
+                type=whole("--load-bits", 1, 40),
+                help="bits of the load encoder (default: the file's, else 20)",
+            )
+            part.add_argument(
+                "--angle-noise", type=float, help="noise of the load angle [rad] (default: the file's, else 1e-6)"
+            )
+            part.add_argument("--delay", type=float, help="lag of the load angle [s] (default: the file's, else 0)")
+        if kind in OUTPUT_TORQUE:
+            part.add_argument(
+                "--torque-noise",
+                type=float,
+                help="noise of the torques at the output [N m] (default: the file's, else 0.05)",
+            )
         part.add_argument(
             "--format", choices=("parquet", "csv", "npz"), default="parquet", help=f"kind of file {GIVEN}"
         )
@@ -131,6 +137,8 @@ def _left_out(kind: str, model: Model) -> list[str]:
 
 def _sensors(options: argparse.Namespace, settings: Config) -> SensorStage:
     """The bench's own sensors, changed by what the file states, then by what the command line says."""
+    if options.delay is not None:
+        checks.number("--delay", options.delay, 0.0, EFFECTS["sensor_delay"].parameter("tau_y").allowed[1], "s")
     asked: dict[str, dict[str, float | None]] = {
         "motor_angle": {"resolution": _step(options.motor_bits)},
         "load_angle": {

@@ -116,7 +116,7 @@ def facts_of(stage: SensorStage) -> dict[str, dict[str, Any]]:
     for effect, channel in stage.effects:
         for key, (stated, own) in KEYS.items():
             value = stage.value(f"{channel}_{effect}_{own}") if stated == effect else 0.0
-            if value:
+            if value > 0.0:  # [sensors] has no word for a channel that is early
                 written = {"lowpass_hz": 1.0 / (TURN * value), "averaged": True}.get(key, value)
                 found.setdefault(channel, {})[key] = written
     return found

@@ -190,6 +190,29 @@ def test_exact_a_gap_in_the_torque_does_not_hide_a_driven_coast():
         identify.coastdown({"t": t, "motor_angle": t, "motor_torque": np.where(t < 0.1, np.nan, 0.1)})
 
 
+@pytest.mark.parametrize("inertia", [J, None])
+def test_exact_noise_of_a_torque_does_not_drive_a_coast(inertia):
+    sensors = rig(motor_torque=SensorFacts(noise=0.05))
+    for seed in range(10):
+        identify.coastdown(coastdown(FrictionLaw(), seed=seed, sensors=sensors), inertia=inertia)
+
+
+@pytest.mark.parametrize(
+    ("inertia", "level", "allowed"),
+    [(1e-6, 0.01, "2e-05"), (1e-2, 0.1, None), (1e-2, -0.3, "0.2"), (None, 0.01, None), (None, 0.1, "0.02")],
+)
+def test_exact_a_driven_coast_is_told_by_what_slows_it(inertia, level, allowed):
+    """100 rad/s^2 of deceleration, and a torque of that median in noise that is as far above it as below."""
+    t = np.linspace(0.0, 0.5, 1001)
+    noise = 1e-3 * np.sin(0.02 * np.pi * np.arange(1001))
+    recording = {"t": t, "motor_angle": 60.0 * t - 50.0 * t**2, "motor_torque": level + noise}
+    if allowed is None:
+        identify.coastdown(recording, inertia=inertia)
+        return
+    with pytest.raises(InputError, match=f"median is {level:g} N m .allowed: up to {allowed} N m in size"):
+        identify.coastdown(recording, inertia=inertia)
+
+
 def test_against_published_friction_of_a_strain_wave_joint():
     """Kinova Gen3 joint 7 at constant speeds: about 1.39 + 0.69 v N m at the joint, 7.6 N m/A."""
     files = sorted(DATA.glob("kinova_gen3_j7_v*.npz"))

@@ -22,6 +22,9 @@ POINTS = 400
 STEPS = 400
 REST = 0.02
 LEAST_ANGLE = 0.1
+LEVEL = 0.02  # N m
+SHARE = 0.2  # of what slows the drive: friction would be off by as much
+MEDIAN_ERROR = math.sqrt(0.5 * math.pi)  # of normal noise, over that of the mean
 LEAST_SAMPLES = 5  # in motion: one coast alone carries the law, its start and its speed
 
 
@@ -41,7 +44,9 @@ def coastdown(
     only; `inertia`, known from an added disc or a known torque, turns it into torque.
 
     Args:
-        recordings: coasts without motor torque; each needs t and motor_angle and begins in motion.
+        recordings: coasts without motor torque; each needs t and motor_angle and begins in motion. The median of a
+            motor_torque until rest is, but for three standard errors, at most a fifth of the torque that slows the
+            drive, or 0.02 N m without `inertia`.
         inertia: moving inertia at the motor J_m + J_l/ratio^2 [kg m^2].
         ratio: gear ratio, for the model file.
         cubic: fit c as well; it needs fast and slow coasts.
@@ -53,7 +58,7 @@ def coastdown(
     j_total = None if inertia is None else checks.positive("inertia", inertia, 1e6, "kg m^2")
     i = None if ratio is None else checks.positive("ratio", ratio, 1e4)
     listed = gather(recordings, columns)
-    runs = [_moving(item) for item in listed]
+    runs = [_moving(item, j_total) for item in listed]
     start = [_first_guess(t, angle) for t, angle in runs]
     fastest = max(speed for _, speed in start)
     decay = 0.5 / max(float(t[-1]) for t, _ in runs)
@@ -143,15 +148,9 @@ def _integrated(t: Floats, speed: float, law: tuple[float, float, float]) -> Flo
     )
 
 
-def _moving(recording: Recording) -> tuple[Floats, Floats]:
+def _moving(recording: Recording, inertia: float | None) -> tuple[Floats, Floats]:
     """Time from the first sample and distance travelled until rest, thinned to means."""
     t, angle = recording.need("a coast-down", "t", "motor_angle")
-    torque = np.abs(recording.get("motor_torque", np.zeros(0)))
-    known = torque[np.isfinite(torque)]
-    if known.size and np.median(known) > 0.02:
-        raise InputError(
-            f"{recording.name}: motor_torque is not near zero; a coast-down needs a motor that is switched off"
-        )
     travelled = (angle - angle[0]) * np.sign(angle[-1] - angle[0])
     total = travelled[-1]
     if not total > LEAST_ANGLE:
@@ -162,10 +161,33 @@ def _moving(recording: Recording) -> tuple[Floats, Floats]:
         raise InputError(
             f"{recording.name}: the motor rests after {stop} samples (allowed: at least {LEAST_SAMPLES} in motion)"
         )
+    _refuse_driven(recording, t[:stop], travelled[:stop], inertia)
     size = max(1, stop // POINTS)
     count = stop // size
     means = [values[: count * size].reshape(count, size).mean(axis=1) for values in (t - t[0], travelled)]
     return means[0], means[1]
+
+
+def _refuse_driven(recording: Recording, t: Floats, travelled: Floats, inertia: float | None) -> None:
+    """Refuse a motor torque at a level that its noise does not explain."""
+    torque = recording.get("motor_torque", np.full(recording.samples, np.nan))[recording["t"] <= t[-1]]
+    known = torque[np.isfinite(torque)]
+    if not known.size:
+        return
+    if inertia is None:
+        limit, meaning = LEVEL, "without inertia"
+    else:
+        halfway = float(np.interp(0.5 * (t[0] + t[-1]), t, travelled))
+        slowing = 4.0 * (2.0 * halfway - float(travelled[-1])) / float(t[-1] - t[0]) ** 2
+        limit, meaning = SHARE * inertia * max(slowing, 0.0), f"{SHARE:g} of what slows the drive"
+    noise = MEDIAN_ERROR * float(np.std(known)) / math.sqrt(known.size)
+    level = float(np.median(known))
+    if abs(level) > limit + 3.0 * noise:
+        raise InputError(
+            f"{recording.name}: motor_torque is not near zero, its median is {level:.3g} N m (allowed: up to "
+            f"{limit:.3g} N m in size, {meaning}, and {3.0 * noise:.2g} N m for its noise); "
+            "a coast-down needs a motor that is switched off"
+        )
 
 
 def _first_guess(t: Floats, angle: Floats) -> tuple[float, float]:

@@ -49,7 +49,12 @@ def build_info() -> dict[str, Any]:
 
 @cache
 def metrics() -> dict[str, Quantity]:
-    """Metrics by name. Besides these, `order_<o>` and `speed_order_<o>` give amplitudes at any order."""
+    """Metrics by name. Besides these, `order_<o>` and `speed_order_<o>` give amplitudes at any order.
+
+    They are found over the last whole motor revolutions before t_off that last half a second, whatever the run phase.
+    At most 20,000 samples reach back over four times as long at the set speed: NaN where the revolutions began earlier,
+    or where an order, or one of the kinematic error, has fewer than 2.5 samples per period.
+    """
     return {row["name"]: Quantity(**row) for row in _core.metrics()}
 
 
@@ -98,7 +103,8 @@ def order_amplitude(name: object) -> Quantity | None:
         if isinstance(name, str) and re.match(re.escape(prefix) + r"\d", name):
             label = str(parse_order(name.removeprefix(prefix)))
             what = "transmission error" if prefix == "order_" else "load speed"
-            return Quantity(prefix + label, unit, f"amplitude of order {label} of the {what}")
+            meaning = f"amplitude of order {label} of the {what} over the last whole revolutions before the stop"
+            return Quantity(prefix + label, unit, meaning)
     return None
 
 

@@ -121,7 +121,7 @@ class Scenario:
             run_window: (begin, end) of the run phase [s]; the end is t_off. By default it holds the last whole
                 revolutions of the set speed that last half a second, also where the drive misses that speed;
                 `steady_speed` and the orders look for the revolutions it turned, the orders no further back than four
-                such phases: further below the set speed they are NaN.
+                such phases, also where another one is given: further below the set speed they are NaN.
             ring_delay: delay of the residual-ring window after t_off [s]; default 1.5 (coast) or 0.1 (brake).
             ring_width: its width [s]; default 1.4 (coast) or 0.5 (brake).
 

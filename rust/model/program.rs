@@ -121,12 +121,14 @@ pub struct Program {
 }
 
 impl Program {
-    /// Start of the run phase of a row, which has to be known beforehand: the last whole number of set-speed revolutions
-    /// before `off` that last at least [`SHORTEST_RUN`], or half of the motion where not one revolution fits.
+    /// Start of the run phase of a row, which has to be known beforehand.
     pub fn run_start<S: Scalar>(&self, omega_set: S) -> S {
-        if let Some(run) = self.run {
-            return S::splat(run);
-        }
+        self.run.map_or_else(|| self.last_revolutions(omega_set), S::splat)
+    }
+
+    /// Start of the last whole number of set-speed revolutions before `off` that last at least [`SHORTEST_RUN`], or half
+    /// of the motion where not one revolution fits.
+    pub fn last_revolutions<S: Scalar>(&self, omega_set: S) -> S {
         let revolution = S::splat(std::f64::consts::TAU) / omega_set.abs();
         let window = S::splat((SHORTEST_RUN / revolution.plain()).ceil()) * revolution;
         if window.plain() <= self.off - self.on {

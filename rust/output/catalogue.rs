@@ -287,7 +287,9 @@ impl Metric {
         Some(entry(
             name,
             unit,
-            format!("amplitude at order {label} over the last whole revolutions before the stop"),
+            format!(
+                "amplitude at order {label} over the last whole motor revolutions before the stop that last half a second"
+            ),
             Self::Order(signal, value),
         ))
     }

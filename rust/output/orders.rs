@@ -6,6 +6,10 @@ use super::steady::Steady;
 use crate::model::Signal;
 use crate::real::Scalar;
 use crate::solve::Seat;
+use std::f64::consts::TAU;
+
+/// Samples per period below which an order is taken for another one; 2 are the least.
+const LEAST_PER_PERIOD: f64 = 2.5;
 
 /// What is fitted, and how it follows a parameter.
 #[derive(Default)]
@@ -16,11 +20,19 @@ struct Samples {
     data_tangents: Vec<f64>,
 }
 
+impl Samples {
+    /// The highest order that they tell from others, wherever they are farthest apart.
+    fn highest_order(&self) -> f64 {
+        let farthest = self.angles.windows(2).map(|pair| (pair[1] - pair[0]).abs()).fold(0.0, f64::max);
+        TAU / (LEAST_PER_PERIOD * farthest)
+    }
+}
+
 /// Amplitude of each wanted order in a signal over the whole revolutions of the steady run.
 ///
 /// The orders of the model's own kinematic error are fitted along, so that they do not leak; each wanted order
 /// beyond them is fitted on its own, so that it does not depend on its company. NaN where less than one revolution was
-/// turned, or so slowly that the samples do not reach back over the steady run.
+/// turned, or so slowly that the samples do not reach back over the steady run, or where they are too few for an order.
 pub fn amplitudes<S: Scalar, const N: usize>(
     seat: &Seat<S, N>,
     signal: Signal,
@@ -36,7 +48,8 @@ pub fn amplitudes<S: Scalar, const N: usize>(
     let lowest = 1.0 / f64::from(steady.revolutions);
     let known: Vec<f64> = known.iter().copied().filter(|order| *order >= lowest).collect();
     let samples = samples(seat, signal, steady.window);
-    if samples.angles.len() < 2 * known.len() + 4 {
+    let highest = samples.highest_order();
+    if samples.angles.len() < 2 * known.len() + 4 || known.iter().any(|order| *order > highest) {
         return missing;
     }
     let mut problem = LeastSquares::new(&samples.data);
@@ -48,7 +61,8 @@ pub fn amplitudes<S: Scalar, const N: usize>(
         return missing;
     }
     let mut found: Vec<(f64, S)> = known.iter().copied().zip(lengths(&problem, &known, &samples)).collect();
-    let unknown: Vec<f64> = wanted.iter().copied().filter(|order| !known.contains(order)).collect();
+    let unknown: Vec<f64> =
+        wanted.iter().copied().filter(|order| *order <= highest && !known.contains(order)).collect();
     let own = problem.len();
     for (&order, (cosine, sine)) in unknown.iter().zip(waves(&unknown, &samples.angles)) {
         problem.truncate(own);

@@ -48,7 +48,7 @@ pub fn probe_grid<S: Scalar>(metrics: &[Metric], layout: &Layout, row: &Row<S>, 
 /// When the samples for order amplitudes begin.
 pub fn orders_from<S: Scalar>(row: &Row<S>, program: &Program) -> S {
     let off = S::splat(program.off);
-    (off - S::splat(EARLIER) * (off - program.run_start(row.omega_set))).max(S::splat(program.on))
+    (off - S::splat(EARLIER) * (off - program.last_revolutions(row.omega_set))).max(S::splat(program.on))
 }
 
 fn add_uniform<S: Scalar>(times: &mut Vec<S>, from: S, to: S, count: usize) {

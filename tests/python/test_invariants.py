@@ -463,3 +463,24 @@ def test_exact_no_order_amplitude_from_a_part_of_a_revolution(speed, torque, tur
     np.testing.assert_allclose(found["steady_speed"][0], reached, rtol=1e-3)
     right = AMPLITUDES[1] * closed_forms.forced_gain(p, 2 * reached) if turns else math.nan
     np.testing.assert_allclose(found["order_2"][0], right, rtol=1e-3)
+
+
+@pytest.mark.parametrize("window", [None, (35.0, 40.0), (10.0, 40.0)])
+def test_exact_orders_that_nothing_excites_whatever_the_run_phase(window):
+    """A run phase of many revolutions does not thin the samples of those that are fitted."""
+    begin = {"t_off": 40.0} if window is None else {"run_window": window}
+    scenario = Scenario.start_stop(speed_rpm=600.0, start="speed_ramp", stop="brake", t_end=41.0, **begin)
+    found = hdfast.sweep({}, scenario=scenario, metrics=["order_2", "order_50", "order_100"])
+    right = AMPLITUDES[1] * closed_forms.forced_gain(parameters(), 2 * 600.0 * RPM)
+    np.testing.assert_allclose(found["order_2"], right, rtol=3e-2)
+    assert found["order_50"] < 1e-10
+    assert found["order_100"] < 1e-10
+
+
+def test_exact_no_amplitude_of_an_order_between_the_samples():
+    """20,000 samples of four revolutions tell orders up to 2,000 apart; one beyond spoils only those fitted with it."""
+    beyond = hdfast.sweep({}, metrics=["order_2", "order_1900", "order_2100"])
+    assert beyond["order_2"] > 1e-5
+    assert beyond["order_1900"] < 1e-10
+    assert np.isnan(beyond["order_2100"])
+    assert np.isnan(hdfast.sweep({}, model=hdfast.Model(orders=[2, 2100]), metrics=["order_2"])["order_2"])

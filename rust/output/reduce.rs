@@ -12,6 +12,10 @@ use crate::solve::{Integral, Mark, Retrace, Seat};
 
 const RISE_LEVELS: (f64, f64) = (0.05, 0.95);
 const HALF: f64 = 0.5;
+/// A mean speed up to this share of the largest one plus [`CRAWL`] is rounding: the shaft stands still.
+const STANDING: f64 = 1e-6;
+/// Motor speed below which relative accuracy is not asked for [rad/s].
+const CRAWL: f64 = 0.1;
 
 /// A finished row on its way to numbers.
 pub struct Reduction<'a, S, const N: usize> {
@@ -140,9 +144,13 @@ impl<'a, S: Scalar, const N: usize> Reduction<'a, S, N> {
         crossing(self.seat, self.retrace, signal, mean.plain().signum(), S::splat(share) * mean.abs(), window, wanted)
     }
 
+    /// Mean speed of the steady run; NaN where the shaft stands still.
     fn steady_mean(&mut self, signal: Signal) -> S {
-        let steady = self.steady();
-        if signal == Signal::OmegaM { steady.omega_m } else { steady.omega_l }
+        let Steady { omega_m, omega_l, fastest: [motor, load], .. } = self.steady();
+        let gear = self.seat.assignment.row.constants.inverse_ratio.plain().abs();
+        let (mean, size) =
+            if signal == Signal::OmegaM { (omega_m, motor + CRAWL) } else { (omega_l, load + CRAWL * gear) };
+        if mean.plain().abs() > STANDING * size { mean } else { S::splat(f64::NAN) }
     }
 
     fn orders(&mut self, signal: Signal, metrics: &[Metric], out: &mut [S]) {

@@ -16,15 +16,30 @@ pub struct Steady<S> {
     pub omega_l: S,
     /// Whole motor revolutions in the window; 0 where not one fits.
     pub revolutions: u32,
+    /// Largest speeds of motor and load at the ends of steps [rad/s].
+    pub fastest: [f64; 2],
+}
+
+impl<S: Scalar> Steady<S> {
+    /// Of a row that did not reach the stop.
+    fn missing() -> Self {
+        let missing = S::splat(f64::NAN);
+        Self {
+            window: (f64::NAN, f64::NAN),
+            omega_m: missing,
+            omega_l: missing,
+            revolutions: 0,
+            fastest: [f64::NAN; 2],
+        }
+    }
 }
 
 /// The steady run of a recorded row; all NaN where the row did not reach the stop.
 pub fn steady<S: Scalar, const N: usize>(seat: &Seat<S, N>, retrace: &mut dyn Retrace<S, N>) -> Steady<S> {
-    let missing = S::splat(f64::NAN);
     let end = seat.time_of(Mark::Off);
     let count = seat.records.partition_point(|record| record.t <= end);
     let Some(last) = count.checked_sub(1).map(|index| seat.records[index]).filter(|record| record.t == end) else {
-        return Steady { window: (f64::NAN, f64::NAN), omega_m: missing, omega_l: missing, revolutions: 0 };
+        return Steady::missing();
     };
     let records = &seat.records[..count];
     let from = records.partition_point(|record| record.t < seat.time_of(Mark::On));
@@ -34,7 +49,7 @@ pub fn steady<S: Scalar, const N: usize>(seat: &Seat<S, N>, retrace: &mut dyn Re
     let turns = records[from..].iter().rev().find(late_enough).map_or(f64::INFINITY, |r| (travelled(r) / TAU).ceil());
     let available = (direction.abs() / TAU).floor();
     let mut revolutions = turns.max(1.0);
-    let mut start = missing;
+    let mut start = S::splat(f64::NAN);
     while revolutions <= available {
         let index = from + records[from..].partition_point(|record| travelled(record) > revolutions * TAU);
         let angle = last.state[0] - S::splat(direction.signum() * revolutions * TAU);
@@ -58,6 +73,9 @@ pub fn steady<S: Scalar, const N: usize>(seat: &Seat<S, N>, retrace: &mut dyn Re
         omega_m: mean(state[0], last.state[0]),
         omega_l: mean(theta_l(state[0], first.te), theta_l(last.state[0], final_te)),
         revolutions: revolutions as u32,
+        fastest: seat.records.iter().fold([0.0, 0.0], |[motor, load], record| {
+            [f64::max(motor, record.state[1].plain().abs()), f64::max(load, record.omega_l.abs())]
+        }),
     }
 }
 

@@ -484,3 +484,21 @@ def test_exact_no_amplitude_of_an_order_between_the_samples():
     assert beyond["order_1900"] < 1e-10
     assert np.isnan(beyond["order_2100"])
     assert np.isnan(hdfast.sweep({}, model=hdfast.Model(orders=[2, 2100]), metrics=["order_2"])["order_2"])
+
+
+@pytest.mark.parametrize("rtol", [1e-6, 1e-7, 1e-9])
+@pytest.mark.parametrize(
+    ("row", "terms", "options"),
+    [
+        ({"tau_load": 5.0, "omega_set": 5.15}, ["stribeck_friction"], {"t_on": 0.05, "t_off": 0.9, "t_end": 1.6}),
+        ({"omega_set": 0.0, "tau_load": 30.0}, [], {"start": "speed_ramp", "initial": "zero_angle"}),
+    ],
+)
+def test_exact_no_rise_of_a_motor_that_stands_still(row, terms, options, rtol):
+    model = hdfast.Model(terms=terms, orders=[1, 2])
+    names = [name for name in hdfast.metrics() if name.startswith(("rise_", "stop_", "dead_"))]
+    found = hdfast.sweep(
+        row, model=model, scenario=Scenario.start_stop(**options), metrics=["steady_speed", *names], rtol=rtol
+    )
+    assert abs(found["steady_speed"][0]) < 1e-9
+    assert {name: found[name][0] for name in names if not np.isnan(found[name][0])} == {}

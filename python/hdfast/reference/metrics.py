@@ -7,13 +7,14 @@ from functools import cached_property, partial
 from itertools import pairwise
 
 from .fit import solve
-from .integrate import Trajectory
+from .integrate import FLOORS, Trajectory
 from .mode import fit_mode
 from .search import Scan, integrals, peak, root
 from .signals import output_speed, transmission_error, windup_rate
 from .stepper import Vector
 
 PHASES = ["start", "run", "stop"]
+STANDING = 1e-6  # a mean speed up to this share of the largest one plus its floor is rounding
 LOSSES = ["loss_motor", "loss_wave_generator", "loss_load", "loss_mesh"]
 
 
@@ -158,12 +159,18 @@ class Metrics:
 
     def passages(self, name: str, a: float, b: float, upward: bool) -> Vector:
         level = self.steady[name]
-        if not b > a or math.isnan(level) or level == 0.0:
+        if not b > a or math.isnan(level) or self.stands(name):
             return [math.nan] * 3
         shares = (0.05, 0.5, 0.95) if upward else (0.95, 0.5, 0.05)
         found = [self.scan.crossings(name, share * level, a, b, upward == (level > 0.0)) for share in shares]
         ends = [0, 0, 0 if upward else -1]
         return [times[end] if times else math.nan for times, end in zip(found, ends, strict=True)]
+
+    def stands(self, name: str) -> bool:
+        """Whether the steady mean of a speed is no more than rounding."""
+        gear = 1.0 if name == "omega_m" else abs(self.drive.ratio)
+        size = max(map(abs, self.scan.columns[name])) + FLOORS["omega_m"] / gear
+        return abs(self.steady[name]) <= STANDING * size
 
     def residual_ring(self) -> float:
         """Root mean square over the ring window, or the part of it before the end."""

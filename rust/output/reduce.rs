@@ -32,6 +32,11 @@ fn without_derivative<S: Scalar>(value: f64) -> S {
     S::splat(value).with_tangent(f64::NAN)
 }
 
+/// Root of a mean square; 0, and so its derivative, where rest or rounding leaves nothing of it.
+fn root_of_mean<S: Scalar>(square: S) -> S {
+    if square.plain() <= 0.0 { S::zero() } else { square.sqrt() }
+}
+
 impl<'a, S: Scalar, const N: usize> Reduction<'a, S, N> {
     /// For a row that ended at a time in a state.
     pub fn new(
@@ -117,8 +122,7 @@ impl<'a, S: Scalar, const N: usize> Reduction<'a, S, N> {
 
     fn deviation(&self, value: Integral, square: Integral, phase: Phase) -> S {
         let mean = self.mean(value, phase);
-        let variance = self.mean(square, phase) - mean * mean;
-        if variance.plain() < 0.0 { S::zero() } else { variance.sqrt() }
+        root_of_mean(self.mean(square, phase) - mean * mean)
     }
 
     /// Time of the first upward crossing of a share of the signal's own steady mean.
@@ -191,6 +195,6 @@ impl<'a, S: Scalar, const N: usize> Reduction<'a, S, N> {
         let width = S::splat(self.seat.time_of(Mark::RingEnd) - self.seat.time_of(Mark::RingStart));
         let square =
             if self.seat.assignment.program.ring_on_load { Integral::OmegaLSquare } else { Integral::WindupRateSquare };
-        (self.seat.integral(Mark::RingStart, Mark::RingEnd, square) / width).sqrt()
+        root_of_mean(self.seat.integral(Mark::RingStart, Mark::RingEnd, square) / width)
     }
 }

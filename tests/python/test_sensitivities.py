@@ -229,6 +229,16 @@ def test_exact_rows_that_fail_have_no_derivatives():
     assert result.final_state_sensitivities.shape == (3, 5, 2)
 
 
+def test_exact_an_rms_of_nothing_has_no_slope():
+    model = hdfast.Model("one_inertia", terms=["coulomb_friction"])
+    scenario = hdfast.Scenario.start_stop(start="speed_ramp", stop="brake", t_off=0.9, t_end=1.6)
+    options = {"metrics": ["residual_ring", "te_rms"], "sensitivities": ["B_m"]}
+    result = hdfast.sweep({}, model=model, scenario=scenario, **options)
+    assert (result["residual_ring"][0], result.metric_sensitivities["residual_ring"][0, 0]) == (0.0, 0.0)
+    smooth = hdfast.sweep({"te_scale": 0.0}, model=model, scenario=scenario, **options)
+    assert (smooth["te_rms"][0], smooth.metric_sensitivities["te_rms"][0, 0]) == (0.0, 0.0)
+
+
 def test_against_differences_of_friction_with_a_cusp_at_rest():
     """The slope of a Stribeck law with an exponent below 1 is infinite at rest, where the drive begins."""
     model, step = hdfast.Model(terms=["stribeck_friction"]), 1e-4

@@ -156,7 +156,7 @@ class SweepResult:
             parameter = self.request.table[int(self.detail[row])]
             value = self.parameters(row)[parameter.name]
             cause = f"{parameter.name} = {value:g} {parameter.unit}, plausible {parameter.low:g} to {parameter.high:g}"
-            return f"row {row}: {status.name} ({cause}): {status.remedy}"
+            return f"row {row}: {status.name} ({cause}; {parameter.meaning}): {status.remedy}"
         return f"row {row}: {status.name} at t = {self.time[row]:.6g} s after {self.steps[row]} steps: {status.remedy}"
 
     def usable(self, metric: str) -> Floats:

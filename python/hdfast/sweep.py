@@ -167,7 +167,7 @@ def _raise_for_bad_row(result: SweepResult) -> None:
     value = parameters_of(result.request, row)[parameter.name]
     raise RowError(
         f"row {row}: {parameter.name} = {value:g} {parameter.unit} cannot be simulated "
-        f"(plausible: {parameter.low:g} to {parameter.high:g})",
+        f"(plausible: {parameter.low:g} to {parameter.high:g}; {parameter.meaning})",
         row,
         parameter.name,
     )

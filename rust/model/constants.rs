@@ -191,7 +191,9 @@ impl<S: Scalar> Row<S> {
         if constants.k_p.plain() > 0.0 {
             constants.inverse_k_p = one / constants.k_p;
         }
-        set_spring(layout, values, &mut constants)?;
+        if layout.base == Base::TwoInertia {
+            set_spring(layout, values, &mut constants)?;
+        }
 
         let orders = layout.orders.len();
         let coefficients = &values[layout.te_cos()..];

@@ -83,7 +83,16 @@ const POLYNOMIAL: [Entry; 6] = [
     ("k3", "k_3", "N m/rad^3", 1.3445e10, 0.0, 2.0e10, "spring, cubic coefficient", FIT),
     ("k4", "k_4", "N m/rad^4", 0.0, -1.0e12, 1.0e12, "spring, quartic coefficient", FIT),
     ("k5", "k_5", "N m/rad^5", -3.211e15, -4.0e15, 1.0e15, "spring, quintic coefficient", FIT),
-    ("phi_max", "phi_max", "rad", 1.465e-3, 1.0e-3, 3.3e-3, "end of the fitted range, linear beyond", FIT),
+    (
+        "phi_max",
+        "phi_max",
+        "rad",
+        1.465e-3,
+        1.0e-3,
+        3.3e-3,
+        "end of the fitted range, linear beyond; the stiffness has to be positive up to it",
+        FIT,
+    ),
 ];
 
 const PIECEWISE: [Entry; 5] = [
@@ -91,7 +100,7 @@ const PIECEWISE: [Entry; 5] = [
     ("K2", "K_2", "N m/rad", 5.0e4, 1.0e4, 8.0e4, "stiffness between T1 and T2", CATALOGUE),
     ("K3", "K_3", "N m/rad", 5.7e4, 1.0e4, 9.0e4, "stiffness beyond T2", CATALOGUE),
     ("T1", "T_1", "N m", 14.0, 1.0, 40.0, "torque at which K1 ends", CATALOGUE),
-    ("T2", "T_2", "N m", 48.0, 20.0, 120.0, "torque at which K2 ends", CATALOGUE),
+    ("T2", "T_2", "N m", 48.0, 20.0, 120.0, "torque at which K2 ends, above T1", CATALOGUE),
 ];
 
 const SCENARIO: [Entry; 6] = [

@@ -502,3 +502,14 @@ def test_exact_no_rise_of_a_motor_that_stands_still(row, terms, options, rtol):
     )
     assert abs(found["steady_speed"][0]) < 1e-9
     assert {name: found[name][0] for name in names if not np.isnan(found[name][0])} == {}
+
+
+@pytest.mark.parametrize("spring", ["polynomial", "piecewise"])
+def test_exact_a_rigid_gear_has_no_spring(sweep, spring):
+    names = {"polynomial": ["k1", "k5", "phi_max"], "piecewise": ["K1", "T2"]}[spring]
+    options = {"model": hdfast.Model("one_inertia", spring), "scenario": Scenario.start_stop(t_end=1.0)}
+    options["metrics"] = ["steady_speed", "energy_in", "time_outside_range", "peak_windup"]
+    expected = sweep({}, **options).metrics
+    for name in names:
+        found = sweep({name: np.array([-1.0])}, **options).metrics
+        assert {metric: value[0] for metric, value in found.items()} == {k: v[0] for k, v in expected.items()}

@@ -35,6 +35,21 @@ def test_exact_status_in_words(result):
             result.message(row)
 
 
+@pytest.mark.parametrize(
+    ("spring", "name", "value", "reason"),
+    [
+        ("polynomial", "phi_max", 0.0025, "the stiffness has to be positive up to it"),
+        ("piecewise", "T2", 20.0, "above T1"),
+    ],
+)
+def test_exact_a_plausible_value_that_is_refused_is_told_why(spring, name, value, reason):
+    row = {name: value} | ({"T1": 40.0} if name == "T2" else {})
+    model = hdfast.Model(spring=spring)
+    assert reason in hdfast.sweep(row, model=model, metrics=[]).message(0)
+    with pytest.raises(hdfast.RowError, match=reason):
+        hdfast.sweep(row, model=model, metrics=[], strict=True)
+
+
 def test_exact_percentiles_are_those_of_a_metric(result):
     with pytest.raises(hdfast.InputError, match="metric = 'te' is not known"):
         result.percentiles("te")

@@ -216,7 +216,7 @@ class Metrics:
         return abs(after - before - put_in + sum(lost)) / exchanged if exchanged else 0.0
 
     def time_outside_range(self) -> float:
-        if self.problem.spring != "polynomial":
+        if self.drive.rigid or self.problem.spring != "polynomial":
             return 0.0
         return self.scan.time_above("windup", self.problem.parameters["phi_max"], 0.0, self.problem.t_end)
 

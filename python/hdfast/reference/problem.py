@@ -80,7 +80,7 @@ class Problem:
         for name in NOT_NEGATIVE:
             if p[name] < 0.0:
                 return name
-        return self._impossible_spring()
+        return "" if self.base == "one_inertia" else self._impossible_spring()
 
     def _impossible_spring(self) -> str:
         p = self.parameters

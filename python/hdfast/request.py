@@ -18,6 +18,7 @@ from hdfast.model import Model
 from hdfast.params import Parameter, ParameterTable, chosen_model, layout
 from hdfast.rows import Rows, read_rows
 from hdfast.scenario import Scenario
+from hdfast.scenario_parts import MAX_ANGLE
 from hdfast.sensitivities import Directions, choose_directions
 from hdfast.sensors.observation import Observation, observe
 from hdfast.sensors.stage import SensorStage
@@ -256,6 +257,14 @@ def _initial_state(value: Any, rows: int, model: Model) -> Floats | None:
             f"initial_state has shape {array.shape}, allowed: ({rows}, {full}) or ({full},) "
             f"with {', '.join(model.states)}; z may be left out"
         )
+    for column in (column for column, name in enumerate(model.states) if name.startswith("theta")):
+        angles = np.atleast_1d(array[..., column])
+        beyond = angles[np.abs(angles) > MAX_ANGLE]
+        if beyond.size:
+            raise InputError(
+                f"initial_state has {model.states[column]} = {beyond[0]:g} rad "
+                f"(allowed: {-MAX_ANGLE:g} to {MAX_ANGLE:g} rad)"
+            )
     return np.ascontiguousarray(np.broadcast_to(array, (rows, array.shape[-1])))
 
 

@@ -20,6 +20,7 @@ T_RAMP, T_BRAKE = 0.2, 0.02
 MAX_TIME = 1e6
 MAX_SPEED_RPM = 1e5
 MAX_TORQUE = 1e6
+MAX_ANGLE = 1e9
 
 
 def pair(t_name: str, t: Any, name: str, values: Any, limit: float) -> tuple[Floats, Floats]:
@@ -94,7 +95,7 @@ def scenario_values(speed_rpm: Any, load: Any, K_p: Any, K_i: Any, tau_max: Any,
         "K_p": checks.finite("K_p", K_p, 0.0, 1e6, "N m s/rad"),
         "K_i": checks.finite("K_i", K_i, 0.0, 1e6, "N m/rad"),
         "tau_max": checks.positive("tau_max", tau_max, math.inf, "N m"),
-        "theta_m0": checks.finite("theta_m0", theta_m0, -1e9, 1e9, "rad"),
+        "theta_m0": checks.finite("theta_m0", theta_m0, -MAX_ANGLE, MAX_ANGLE, "rad"),
     }
 
 

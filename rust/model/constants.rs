@@ -92,6 +92,8 @@ per_lane! {
     }
 }
 
+/// Largest motor angle whose sine is accurate [rad].
+const FARTHEST: f64 = 1e9;
 /// Gains below this act on no time scale of a drive and only overflow.
 const SMALLEST_GAIN: f64 = 1e-12;
 
@@ -157,6 +159,8 @@ impl<S: Scalar> Row<S> {
             check(layout.scenario(column), gain == 0.0 || gain >= SMALLEST_GAIN)?;
         }
         check(tau_max, values[tau_max].plain() > 0.0)?;
+        let theta_m0 = layout.scenario(ScenarioColumn::ThetaM0);
+        check(theta_m0, values[theta_m0].plain().abs() <= FARTHEST)?;
 
         let mut constants = Constants {
             inverse_ratio: one / ratio,
@@ -208,7 +212,7 @@ impl<S: Scalar> Row<S> {
             harmonics,
             omega_set,
             tau_load,
-            theta_m0: scenario(ScenarioColumn::ThetaM0),
+            theta_m0: values[theta_m0],
             strongest_orders: strongest_orders(
                 &layout.orders,
                 &coefficients[..orders],

@@ -281,6 +281,7 @@ def test_against_reference_impossible_rows(engine, reference, base, spring):
     cases = [(name, value) for name in names for value in (math.nan, -1.0, 0.0, math.inf)]
     cases = [case for case in cases if case != ("te_sin_15", -1.0)]
     cases += [(name, value) for name in ("tau_max", "K_p", "omega_set") for value in (math.nan, -1.0, 0.0, math.inf)]
+    cases += [("theta_m0", value) for value in (-1e9, 1.1e9, -1e15)]
     for name, value in cases:
         row = {name: np.array([value])}
         options = {"model": model, "scenario": hdfast.Scenario.start_stop(t_end=0.02), "metrics": ["te_pp"]}

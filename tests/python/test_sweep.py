@@ -236,6 +236,7 @@ WRONG = [
     ({"threads": 1.0}, "threads"),
     ({"initial_state": [0.0, 0.0]}, "initial_state"),
     ({"initial_state": np.zeros((3, 4))}, "initial_state"),
+    ({"initial_state": [0.0, 0.0, -2e9, 0.0]}, r"theta_l = -2e\+09 rad \(allowed: -1e\+09 to 1e\+09 rad\)"),
     ({"progress": "yes"}, "progress"),
 ]
 
@@ -245,6 +246,13 @@ def test_exact_wrong_calls_are_refused(arguments, text):
     options = {"rows": {}, **arguments}
     with pytest.raises(hdfast.InputError, match=text):
         hdfast.sweep(options.pop("rows"), **options)
+
+
+def test_exact_angles_without_a_sine_are_refused():
+    result = run({"theta_m0": [0.0, 1e9, -1e9, 1e15, -1e17]})
+    assert result.finished.tolist() == [True] * 3 + [False] * 2
+    assert "theta_m0 = 1e+15 rad" in result.message(3)
+    assert run({}, initial_state=[1e9, 0.0, 1e9 / 121.0, 0.0]).finished.all()
 
 
 def test_exact_absurd_output_is_refused():

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 POLYNOMIAL = ["k1", "k2", "k3", "k4", "k5", "phi_max"]
 PIECEWISE = ["K1", "K2", "K3", "T1", "T2"]
 POSITIVE = ["J_m", "J_l", "tau_max"]
+MAX_ANGLE = 1e9
 NOT_NEGATIVE = ["B_m", "B_l", "B_ml", "B_sp", "s", "K_p", "K_i"]
 
 
@@ -80,6 +81,8 @@ class Problem:
         for name in NOT_NEGATIVE:
             if p[name] < 0.0:
                 return name
+        if abs(p["theta_m0"]) > MAX_ANGLE:
+            return "theta_m0"
         return "" if self.base == "one_inertia" else self._impossible_spring()
 
     def _impossible_spring(self) -> str:

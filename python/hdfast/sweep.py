@@ -66,7 +66,9 @@ def sweep(
             steps down; `result.method` tells.
         rtol: relative tolerance, 1e-13 to 1e-1.
         atol: factor on the built-in absolute tolerances of the states, 1e-9 to 1e9.
-        max_steps: steps after which a row is given up with the status "max_steps".
+        max_steps: steps after which a row is given up with the status "max_steps". Of more than
+            65,536 before or after t_off the middle ones are forgotten: `steady_speed`, `rise_*`, `dead_time`, `stop_*`
+            and orders that need them are NaN.
         max_step: largest step [s].
         sensors: a `hdfast.sensors.SensorStage`; `result.recorded` is what it reads at t_eval, by channel. Rows may
             name its parameters.

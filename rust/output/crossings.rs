@@ -18,7 +18,8 @@ pub enum Wanted {
 /// Equal parts of a step that are looked at one by one.
 const PARTS: usize = 12;
 
-/// The time at which `sign` times a signal (omega_m or omega_l) passes `level` in a window; NaN where it never does.
+/// The time at which `sign` times a signal (omega_m or omega_l) passes `level` in a window; NaN where it never does, or
+/// where it may have done so in steps that are forgotten.
 pub fn crossing<S: Scalar, const N: usize>(
     seat: &Seat<S, N>,
     retrace: &mut dyn Retrace<S, N>,
@@ -38,6 +39,9 @@ pub fn crossing<S: Scalar, const N: usize>(
     let Some(records) = seat.records.get(from..to) else { return S::splat(f64::NAN) };
     let mut inside = |index: usize| {
         let (start, end) = (&records[index - 1], &records[index]);
+        if end.step.is_nan() {
+            return Some(S::splat(f64::NAN));
+        }
         may_pass(read(start), read(end), end.step)
             .then(|| passing(seat, retrace, signal, (sign, level), (start, end), wanted))
             .flatten()

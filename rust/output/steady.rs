@@ -21,7 +21,7 @@ pub struct Steady<S> {
 }
 
 impl<S: Scalar> Steady<S> {
-    /// Of a row that did not reach the stop.
+    /// Of a row that did not reach the stop, or whose steps there are forgotten.
     fn missing() -> Self {
         let missing = S::splat(f64::NAN);
         Self {
@@ -34,7 +34,7 @@ impl<S: Scalar> Steady<S> {
     }
 }
 
-/// The steady run of a recorded row; all NaN where the row did not reach the stop.
+/// The steady run of a recorded row; all NaN where the row did not reach the stop, or where it began is forgotten.
 pub fn steady<S: Scalar, const N: usize>(seat: &Seat<S, N>, retrace: &mut dyn Retrace<S, N>) -> Steady<S> {
     let end = seat.time_of(Mark::Off);
     let count = seat.records.partition_point(|record| record.t <= end);
@@ -42,7 +42,9 @@ pub fn steady<S: Scalar, const N: usize>(seat: &Seat<S, N>, retrace: &mut dyn Re
         return Steady::missing();
     };
     let records = &seat.records[..count];
-    let from = records.partition_point(|record| record.t < seat.time_of(Mark::On));
+    let on = records.partition_point(|record| record.t < seat.time_of(Mark::On));
+    let forgotten = records.iter().rposition(|record| record.step.is_nan()).filter(|place| *place > on);
+    let from = forgotten.unwrap_or(on);
     let direction = last.state[0].plain() - records[from].state[0].plain();
     let travelled = |record: &Record<S, N>| (last.state[0].plain() - record.state[0].plain()) * direction.signum();
     let late_enough = |record: &&Record<S, N>| end - record.t >= SHORTEST_RUN;
@@ -60,6 +62,9 @@ pub fn steady<S: Scalar, const N: usize>(seat: &Seat<S, N>, retrace: &mut dyn Re
         revolutions += 1.0;
     }
     if revolutions > available {
+        if forgotten.is_some() {
+            return Steady::missing();
+        }
         revolutions = 0.0;
         start = seat.moment_of(Mark::Run);
     }

@@ -38,7 +38,7 @@ impl<P: Path, M: Model<N>, T: Method, const N: usize> Advance<'_, P, M, T, N> {
                 branch: if HELD { self.branch(lane) } else { Branch::default() },
             };
             if let Some(seat) = &mut self.seats[lane] {
-                seat.records.push(record);
+                seat.remember(record);
             }
         }
     }

@@ -27,7 +27,8 @@ impl Branch {
 pub struct Record<S, const N: usize> {
     /// Time [s].
     pub t: f64,
-    /// Length of the step that ended here [s]; 0 where a row starts or an input jumps.
+    /// Length of the step that ended here [s]; 0 where a row starts or an input jumps, NaN where this step and some before
+    /// it are forgotten.
     pub step: f64,
     /// State.
     pub state: [S; N],

@@ -12,6 +12,10 @@ use std::sync::Arc;
 /// Steps, and steps that may hold an extremum, that a row may leave memory for.
 const KEPT: usize = 1 << 14;
 
+/// Steps of one phase (before the motion, up to the stop, behind it) that are remembered; of more than these the first
+/// and the last quarter.
+const REMEMBERED: usize = 1 << 16;
+
 /// What counts as the very start of a motion [s].
 const SETTLING: f64 = 0.5;
 
@@ -89,6 +93,8 @@ pub struct Seat<S, const N: usize> {
     pub outside: f64,
     /// Steps, where they are recorded.
     pub records: Vec<Record<S, N>>,
+    /// Place of the first record of the present phase.
+    phase: usize,
     /// Samples so far.
     pub samples: Samples<S>,
     /// State at time 0.
@@ -139,6 +145,7 @@ impl<S: Scalar, const N: usize> Seat<S, N> {
             ranked,
             outside: 0.0,
             records,
+            phase: 0,
             initial: [S::zero(); N],
             accepted: 0,
             rejected: 0,
@@ -235,6 +242,9 @@ impl<S: Scalar, const N: usize> Seat<S, N> {
         while self.is_at_mark(t) {
             let moved = integrands.map(|value| value * self.lag());
             let grown = |index: usize| integrals[index].with_tangent(integrals[index].tangent() + moved[index]);
+            if let Mark::On | Mark::Off = self.marks[self.intervals.len()].1 {
+                self.phase = self.records.len().saturating_sub(1);
+            }
             self.intervals.push(std::array::from_fn(grown));
             self.ranges.push(ranges);
             integrals = moved.map(|value| S::zero().with_tangent(-value));
@@ -245,6 +255,23 @@ impl<S: Scalar, const N: usize> Seat<S, N> {
     /// Derivative of the time of the next mark.
     pub fn lag(&self) -> f64 {
         self.marks[self.intervals.len()].0.tangent()
+    }
+
+    /// Remembers the end of a step.
+    #[inline(always)]
+    pub fn remember(&mut self, record: Record<S, N>) {
+        if self.records.len() - self.phase == REMEMBERED {
+            self.forget();
+        }
+        self.records.push(record);
+    }
+
+    /// Forgets the middle half of the present phase.
+    #[cold]
+    fn forget(&mut self) {
+        let quarter = self.phase + REMEMBERED / 4;
+        self.records.drain(quarter..quarter + REMEMBERED / 2);
+        self.records[quarter].step = f64::NAN;
     }
 
     /// Notes a step of the present interval that may hold an extremum.

@@ -10,6 +10,8 @@ use std::f64::consts::TAU;
 
 /// Samples per period below which an order is taken for another one; 2 are the least.
 const LEAST_PER_PERIOD: f64 = 2.5;
+/// Up to this order a wave is found by rotating those before it.
+const ROTATED: f64 = 32.0;
 
 /// What is fitted, and how it follows a parameter.
 #[derive(Default)]
@@ -126,12 +128,12 @@ fn changes(problem: &LeastSquares, orders: &[f64], samples: &Samples, found: &[f
     problem.solve_for(&products)
 }
 
-/// Cosine and sine of every order at every angle; integer orders by repeated rotation.
+/// Cosine and sine of every order at every angle; small integer orders by repeated rotation.
 fn waves(orders: &[f64], angles: &[f64]) -> Vec<(Vec<f64>, Vec<f64>)> {
     let room = || Vec::with_capacity(angles.len());
     let mut waves: Vec<_> = orders.iter().map(|_| (room(), room())).collect();
-    let whole = |order: f64| order.fract() == 0.0;
-    let highest = orders.iter().copied().filter(|order| whole(*order)).fold(0.0, f64::max) as usize;
+    let rotated = |order: f64| order.fract() == 0.0 && order <= ROTATED;
+    let highest = orders.iter().copied().filter(|order| rotated(*order)).fold(0.0, f64::max) as usize;
     let mut turns = vec![(1.0, 0.0); highest + 1];
     for &angle in angles {
         let (sine, cosine) = angle.sin_cos();
@@ -140,7 +142,7 @@ fn waves(orders: &[f64], angles: &[f64]) -> Vec<(Vec<f64>, Vec<f64>)> {
             turns[n] = (c * cosine - s * sine, c * sine + s * cosine);
         }
         for (&order, (cosines, sines)) in orders.iter().zip(&mut waves) {
-            let (c, s) = if whole(order) {
+            let (c, s) = if rotated(order) {
                 turns[order as usize]
             } else {
                 let (s, c) = (order * angle).sin_cos();
@@ -151,4 +153,21 @@ fn waves(orders: &[f64], angles: &[f64]) -> Vec<(Vec<f64>, Vec<f64>)> {
         }
     }
     waves
+}
+
+#[cfg(test)]
+mod tests {
+    use super::waves;
+
+    #[test]
+    fn exact_waves() {
+        let angles: Vec<f64> = (0..200).map(|k| 0.37 * f64::from(k) - 20.0).collect();
+        for order in [0.5, 1.0, 2.0, 32.0, 33.0, 10_000.0] {
+            let (cosines, sines) = &waves(&[2.0, order], &angles)[1];
+            for (angle, (cosine, sine)) in angles.iter().zip(cosines.iter().zip(sines)) {
+                let error = (cosine - (order * angle).cos()).hypot(sine - (order * angle).sin());
+                assert!(error < 1e-14, "order {order}: {error}");
+            }
+        }
+    }
 }

@@ -190,18 +190,23 @@ def test_exact_rows_that_repeat_in_batches_tell_as_much_as_one_of_each(ask):
     assert math.isnan(ask(x, y, Groups(np.zeros(400, dtype=np.int64), alike=True)).low)
 
 
-def test_exact_change_of_a_percentile_with_rows_that_repeat_in_batches():
-    def width(plan, rows):
-        found = effects(
-            lambda plan, n: run(plan.draw(0, n)), plan, LIMITS, ["y"], rows=rows, percentage=50.0, factors=[0.5],
-            names=["a"],
-        )  # fmt: skip
-        return found[0].percentiles["y"].high - found[0].percentiles["y"].low
+def test_exact_change_of_a_percentile_has_limits_where_rows_depend_on_each_other():
+    def width(plan):
+        change = effects_by_plan(plan, rows=300, percentage=50.0, factors=[0.5], names=["a"])[0].percentiles["y"]
+        return change.high - change.low
 
+    once = width(Plan(PROBLEM.tolerances))
+    for sampling in ("latin_hypercube", "sobol"):
+        assert 0.0 < width(Plan(PROBLEM.tolerances, sampling)) < 1.7 * once
+
+
+@pytest.mark.parametrize("sampling", ["monte_carlo", "latin_hypercube", "corners"])
+@pytest.mark.parametrize("size", [10, 150, 10_000])
+def test_exact_effects_are_those_of_drives_of_different_batches(sampling, size):
+    """What a drive of an unknown batch can be does not depend on how many others the batch has."""
     same = tuple(replace(tolerance, batch_share=1.0) for tolerance in PROBLEM.tolerances)
-    once, repeated = width(Plan(PROBLEM.tolerances), 300), width(Plan(same, batch_size=10), 3000)
-    assert 0.6 * once < repeated < 1.7 * once
-    assert math.isfinite(width(Plan(PROBLEM.tolerances, "latin_hypercube"), 300))
+    alone = effects_by_plan(Plan(PROBLEM.tolerances, sampling), rows=200)
+    assert effects_by_plan(Plan(same, sampling, batch_size=size), rows=200) == alone
 
 
 def test_exact_one_row_outside_leaves_its_share_open():
@@ -231,9 +236,13 @@ def run(columns):
 LIMITS = {"y": Spec("y", -math.inf, PROBLEM.mean + 2.0 * PROBLEM.sigma, 0.975)}
 
 
+def effects_by_plan(plan, **options):
+    return effects(lambda plan, n: run(plan.draw(0, n)), plan, LIMITS, ["y"], **options)
+
+
 def test_exact_effects_of_a_linear_problem():
     """Without a the spread is sqrt(1.25), with half of it sqrt(2.25); percentile and yield follow."""
-    found = effects(lambda plan, n: run(plan.draw(0, n)), Plan(PROBLEM.tolerances), LIMITS, ["y"], rows=20_000)
+    found = effects_by_plan(Plan(PROBLEM.tolerances), rows=20_000)
     changes = {(effect.parameter, effect.factor): effect for effect in found}
     z = stats.norm.ppf(0.99)
     for factor, left in ((0.0, math.sqrt(1.25)), (0.5, 1.5), (1.5, math.sqrt(9 + 1.25))):

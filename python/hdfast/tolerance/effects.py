@@ -66,7 +66,8 @@ def effects(
 
     Args:
         evaluate: (plan, rows) to metrics (rows,) and which rows finished.
-        plan: what is drawn as it is; by "monte_carlo" where its sampling shows no interval (extremes, one group).
+        plan: what is drawn as it is, but every drive from a batch of its own, so that what batches have in common
+            varies whatever their size; by "monte_carlo" where its sampling shows no interval (extremes, one group).
         specs: limits by metric.
         metrics: metrics whose percentiles are followed; for one with a lower limit only, the opposite tail.
         rows: per variant; every variant draws the same probabilities, so differences are not blurred by chance.
@@ -89,6 +90,7 @@ def effects(
         checks.number("factors", factor, 0.0, 100.0)
     for name in names or ():
         choose("names", name, plan.names)
+    plan = replace(plan, batch_size=1)
     groups = plan.groups(0, rows)
     if groups is not None and groups.count < 2:
         plan = replace(plan, sampling="monte_carlo")

@@ -7,6 +7,7 @@ import signal
 import subprocess
 import sys
 import time
+from dataclasses import replace
 from pathlib import Path
 
 import hdfast
@@ -20,6 +21,7 @@ from hdfast.tolerance.run import fingerprint
 from hdfast.tolerance.sample import Plan
 from hdfast.tolerance.store import FolderStore, MemoryStore
 from hdfast.tolerance.task import Task
+from hdfast.tolerance.trajectories import Trajectories
 from processes import interruptible
 from toleranced import SMALL
 
@@ -174,6 +176,27 @@ def test_exact_rows_that_are_drawn_otherwise_are_not_mixed(small, tmp_path, monk
     (out / "manifest.json").write_text(json.dumps(manifest))
     with pytest.raises(hdfast.InputError, match=r"earlier version of hdfast.*take another folder"):
         hdfast.tolerance(small, n=40, out=out, resume=True)
+
+
+@pytest.mark.parametrize(
+    "changed",
+    [
+        lambda c: {"scenario": hdfast.Scenario.start_stop(t_end=0.6, t_off=0.3)},
+        lambda c: {"scenario": hdfast.Scenario.start_stop(t_end=0.6, t_off=0.4, load=([0.0, 0.6], [0.0, 1.0]))},
+        lambda c: {"drive": {**c.drive, "B_m": 0.01}},
+        lambda c: {"model": hdfast.Model(terms=["coulomb_friction"])},
+        lambda c: {"run": replace(c.run, rtol=1e-8)},
+        lambda c: {"trajectories": Trajectories(("te",), 0.1)},
+    ],
+)
+def test_exact_a_changed_configuration_is_another_study_although_its_text_is_the_same(small, tmp_path, changed):
+    parsed = config.load(small)
+    hdfast.tolerance(parsed, n=20, chunk=10, out=tmp_path)
+    with pytest.raises(hdfast.InputError, match="another study: drive, model, scenario, numerical settings"):
+        hdfast.tolerance(replace(parsed, **changed(parsed)), n=40, out=tmp_path, resume=True)
+    same = replace(parsed, title="another", run=replace(parsed.run, threads=2))
+    assert hdfast.tolerance(same, n=30, out=tmp_path, resume=True).n == 30
+    assert hdfast.tolerance(small, n=40, out=tmp_path, resume=True).n == 40
 
 
 def test_exact_manifest_names_everything_that_decides_the_rows(small, tmp_path):

@@ -120,10 +120,19 @@ def fingerprint(task: Task) -> dict[str, Any]:
         **settings.checksums,
         "plan_sha256": hashlib.sha256(repr(task.plan).encode()).hexdigest(),
         "draws_sha256": hashlib.sha256(b"".join(values.tobytes() for values in drawn.values())).hexdigest(),
+        "settings_sha256": hashlib.sha256(_settings(settings)).hexdigest(),
         "metrics": list(task.metrics),
         "hdfast_version": info["version"],
         "simd": info["simd"],
     }
+
+
+def _settings(settings: Config) -> bytes:
+    """Everything besides the plan that a row depends on; a `Config` may differ from its text."""
+    run, scenario = settings.run, settings.scenario
+    numerical = run.method, run.rtol, run.atol, run.max_steps
+    stated = sorted(settings.nominal().items()), settings.model, scenario, numerical, settings.trajectories
+    return repr(stated).encode() + scenario.segments.tobytes()
 
 
 def _store(task: Task, out: str | Path | None, chunk: int, *, resume: bool) -> MemoryStore | FolderStore:

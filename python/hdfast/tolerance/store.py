@@ -38,6 +38,7 @@ DIFFERS = {
     "tables_sha256": "a table of measured values differs",
     "plan_sha256": "the distributions differ",
     "draws_sha256": "its rows are drawn otherwise",
+    "settings_sha256": "drive, model, scenario, numerical settings or trajectories differ",
 }
 
 

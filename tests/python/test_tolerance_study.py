@@ -273,6 +273,25 @@ def test_exact_exit_codes(small, tmp_path, capsys):
         main(["tolerance", str(small), "--sampling", "sobl"])
 
 
+@pytest.mark.parametrize("interrupted", [False, True])
+def test_regress_nothing_is_said_of_fewer_rows_once_more_are_run(small, tmp_path, interrupted):
+    small.write_text(FAILING)
+    bad = int(np.argmin(hdfast.tolerance(small, n=200).finished))
+    out = tmp_path / "out"
+    assert main(["tolerance", str(small), "--rows", str(bad), "--out", str(out), "--quiet"]) == 0
+    before = {path.name for path in out.iterdir()}
+    for wrong in ({"progress": 3}, {"n": bad - 1}):
+        with pytest.raises(hdfast.InputError):
+            hdfast.tolerance(small, **{"n": 200, "out": out, "resume": True, **wrong})
+    assert {path.name for path in out.iterdir()} == before
+    if interrupted:
+        with pytest.raises(ZeroDivisionError):
+            hdfast.tolerance(small, n=200, out=out, resume=True, progress=lambda done, total: 1 // 0)
+    else:
+        assert main(["tolerance", str(small), "--rows", "200", "--out", str(out), "--resume", "--quiet"]) == 1
+    assert {path.name for path in out.iterdir()} == {"input.toml", "manifest.json", "rows"}
+
+
 def test_exact_failed_rows_are_a_sentence_when_quiet(small, capsys):
     small.write_text(SMALL + "max_steps = 20\n")
     assert main(["tolerance", str(small), "--rows", "2", "--quiet"]) == 1

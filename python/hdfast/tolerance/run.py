@@ -52,7 +52,7 @@ def tolerance(
         sampling: "monte_carlo", "latin_hypercube", "sobol", "corners", "one_at_a_time" or "factorial".
         failed: "refuse" (default: no statistic over rows that failed), "exclude" or "worst".
         out: folder for the rows; without it they stay in memory.
-        resume: continue the study in `out`, with more rows if `n` is larger.
+        resume: continue the study in `out`, with more rows if `n` is larger; its page, tables and summary go first.
         cluster: run on Dask distributed: "local", or the address of a scheduler.
         workers: processes of a local cluster; default one per CPU.
         threads: of a local run, or of each worker (default 1 there).
@@ -93,6 +93,8 @@ def tolerance(
         if cluster != LOCAL:
             raise InputError(f"workers = {workers} has a meaning with cluster = {LOCAL!r} only (--cluster)")
     with meter(progress, rows, rows - sum(stop - start for start, stop in todo)) as watch:
+        if isinstance(store, FolderStore) and todo:
+            store.retract()
         if cluster is None:
             run_here(replace(task, progress=watch.within), todo, store, watch.chunk)
         else:

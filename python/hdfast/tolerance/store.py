@@ -23,6 +23,9 @@ from hdfast.tolerance.trajectories import TrajectoryStore, checksum
 
 FORMAT = 1
 MANIFEST, ROWS = "manifest.json", "rows"
+REPORTED = (
+    "summary.json", "index.html", "statistics.csv", "statistics.parquet", "worst.csv", "worst.parquet",
+)  # fmt: skip
 HALF_WRITTEN = (
     ".*.json-*",
     ".*.html-*",
@@ -122,8 +125,8 @@ class FolderStore:
         self.chunk = chunk
         self.entries: dict[int, dict[str, Any]] = {}
         self._lock = threading.Lock()
-        begun = (self.folder / MANIFEST).exists()
-        if begun:
+        self.begun = (self.folder / MANIFEST).exists()
+        if self.begun:
             if not resume:
                 raise InputError(
                     f"out = {str(folder)!r} holds a study already: continue it with resume (--resume) or take another "
@@ -135,7 +138,7 @@ class FolderStore:
             left.unlink(missing_ok=True)
         self.trajectories = None
         if times is not None:
-            self.trajectories = TrajectoryStore(self.folder, signals, times, self.chunk, "a" if begun else "w")
+            self.trajectories = TrajectoryStore(self.folder, signals, times, self.chunk, "a" if self.begun else "w")
 
     def _read(self) -> None:
         with self._reading():
@@ -166,6 +169,11 @@ class FolderStore:
         stored = max((entry["start"] + entry["rows"] for entry in self.entries.values()), default=0)
         if stored > rows:
             raise InputError(f"out = {str(self.folder)!r} holds {stored} rows (allowed: n of at least {stored})")
+
+    def retract(self) -> None:
+        """Remove what was reported of the rows so far: it does not hold for those to come."""
+        for name in REPORTED if self.begun else ():
+            (self.folder / name).unlink(missing_ok=True)
 
     def _intact(self, entry: Mapping[str, Any]) -> bool:
         files = {entry["file"]: entry["sha256"], **entry.get("trajectories", {})}

@@ -161,7 +161,7 @@ def _sweep(options: argparse.Namespace) -> int:
 
     settings = config.load(options.file)
     tolerance.note_equal_rows(settings, options)
-    out = files.prepare(options.out) if options.out else None
+    out = files.prepare_inputs(options.out, settings.inputs) if options.out else None
     seed = settings.run.seed if options.seed is None else options.seed
     try:
         result = simulate_rows(
@@ -224,7 +224,7 @@ def _simulate(options: argparse.Namespace) -> int:
     from hdfast.report import folder, tables
 
     settings = config.load(options.file)
-    out = files.prepare(options.out) if options.out else None
+    out = files.prepare_inputs(options.out, settings.inputs) if options.out else None
     run = _nominal(settings)
     numbers = folder.write_simulate(out, settings, run) if out else folder.simulate_summary(settings, run)
     if options.json:

@@ -13,6 +13,7 @@ from typing import Any
 from hdfast import catalogue, checks
 from hdfast.drive_file import DriveFile, Effect, read_drive
 from hdfast.errors import InputError, choose, shorten
+from hdfast.files import INPUT
 from hdfast.model import Model
 from hdfast.params import ParameterTable, layout
 from hdfast.request import ATOL, MAX_STEPS, RTOL
@@ -98,6 +99,12 @@ class Config:
         if self.tables:
             found["tables_sha256"] = {n: hashlib.sha256(content).hexdigest() for n, content in self.tables.items()}
         return found
+
+    @property
+    def inputs(self) -> dict[str, bytes]:
+        """What results hold a copy of, by name: tables beside or below the file, not those elsewhere, and its text."""
+        kept = {n: table for n, table in self.tables.items() if not (Path(n).is_absolute() or ".." in Path(n).parts)}
+        return {**kept, INPUT: self.text.encode()}
 
     def nominal(self) -> dict[str, float]:
         """Every parameter of the nominal drive by name, scenario columns included."""

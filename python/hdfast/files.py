@@ -17,12 +17,13 @@ import numpy as np
 
 from hdfast.errors import InputError
 
-CAMPAIGN, REPORT = "campaign.toml", "report.html"
+CAMPAIGN, INPUT, REPORT = "campaign.toml", "input.toml", "report.html"
 TABLES = (
     "rows.parquet", "trajectory.parquet", "recording.parquet", "statistics.csv", "statistics.parquet", "worst.csv",
     "worst.parquet",
 )  # fmt: skip
 RESULTS = ("verdict.json", "comparison.json", "calibration.json")
+RESULTS_WITH_INPUT = ("summary.json", "manifest.json", "fit.json")
 
 
 def prepare(folder: str | Path) -> Path:
@@ -86,6 +87,34 @@ def prepare_results(folder: str | Path, campaign: str, own: Sequence[str] = RESU
             f"out = {str(folder)!r} holds another {CAMPAIGN}, which would be replaced: name another folder"
         )
     return prepare(folder)
+
+
+def prepare_inputs(folder: str | Path, inputs: Mapping[str, bytes]) -> Path:
+    """As `prepare`, for results with a copy of what they came from; a foreign file that differs is not written over.
+
+    Args:
+        folder: where results go.
+        inputs: content of each copy by its name in the folder.
+
+    Raises:
+        InputError: the folder cannot be written, or holds another file of such a name and no results.
+    """
+    path = Path(folder)
+    if not any((path / name).exists() for name in RESULTS_WITH_INPUT):
+        for name, content in inputs.items():
+            if (path / name).exists() and not _holds(path / name, content):
+                raise InputError(
+                    f"out = {str(folder)!r} holds another {name}, which would be replaced: name another folder"
+                )
+    return prepare(folder)
+
+
+def _holds(path: Path, content: bytes) -> bool:
+    """Whether a file holds these bytes, or their text."""
+    try:
+        return path.read_bytes() == content or _reads(path, content.decode())
+    except (OSError, UnicodeDecodeError):
+        return False
 
 
 def _reads(path: Path, text: str) -> bool:

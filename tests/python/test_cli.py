@@ -260,6 +260,28 @@ def test_regress_bench_does_not_write_over_a_campaign_file_that_it_did_not_make(
     assert [(file.name, file.read_text()) for file in own.iterdir()] == [("campaign.toml", "# my own campaign")]
 
 
+@pytest.mark.parametrize("command", ["sweep", "simulate", "tolerance"])
+@pytest.mark.parametrize("name", ["input.toml", "data/measured.csv"])
+def test_regress_results_are_not_written_over_files_of_the_users_own(command, name, small, tmp_path, capsys):
+    (tmp_path / "data").mkdir()
+    (tmp_path / "data" / "measured.csv").write_text("te_scale\n0.9\n1.1\n")
+    text = SMALL + '[tolerance.te_scale]\ndistribution = "empirical"\nfile = "data/measured.csv"\n'
+    small.write_text(text)
+    own = tmp_path / "own"
+    (own / "data").mkdir(parents=True)
+    (own / name).write_text("my own")
+    arguments = [command, str(small), "--out", str(own), "--quiet"]
+    assert main(arguments) == 2
+    assert f"own' holds another {name}, which would be replaced" in capsys.readouterr().err
+    assert [(file, file.read_text()) for file in own.rglob("*") if file.is_file()] == [(own / name, "my own")]
+    (own / name).write_bytes((small if name == "input.toml" else tmp_path / name).read_bytes().replace(b"\n", b"\r\n"))
+    assert main(arguments) < 2
+    if command != "tolerance":
+        small.write_text("# changed\n" + text)
+        assert main(arguments) < 2
+    assert (own / "input.toml").read_text() == small.read_text()
+
+
 def test_exact_module_is_the_command():
     found = subprocess.run([sys.executable, "-m", "hdfast", "--version"], capture_output=True, text=True, check=True)
     assert hdfast.__version__ in found.stdout

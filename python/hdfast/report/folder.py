@@ -2,26 +2,26 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
 from hdfast import catalogue
 from hdfast.config import Config
-from hdfast.files import json_ready, prepare, write_atomically, write_bytes, write_json, write_text
+from hdfast.files import json_ready, prepare, write_atomically, write_bytes, write_json
 from hdfast.recordings import save
 from hdfast.report import html, tables
 from hdfast.result import SweepResult
 from hdfast.simulate import Trajectory
 from hdfast.tolerance.limits import Verdict
 
-PAGE, ROWS, TRAJECTORY, RECORDING, SUMMARY, INPUT = (
+PAGE, ROWS, TRAJECTORY, RECORDING, SUMMARY = (
     "index.html",
     "rows.parquet",
     "trajectory.parquet",
     "recording.parquet",
     "summary.json",
-    "input.toml",
 )
 
 
@@ -82,13 +82,11 @@ def write_table(path: Path, table: Any, seed: int | None, version: str) -> None:
     write_atomically(path, lambda stream: pq.write_table(table, stream, compression="zstd"))
 
 
-def write_input(folder: Path, config: Config) -> None:
-    """The file as read, and the tables it names beside or below itself; those elsewhere stay where they are."""
-    for name, content in config.tables.items():
-        place = Path(name)
-        if not place.is_absolute() and ".." not in place.parts:
-            write_bytes(prepare((folder / place).parent) / place.name, content)
-    write_text(folder / INPUT, config.text)
+def write_inputs(folder: Path, inputs: Mapping[str, bytes]) -> None:
+    """Copies of what results came from, see `Config.inputs`."""
+    for name, content in inputs.items():
+        place = folder / name
+        write_bytes(prepare(place.parent) / place.name, content)
 
 
 def write_sweep(
@@ -105,7 +103,7 @@ def write_sweep(
     has no verdicts: the rows that ended first are no random sample.
     """
     numbers = summary(config, result, verdicts, seed)
-    write_input(folder, config)
+    write_inputs(folder, config.inputs)
     write_table(folder / ROWS, result.to_arrow(), seed, numbers["version"])
     if nominal is not None:
         page = html.sweep_page(config, result, verdicts, nominal, seed)
@@ -124,7 +122,7 @@ def write_simulate(folder: Path, config: Config, run: Trajectory) -> dict[str, A
     columns = {"t": (run.t, "s"), **{name: (values, run.units[name]) for name, values in run.signals.items()}}
     schema = pa.schema([pa.field(name, pa.float64(), metadata={"unit": unit}) for name, (_, unit) in columns.items()])
     table = pa.Table.from_arrays([pa.array(values) for values, _ in columns.values()], schema=schema)
-    write_input(folder, config)
+    write_inputs(folder, config.inputs)
     write_table(folder / TRAJECTORY, table, None, numbers["version"])
     if run.recorded is None:
         (folder / RECORDING).unlink(missing_ok=True)

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from hdfast import catalogue
-from hdfast.files import json_ready, prepare, write_json, write_text
+from hdfast.files import INPUT, json_ready, prepare_inputs, write_json, write_text
 from hdfast.identify import estimate
 from hdfast.identify.fit import Fit
 from hdfast.printing import html_table
@@ -62,13 +62,13 @@ def write(fit: Fit, out: str | Path) -> Path:
     """Write everything, the JSON last, and return the page."""
     import pyarrow as pa
 
-    target = prepare(out)
+    inputs = {INPUT: fit.source.encode()} if fit.source else {}
+    target = prepare_inputs(out, inputs)
     write_text(target / MODEL, fit.model_text())
     fields = [pa.field(name, pa.float64(), metadata={"unit": unit}) for name, (unit, _) in fit.points.items()]
     table = pa.Table.from_arrays([pa.array(values) for _, values in fit.points.values()], schema=pa.schema(fields))
     folder.write_table(target / POINTS, table, None, catalogue.build_info()["version"])
     write_text(target / folder.PAGE, page(fit))
-    if fit.source:
-        write_text(target / folder.INPUT, fit.source)
+    folder.write_inputs(target, inputs)
     write_json(target / NUMBERS, summary(fit))
     return target / folder.PAGE

@@ -10,8 +10,8 @@ import pyarrow.csv as pc
 import pyarrow.parquet as pq
 
 from hdfast.catalogue import build_info
-from hdfast.files import json_ready, prepare, write_atomically, write_json, write_text
-from hdfast.report.folder import PAGE, SUMMARY, write_input
+from hdfast.files import json_ready, prepare_inputs, write_atomically, write_json, write_text
+from hdfast.report.folder import PAGE, SUMMARY, write_inputs
 from hdfast.report.tolerance_page import page
 from hdfast.tolerance.intervals import Estimate
 from hdfast.tolerance.limits import Verdict
@@ -25,13 +25,13 @@ def write_study(study: Study, out: Path) -> Path:
     """Write everything of a study, the summary last; returns the page.
 
     Raises:
-        InputError: the folder cannot be written.
+        InputError: the folder cannot be written, or holds another input and no results.
         FailedRowsError: rows failed and the policy is "refuse".
     """
-    folder = prepare(out)
+    folder = prepare_inputs(out, study.config.inputs)
     numbers = summary(study)
     text = page(study)
-    write_input(folder, study.config)
+    write_inputs(folder, study.config.inputs)
     _write_table(folder, STATISTICS, statistics_rows(study))
     _write_table(folder, WORST, study.worst())
     if isinstance(study.store, MemoryStore):

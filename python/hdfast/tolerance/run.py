@@ -12,6 +12,7 @@ from hdfast import checks, config
 from hdfast.catalogue import build_info
 from hdfast.config import Config
 from hdfast.errors import InputError, choose, shorten
+from hdfast.files import prepare_inputs
 from hdfast.threads import MAX_THREADS
 from hdfast.tolerance.chunks import ranges, run_here
 from hdfast.tolerance.cluster import LOCAL, MAX_WORKERS, run_on_cluster
@@ -144,7 +145,7 @@ def _store(task: Task, out: str | Path | None, chunk: int, *, resume: bool) -> M
         return store
     wanted = task.config.trajectories
     return FolderStore(
-        Path(out),
+        prepare_inputs(out, task.config.inputs),
         fingerprint(task),
         chunk=chunk,
         resume=resume,

@@ -8,7 +8,7 @@ import pytest
 from hdfast import config
 from hdfast.bench import FrictionLaw, coastdown
 from hdfast.cli import main
-from hdfast.recordings import save
+from hdfast.recordings import load_campaign, save
 
 J = 3e-4 + 0.5 / 121.0**2
 DRIVE = "[drive]\nratio = 121\nB_l = 0.2\nk1 = { value = 3.1e4, sigma = 0.1 }\n"
@@ -54,6 +54,28 @@ def test_exact_a_model_joins_the_drive_of_the_campaign_key_by_key(campaign, tmp_
     assert {name: found.drive[name] for name in known} == known
     assert found.drive["B_m"] == pytest.approx(1.2e-3 - 3e-4 - 0.2 / 121.0**2, rel=0.01)
     assert found.model.spring == "piecewise"
+
+
+ORDERS = "[kinematic_error]\norders = [1, 2]\n"
+
+
+@pytest.mark.parametrize(("drive", "error"), [("", ""), ("k3 = 1e9\n", ORDERS), ("", "[kinematic_error]\nscale = 2\n")])
+def test_exact_the_model_file_means_the_drive_of_the_campaign(drive, error, campaign, tmp_path, capsys):
+    """In a campaign what is left out of spring and kinematic error is 0, in the file of a sweep the default drive's."""
+    file = campaign("fit", "fit")
+    text = (tmp_path / "campaign.toml").read_text().replace(DRIVE, DRIVE + drive + error)
+    (tmp_path / "campaign.toml").write_text(text)
+    coast(file, capsys, "--out", str(tmp_path / "out"))
+    meant, found = load_campaign(file), config.load(tmp_path / "out" / "model.toml")
+    assert found.model.orders == meant.model.orders
+    names = [name for name in meant.priors if name[0] == "k" or name.startswith(("te_cos", "te_sin"))]
+    assert {name: found.nominal()[name] for name in names} == {name: meant.priors[name].value for name in names}
+    sweep = tmp_path / "sweep.toml"
+    sweep.write_text("[drive]\nB_ml = 3e-4\n")
+    coast(file, capsys, "--out", str(tmp_path / "out"), "--model", str(sweep))
+    known = config.load(tmp_path / "out" / "model.toml")
+    assert known.nominal()["k5"] == 0.0
+    assert known.model.orders == (meant if error else config.load(sweep)).model.orders
 
 
 @pytest.mark.parametrize("given", ["campaign", "model"])

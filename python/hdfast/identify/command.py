@@ -15,6 +15,7 @@ from hdfast.identify.fit import Fit, joined, plain
 from hdfast.identify.tolerances import located
 from hdfast.printing import json_text
 from hdfast.recordings import gather, load_campaign
+from hdfast.recordings.priors import POLYNOMIAL
 
 NAME = "identify"
 TEXT = "Identify a drive from recordings: stiffness, kinematic error, friction, starting torque, coast-down."
@@ -101,6 +102,8 @@ def _identify(options: argparse.Namespace) -> Fit:
     if options.model is not None:
         model = located(tomllib.loads(load_config(options.model).text), Path(options.model).parent)
         base = base | model | {"drive": joined(plain(base.get("drive", {})), plain(model.get("drive", {})))}
+    elif source:  # without that section the drive of a campaign has no kinematic error, that of a sweep the default one
+        base = {"kinematic_error": {"orders": []}} | base
     fit = _fit(options, recordings, {"base": base, "source": source})
     fit.notes.extend(notes)
     return fit
@@ -140,7 +143,19 @@ def _inputs(paths: list[str], columns: Mapping[str, Any]) -> tuple[list[Any], di
     notes = [f"{item.name}: held out, not used" for item in campaign.recordings if item.role != "fit"]
     if not chosen:
         chosen, notes = campaign.recordings, ["every recording is held out: all are used"]
-    return chosen, located(campaign.data, Path(paths[0]).parent), campaign.text, notes
+    return chosen, located(_with_zeros(campaign.data), Path(paths[0]).parent), campaign.text, notes
+
+
+def _with_zeros(campaign: Mapping[str, Any]) -> dict[str, Any]:
+    """Sections of a campaign with the 0 of what it leaves out beside stated values; sweeps would take a default."""
+    drive, error = campaign.get("drive", {}), campaign.get("kinematic_error", {})
+    found = dict(campaign)
+    if set(POLYNOMIAL) & set(drive):
+        found["drive"] = dict.fromkeys(POLYNOMIAL, 0.0) | drive
+    if error and not {"cos", "amplitude"} & set(error):
+        orders = error.get("orders", [])
+        found["kinematic_error"] = {"orders": orders, "cos": [0.0] * len(orders), "sin": [0.0] * len(orders)} | error
+    return found
 
 
 def _columns(entries: list[str]) -> dict[str, Any]:

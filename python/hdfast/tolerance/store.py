@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from hdfast import checks
 from hdfast.checks import Floats
 from hdfast.errors import InputError
-from hdfast.files import prepare, write_atomically, write_json
+from hdfast.files import prepare, remove, write_atomically, write_json
 from hdfast.tolerance.sample import MAX_ROWS
 from hdfast.tolerance.task import Piece
 from hdfast.tolerance.trajectories import TrajectoryStore, checksum
@@ -172,8 +172,7 @@ class FolderStore:
 
     def retract(self) -> None:
         """Remove what was reported of the rows so far: it does not hold for those to come."""
-        for name in REPORTED if self.begun else ():
-            (self.folder / name).unlink(missing_ok=True)
+        remove(self.folder / name for name in REPORTED if self.begun)
 
     def _intact(self, entry: Mapping[str, Any]) -> bool:
         files = {entry["file"]: entry["sha256"], **entry.get("trajectories", {})}

@@ -113,7 +113,8 @@ def diagnose(
 
     Args:
         campaign: campaign file, or one that is loaded.
-        seed: of every random draw; the same seed and files give the same bytes.
+        seed: of the draws of screen and verdict; further noises of the motor angle are the same with every seed. The
+            same seed and files in the same order give the same bytes.
         threads: threads of the engine.
         progress: True shows a bar on stderr; a function is told what has been done.
 

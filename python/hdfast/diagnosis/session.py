@@ -262,7 +262,7 @@ def run(campaign: Campaign, sources: Sequence[Source], seed: int, threads: int |
     Args:
         campaign: the checked campaign.
         sources: its usable recordings.
-        seed: of every random draw.
+        seed: of the draws of the screen.
         threads: threads of the engine.
         stages: is told what happens.
     """

@@ -495,6 +495,18 @@ def test_exact_slip_leaves_a_share_of_the_windup():
     np.testing.assert_allclose(windup[1:], np.array([12.0 + 0.5 * 20.0, 0.5 * 20.0]) / p["k1"], rtol=1e-6)
 
 
+@pytest.mark.parametrize("B_sp", [0.0, 20.0, 100.0])
+def test_exact_every_slip_leaves_the_same_share(B_sp):
+    """Each slip begins with T_slip on the spring, also where the damper alone carries more than that meanwhile."""
+    values = {"T_slip": 20.0, "relief": 0.5}
+    p = linear(**values, B_sp=B_sp, B_l=20.0)
+    scenario = held_input(2.0, ([0.0, 0.5, 0.5, 0.52, 0.52, 2.0], [0.0, 0.0, 200.0, 200.0, 0.0, 0.0]))
+    windup = simulate(p, ["coupling_slip"], scenario, np.array([0.0, 2.0]), ["windup"], rtol=1e-9)[0]
+    slips = windup[-1] * p["k1"] / (0.5 * 20.0)
+    assert slips > 1.5
+    np.testing.assert_allclose(slips, round(slips), atol=1e-5)
+
+
 def test_exact_ratcheting_moves_by_whole_teeth():
     """A locked drive is overloaded and relieved: it comes to rest a whole number of pitches away, in the load's way."""
     p = linear(T_rat=300.0, spline_teeth=242.0, B_l=300.0)
@@ -507,3 +519,13 @@ def test_exact_ratcheting_moves_by_whole_teeth():
         np.testing.assert_allclose(teeth, round(teeth), atol=1e-6)
         assert np.sign(teeth) == way
         np.testing.assert_allclose(te[1], way * 305.0 * 2.9 / 3.0 / p["k1"], rtol=2e-2)
+
+
+def test_exact_teeth_ride_in_the_way_of_the_spring():
+    """An output thrown against the windup, whose damper pulls the other way: teeth jump the way the spring is wound."""
+    p = linear(T_rat=250.0, spline_teeth=242.0)
+    start = [0.0, 0.0, -1e-4, 20.0, 0.0]
+    te = simulate(p, ["ratcheting"], held_input(3.0, ([0.0, 3.0], [0.0, 0.0])), [0.0, 3.0], ["te"], start, 1e-6)[0]
+    teeth = te[-1] * 242.0 / math.tau
+    assert teeth < -0.5
+    np.testing.assert_allclose(teeth, round(teeth), atol=1e-4)

@@ -55,15 +55,15 @@ impl Model<ALL> for Extended {
     }
 
     fn jump<S: Scalar>(drive: &Drivetrain<S>, t: S, state: &mut [S; ALL]) {
-        let Instant { rates, gear, inner, .. } = evaluate(drive, t, state, Corners::new(drive.pieces));
+        let Instant { gear, spring_torque, inner, .. } = evaluate(drive, t, state, Corners::new(drive.pieces));
         let mut after = *inner.states;
-        drive.terms.jump(&gear, rates.gear_torque, &mut after);
+        drive.terms.jump(&gear, spring_torque, &mut after);
         state[OWN..].copy_from_slice(&after);
     }
 
     #[inline(always)]
     fn energies<R: Real>(drive: &Drivetrain<R>, t: R, state: &[R; ALL]) -> Energies<R> {
-        let Instant { rates, gear, inertias, inner } = evaluate(drive, t, state, Corners::new(drive.pieces));
+        let Instant { rates, gear, inertias, inner, .. } = evaluate(drive, t, state, Corners::new(drive.pieces));
         let elastic = gear.stiffness_factor * spring::energy(drive.spring, drive.constants, gear.spring_windup);
         Energies {
             mechanical: elastic + kinetic(inertias, [state[1], rates.omega_l]),
@@ -76,6 +76,7 @@ impl Model<ALL> for Extended {
 struct Instant<'a, R: Real> {
     rates: Rates<R, ALL>,
     gear: Gear<R>,
+    spring_torque: R,
     inertias: [R; 2],
     inner: Internals<'a, R>,
 }
@@ -104,9 +105,9 @@ fn evaluate<'a, R: Real>(
     drive.terms.gear(&sides.motion, &mut gear, &mut sides.inner);
     let reacts = !(gear.motor_reaction.abs().le(zero) & gear.load_reaction.abs().le(zero));
     let stored = if reacts.any() { spring::energy(drive.spring, c, gear.spring_windup) } else { zero };
-    let elastic =
+    let spring_torque =
         gear.stiffness_factor * spring::held_torque(drive.spring, c, gear.spring_windup, &mut sides.inner.corners);
-    let gear_torque = c.b_sp.mul_add(windup_rate, elastic + gear.added_torque);
+    let gear_torque = c.b_sp.mul_add(windup_rate, spring_torque + gear.added_torque);
 
     let on_motor = sides.motor_friction(sides.motor_direction(), gear_torque);
     let load = sides.load();
@@ -143,8 +144,8 @@ fn evaluate<'a, R: Real>(
         load_torque: load.torque,
         term_power: gear.added_torque.mul_add(windup_rate, friction - on_housing),
         margin: sides.inner.corners.margin(),
-        reserve: drive.terms.reserve(&gear, gear_torque, sides.inner.states),
+        reserve: drive.terms.reserve(&gear, spring_torque, sides.inner.states),
         shafts: [shaft, output],
     };
-    Instant { rates, gear, inertias: [actuator.inertia, load.inertia], inner: sides.inner }
+    Instant { rates, gear, spring_torque, inertias: [actuator.inertia, load.inertia], inner: sides.inner }
 }

@@ -91,13 +91,13 @@ macro_rules! catalog {
 
             /// The least reserve of any of them before a jump.
             #[inline(always)]
-            pub fn reserve(&self, gear: &Gear<R>, gear_torque: R, states: &[R; HIDDEN]) -> R {
+            pub fn reserve(&self, gear: &Gear<R>, spring_torque: R, states: &[R; HIDDEN]) -> R {
                 let mut index = 0;
                 let mut least = R::splat(f64::INFINITY);
                 $(
                     if <super::$module::$term as Term>::JUMPS && self.is_on(index) {
                         let own = &states[self.first_state[index].min(HIDDEN)..];
-                        least = least.min(super::$module::$term::reserve(self.values_of(index), gear, gear_torque, own));
+                        least = least.min(super::$module::$term::reserve(self.values_of(index), gear, spring_torque, own));
                     }
                     index += 1;
                 )*
@@ -157,15 +157,15 @@ macro_rules! catalog {
             }
 
             /// Lets the one with the least reserve jump.
-            pub fn jump(&self, gear: &Gear<S>, gear_torque: S, states: &mut [S; HIDDEN]) {
-                let least = self.reserve(gear, gear_torque, states);
+            pub fn jump(&self, gear: &Gear<S>, spring_torque: S, states: &mut [S; HIDDEN]) {
+                let least = self.reserve(gear, spring_torque, states);
                 let mut index = 0;
                 $(
                     if <super::$module::$term as Term>::JUMPS && self.is_on(index) {
                         let own = &mut states[self.first_state[index].min(HIDDEN)..];
                         let values = self.values_of(index);
-                        if super::$module::$term::reserve(values, gear, gear_torque, own).le(least) {
-                            super::$module::$term::jump(values, gear, gear_torque, own);
+                        if super::$module::$term::reserve(values, gear, spring_torque, own).le(least) {
+                            super::$module::$term::jump(values, gear, spring_torque, own);
                             return;
                         }
                     }

@@ -356,13 +356,14 @@ pub trait Term {
     fn stored<R: Real>(p: &[R], gear: &Gear<R>, states: &[R]) -> R {
         R::zero()
     }
-    /// What is left before the term's states jump; where it falls below 0 they do. In any unit.
+    /// What is left before the term's states jump; where it falls below 0 they do. In any unit. It follows from
+    /// what the jump relieves: the torque of the spring alone, without the damper or what terms add.
     #[inline(always)]
-    fn reserve<R: Real>(p: &[R], gear: &Gear<R>, gear_torque: R, states: &[R]) -> R {
+    fn reserve<R: Real>(p: &[R], gear: &Gear<R>, spring_torque: R, states: &[R]) -> R {
         R::splat(f64::INFINITY)
     }
     /// The jump, where the reserve has been used up.
-    fn jump<S: Scalar>(p: &[S], gear: &Gear<S>, gear_torque: S, states: &mut [S]) {}
+    fn jump<S: Scalar>(p: &[S], gear: &Gear<S>, spring_torque: S, states: &mut [S]) {}
     /// The frequency [Hz] at which it acts by time alone.
     #[inline(always)]
     fn frequency<R: Real>(p: &[R]) -> R {

@@ -12,13 +12,13 @@ impl Term for CouplingSlip {
         id: "coupling_slip",
         place: Place::Mesh,
         bases: &[Base::TwoInertia],
-        description: "Clamped coupling in line with the gear spring: slips where the gear torque exceeds what it holds, \
-            for ever, and lets go a share of the windup.",
-        equation: "tau_s(phi - q); q += r (phi - q) where abs(T_g) > T_slip",
+        description: "Clamped coupling in line with the gear spring: slips where the spring torque exceeds what it \
+            holds, for ever, and lets go a share of the windup.",
+        equation: "tau_s(phi - q); q += r (phi - q) where abs(tau_s) > T_slip",
         source: "clamping hubs; the slip is over in less than a period of the torsional mode and taken as a jump",
         amplitude: "relief",
         parameters: &[
-            TermParameter::new("T_slip", "N m", "gear torque that the coupling holds")
+            TermParameter::new("T_slip", "N m", "spring torque that the coupling holds")
                 .size_25(100.0, 20.0, 300.0)
                 .within(1e-3, f64::INFINITY),
             TermParameter::new("relief", "1", "share of the windup that a slip lets go")
@@ -38,11 +38,11 @@ impl Term for CouplingSlip {
     }
 
     #[inline(always)]
-    fn reserve<R: Real>(p: &[R], _gear: &Gear<R>, gear_torque: R, _states: &[R]) -> R {
-        p[0] - gear_torque.abs()
+    fn reserve<R: Real>(p: &[R], _gear: &Gear<R>, spring_torque: R, _states: &[R]) -> R {
+        p[0] - spring_torque.abs()
     }
 
-    fn jump<S: Scalar>(p: &[S], gear: &Gear<S>, _gear_torque: S, states: &mut [S]) {
+    fn jump<S: Scalar>(p: &[S], gear: &Gear<S>, _spring_torque: S, states: &mut [S]) {
         states[0] = states[0] + p[1] * gear.left();
     }
 }

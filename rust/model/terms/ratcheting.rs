@@ -12,14 +12,14 @@ impl Term for Ratcheting {
         id: "ratcheting",
         place: Place::Mesh,
         bases: &[Base::TwoInertia],
-        description: "Teeth that ride over one another where the gear torque exceeds what they hold: the spring carries \
+        description: "Teeth that ride over one another where the spring torque exceeds what they hold: the spring carries \
             nothing until they fall into the next gap, one pitch further for ever, or back.",
-        equation: "tau_s(phi - q) while engaged, 0 while riding; riding in the way of T_g from abs(T_g) > T_rat until \
+        equation: "tau_s(phi - q) while engaged, 0 while riding; riding in the way of tau_s from abs(tau_s) > T_rat until \
             abs(phi - q) = 2 pi / z, then q += 2 pi / z in that way, or until phi = q",
         source: "tooth jump of the catalogue ratcheting torque; pitch of the circular spline, 1.49 deg for 242 teeth",
         amplitude: "T_rat",
         parameters: &[
-            TermParameter::new("T_rat", "N m", "gear torque that the teeth hold")
+            TermParameter::new("T_rat", "N m", "spring torque that the teeth hold")
                 .size_25(350.0, 250.0, 450.0)
                 .within(1e-3, f64::INFINITY),
             TermParameter::new("spline_teeth", "1", "teeth of the circular spline")
@@ -45,17 +45,17 @@ impl Term for Ratcheting {
     }
 
     #[inline(always)]
-    fn reserve<R: Real>(p: &[R], gear: &Gear<R>, gear_torque: R, states: &[R]) -> R {
+    fn reserve<R: Real>(p: &[R], gear: &Gear<R>, spring_torque: R, states: &[R]) -> R {
         let way = states[1];
         let ridden = way * gear.left();
         let ahead = R::splat(std::f64::consts::TAU) / p[1] - ridden;
-        R::select(way.abs().le(R::zero()), p[0] - gear_torque.abs(), ridden.min(ahead))
+        R::select(way.abs().le(R::zero()), p[0] - spring_torque.abs(), ridden.min(ahead))
     }
 
-    fn jump<S: Scalar>(p: &[S], gear: &Gear<S>, gear_torque: S, states: &mut [S]) {
+    fn jump<S: Scalar>(p: &[S], gear: &Gear<S>, spring_torque: S, states: &mut [S]) {
         let way = states[1];
         if way.plain() == 0.0 {
-            states[1] = S::splat(gear_torque.plain().signum());
+            states[1] = S::splat(spring_torque.plain().signum());
             return;
         }
         let pitch = S::splat(std::f64::consts::TAU) / p[1];

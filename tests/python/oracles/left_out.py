@@ -97,8 +97,8 @@ class LeftOut:
         nodes, weights = np.polynomial.legendre.leggauss(12)
         return 0.5 * windup * np.sum(weights * self.spring(0.5 * windup * (nodes + 1)))
 
-    def gear_torque(self, x, windup, rate, rates):
-        """T_g and the torques on motor and load that belong to a varying stiffness."""
+    def spring_torque(self, x, windup):
+        """Torque of the spring, the windup that it sees, and the torques on motor and load of a varying stiffness."""
         p = self.p
         seen = windup
         if "coupling_slip" in self.on:
@@ -114,6 +114,12 @@ class LeftOut:
             at_load = p["eps_o"] * np.exp(1j * (x[2] + p["psi_o"]))
             torque *= 1 + at_motor.real + at_load.real
             reactions = self.stored(seen) * np.array([(2j * at_motor).real, (1j * at_load).real])
+        return torque, seen, reactions
+
+    def gear_torque(self, x, windup, rate, rates):
+        """T_g and the torques on motor and load that belong to a varying stiffness."""
+        p = self.p
+        torque, seen, reactions = self.spring_torque(x, windup)
         if "soft_windup" in self.on:
             torque -= p["delta_K"] * p["phi_0"] * np.tanh(seen / p["phi_0"])
         if "hysteresis" in self.on:
@@ -251,17 +257,17 @@ class LeftOut:
     def overload(self, x):
         """What is left before the coupling slips or the teeth jump, and the state after it."""
         p, after, unused = self.p, x.copy(), np.zeros(self.size)
-        windup, rate, _ = self.windup(x, unused)
-        T_g = self.gear_torque(x, windup, rate, unused)[0]
+        windup = self.windup(x, unused)[0]
+        tau_s = self.spring_torque(x, windup)[0]
         if "coupling_slip" in self.on:
             place = self.places["coupling_slip"]
             after[place] = (1 - p["relief"]) * x[place] + p["relief"] * windup
-            return p["T_slip"] - abs(T_g), after
+            return p["T_slip"] - abs(tau_s), after
         place = self.places["ratcheting"]
         (jumped, riding), pitch = x[place], 2 * np.pi / p["spline_teeth"]
         if not riding:
-            after[place] = jumped, np.sign(T_g)
-            return p["T_rat"] - abs(T_g), after
+            after[place] = jumped, np.sign(tau_s)
+            return p["T_rat"] - abs(tau_s), after
         ridden = riding * (windup - jumped)
         after[place] = jumped + (riding * pitch if ridden > pitch / 2 else 0.0), 0.0
         return min(ridden, pitch - ridden), after

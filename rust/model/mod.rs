@@ -205,4 +205,16 @@ impl<R: Real> Shaft<R> {
     pub fn spare(&self) -> R {
         self.breakaway - self.net.abs()
     }
+
+    /// The way the shaft goes on in one lane, at a speed and after a direction: at rest it is held as long as dry
+    /// friction can hold it.
+    pub fn onward(&self, lane: usize, speed: f64, direction: f64) -> f64 {
+        let (net, breakaway) = (self.net.plain().get(lane), self.breakaway.plain().get(lane));
+        match (speed == 0.0, breakaway > 0.0) {
+            (false, _) => speed.signum(),
+            (true, true) if direction != 0.0 => direction,
+            (true, true) if net.abs() <= breakaway => 0.0,
+            _ => net.signum(),
+        }
+    }
 }

@@ -348,16 +348,9 @@ impl<P: Path, M: Model<N>, T: Method, const N: usize> Advance<'_, P, M, T, N> {
         let mut changed = false;
         for lane in lanes_of(self.stale & self.occupied) {
             for shaft in 0..M::STICKING.len() {
-                let state = &rates.shafts[shaft];
-                let (net, breakaway) = (state.net.plain().get(lane), state.breakaway.plain().get(lane));
                 let speed = self.stepper.state[M::STICKING[shaft]].plain().get(lane);
                 let held = self.stepper.directions[shaft].plain().get(lane);
-                let direction = match (speed == 0.0, breakaway > 0.0) {
-                    (false, _) => speed.signum(),
-                    (true, true) if held != 0.0 => held,
-                    (true, true) if net.abs() <= breakaway => 0.0,
-                    _ => net.signum(),
-                };
+                let direction = rates.shafts[shaft].onward(lane, speed, held);
                 changed |= direction != held;
                 self.set_direction(lane, shaft, direction);
             }

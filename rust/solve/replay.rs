@@ -16,7 +16,8 @@ use std::marker::PhantomData;
 pub trait Retrace<S: Scalar, const N: usize> {
     /// A step from a record as polynomials.
     fn dense(&mut self, seat: &Seat<S, N>, start: &Record<S, N>, step: f64) -> Dense<S, N>;
-    /// Everything the equations pass through at an instant; a shaft slides the way it moves.
+    /// Everything the equations pass through at an instant; a shaft slides the way it moves and at rest is held as
+    /// long as dry friction can hold it.
     fn rates(&mut self, seat: &Seat<S, N>, t: f64, state: &[S; N]) -> Rates<S, N>;
     /// A signal at an instant.
     fn signal(&mut self, signal: Signal, seat: &Seat<S, N>, t: f64, state: &[S; N]) -> S {
@@ -91,6 +92,16 @@ impl<'a, P: Path, M: Model<N>, T: Method, const N: usize> Replay<'a, P, M, T, N>
         if let Some(pieces) = &mut self.stepper.held {
             **pieces = branch.pieces.map(f64::from);
         }
+    }
+
+    /// Lets go of shafts at rest that are pulled too hard. True where anything changed.
+    fn release(&mut self, rates: &Rates<Lane<P>, N>) -> bool {
+        let before = self.stepper.directions;
+        for (shaft, &speed) in M::STICKING.iter().enumerate() {
+            let (speed, held) = (self.stepper.state[speed].plain(), before[shaft].plain());
+            self.stepper.directions[shaft] = Lane::<P>::splat(rates.shafts[shaft].onward(0, speed, held));
+        }
+        before.iter().zip(&self.stepper.directions).any(|(before, after)| before.plain() != after.plain())
     }
 
     /// What the corners find at an instant of the present step: how much is left of the pieces, or the pieces where none is held.
@@ -196,6 +207,10 @@ impl<P: Path, M: Model<N>, T: Method, const N: usize> Retrace<Lane<P>, N> for Re
         seat.place(0, &mut self.stepper, seat.segment_before(t), (t, state));
         self.stepper.slide::<M>(true);
         let t = Lane::<P>::splat(t);
+        let rates = Lane::<P>::apart(Instant::<Lane<P>, M, N> { stepper: &self.stepper, t, state, model: PhantomData });
+        if !self.release(&rates) {
+            return rates;
+        }
         Lane::<P>::apart(Instant::<Lane<P>, M, N> { stepper: &self.stepper, t, state, model: PhantomData })
     }
 

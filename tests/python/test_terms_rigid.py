@@ -72,6 +72,17 @@ def test_exact_dry_levels_of_both_sides_add():
             assert omega_m[-1] > 1e-3
 
 
+def test_exact_gear_torque_of_a_shaft_that_breaks_away_at_once():
+    """The sample at time 0 is that of the shaft let go: J_l alpha/i + load + T_cl."""
+    torque, load, holding = 0.5, 5.0, 3.0
+    p = linear(T_cl=holding)
+    alpha = (torque - (load + holding) / p["ratio"]) / (p["J_m"] + p["J_l"] / p["ratio"] ** 2)
+    expected = p["J_l"] * alpha / p["ratio"] + load + holding
+    scenario = torque_steps([(1.0, torque)], load)
+    gear = simulate(p, ["load_side_friction"], scenario, [0.0, 1e-9], ["gear_torque"], base="one_inertia")[0]
+    np.testing.assert_allclose(gear, expected, rtol=1e-6)
+
+
 @pytest.mark.parametrize("backwards", [False, True])
 def test_exact_acceleration_under_load_dependent_friction(backwards):
     """J alpha = tau - T/i - c |T|/i with T = J_l alpha/i + load: one linear equation per sign of T."""

@@ -200,6 +200,7 @@ impl<'a, P: Path, M: Model<N>, T: Method, const N: usize> Advance<'a, P, M, T, N
         let stiff = self.find_stiff(verdict.accepted, step, &trial);
         let accepted = verdict.accepted & !self.find_events::<HELD>(verdict.accepted, landing, step, &trial);
         self.take_samples::<HELD>(accepted, step, &trial);
+        self.rest(&mut trial);
         self.watch::<HELD>(accepted, step, &trial);
         self.count_outside(accepted, step, &trial);
         self.stepper.commit::<M, HELD>(accepted, step, &trial);

@@ -286,6 +286,20 @@ impl<P: Path, M: Model<N>, T: Method, const N: usize> Advance<'_, P, M, T, N> {
         self.seats[lane] = Some(seat);
     }
 
+    /// An output that lands on its stop, that of the last shaft, has no speed there: the hair by which the step misses
+    /// it is none.
+    #[inline(always)]
+    pub(super) fn rest(&self, trial: &mut Trial<P::Lanes, N>) {
+        if !M::STICKS {
+            return;
+        }
+        for lane in lanes_of(self.events.tried) {
+            if self.events.planned[lane] == Some(Landing::Event(Event::Stop(M::STICKING.len() - 1))) {
+                trial.rates.omega_l.set(lane, Lane::<P>::zero());
+            }
+        }
+    }
+
     /// Shafts whose event has been reached change their direction; a planned step that failed is planned no more.
     #[inline(always)]
     pub(super) fn settle_events<const HELD: bool>(

@@ -192,6 +192,20 @@ def test_exact_coast_down_to_a_stop():
     assert np.all(found[:, 1] == 0.0)
 
 
+def test_against_differences_of_a_ripple_that_ends_in_a_stop():
+    """The lowest speed is that of the stopped output, 0 whatever the friction, wherever the step lands."""
+    levels = np.array([30.0, 33.0, 34.0, 36.0, 38.0, 40.0])
+    t, speed = [0.0, 0.3, 1.0, 1.2, 1.6], [0.0, 100.0, 100.0, 0.0, 0.0]
+    options = {
+        "model": hdfast.Model(terms=["load_side_friction"]),
+        "scenario": hdfast.Scenario.speed_profile(t, speed, run_window=(0.6, 1.5), t_end=1.6),
+        "metrics": ["speed_ripple"],
+    }
+    found = hdfast.sweep({"T_cl": levels}, sensitivities=["T_cl"], rtol=1e-6, **options)
+    up, down = (hdfast.sweep({"T_cl": levels + h}, rtol=1e-11, **options)["speed_ripple"] for h in (1e-2, -1e-2))
+    np.testing.assert_allclose(found.metric_sensitivities["speed_ripple"][:, 0], (up - down) / 2e-2, rtol=1e-3)
+
+
 def rows(count):
     rng = np.random.default_rng(1)
     columns = {"J_l": rng.uniform(0.3, 0.7, count), "k1": rng.uniform(2e4, 4e4, count), "tau_load": 3.0}

@@ -14,7 +14,7 @@ impl Term for TeLoadDependence {
         place: Place::Mesh,
         bases: Base::ALL,
         description: "A line of the kinematic error in proportion to the load torque in force, which is taken to \
-            change slowly.",
+            change slowly: speeds and energies leave its changes out.",
         equation: "theta_e += tau_load [A_cos cos(n theta_m) + A_sin sin(n theta_m)]",
         source: "Ghorbel, Gandhi, Alpeter 2001; a tenth to a half of the unloaded line at 67 N m",
         amplitude: "A_cos",

@@ -14,6 +14,8 @@ use std::marker::PhantomData;
 /// Points of a step at which it is looked at before the refinement.
 const LOOKS: usize = 6;
 const REFINEMENTS: usize = 5;
+/// Share of the step behind a peak at which the curvature there is found.
+const BEHIND: f64 = 1e-4;
 
 /// Lanes with one step each.
 pub struct Again<R: Real, M, T, const N: usize> {
@@ -157,10 +159,26 @@ type Point<R> = (<R as Real>::Plain, <R as Real>::Plain);
 impl<R: Real, M: Model<N>, const N: usize> Peaks<'_, R, M, N> {
     /// The signals after a share of the step.
     #[inline(always)]
-    fn look(&mut self, share: R::Plain) -> R {
+    fn look(&mut self, share: R) -> R {
         let Self { stepper, start, step, wanted, .. } = self;
-        let t = share.mul_add(*step, *start);
+        let t = share.mul_add(R::constant(*step), R::constant(*start));
         R::apart(Look::<R, M, N> { stepper, step: *step, share, t, wanted: *wanted, model: PhantomData })
+    }
+
+    /// The derivative at the peak itself, of which values tell half of the digits: where the rate of the signal is zero,
+    /// by the secant through the best place and one behind it.
+    #[inline(always)]
+    fn tangent_at_peak(&mut self, best: R, place: R::Plain, points: &[Point<R>; 3]) -> R::Plain {
+        let one = R::Plain::splat(1.0);
+        let behind = place + R::Plain::splat(BEHIND);
+        let tangent = self.look(R::constant(behind)).tangent();
+        let rate = self.look(R::constant(place).with_tangent(one)).tangent() - best.tangent();
+        let rate_behind = self.look(R::constant(behind).with_tangent(one)).tangent() - tangent;
+        let bend = rate - rate_behind;
+        let shift = rate / bend;
+        let peak = shift.mul_add(R::Plain::splat(BEHIND), place);
+        let inside = R::Plain::zero().lt(bend) & points[0].0.lt(peak) & peak.lt(points[2].0);
+        R::Plain::select(inside, shift.mul_add(tangent - best.tangent(), best.tangent()), best.tangent())
     }
 }
 
@@ -171,12 +189,13 @@ impl<R: Real, M: Model<N>, const N: usize> Task for Peaks<'_, R, M, N> {
     fn run(mut self) -> R {
         let mut looks = [R::zero(); LOOKS];
         for index in 0..LOOKS {
-            looks[index] = self.look(share_of::<R>(index));
+            looks[index] = self.look(R::constant(share_of::<R>(index)));
         }
-        let (mut best, mut points) = (looks[0], around(&looks, 1));
+        let (mut best, mut place, mut points) = (looks[0], share_of::<R>(0), around(&looks, 1));
         for index in 1..LOOKS {
             let better = best.plain().le(looks[index].plain());
             best = R::select(better, looks[index], best);
+            place = R::Plain::select(better, share_of::<R>(index), place);
             points = select::<R>(better, around(&looks, index.min(LOOKS - 2)), points);
         }
         let mut active = every_lane::<R>();
@@ -187,13 +206,15 @@ impl<R: Real, M: Model<N>, const N: usize> Task for Peaks<'_, R, M, N> {
             if !active.any() {
                 break;
             }
-            let value = self.look(R::Plain::select(active, share, points[1].0));
+            let value = self.look(R::constant(R::Plain::select(active, share, points[1].0)));
             let gain = (value - best).plain();
-            best = R::select(active & R::Plain::zero().lt(gain), value, best);
+            let better = active & R::Plain::zero().lt(gain);
+            best = R::select(better, value, best);
+            place = R::Plain::select(better, share, place);
             active = active & (best.plain().abs() * R::Plain::splat(1e-15)).lt(gain.abs());
             points = narrowed::<R>(active, points, (share, value.plain()));
         }
-        best
+        if R::DIFFERENTIATES { best.with_tangent(self.tangent_at_peak(best, place, &points)) } else { best }
     }
 }
 
@@ -217,8 +238,8 @@ fn around<R: Real>(looks: &[R; LOOKS], middle: usize) -> [Point<R>; 3] {
 struct Look<'a, R: Real, M, const N: usize> {
     stepper: &'a mut Stepper<R, N>,
     step: R::Plain,
-    share: R::Plain,
-    t: R::Plain,
+    share: R,
+    t: R,
     wanted: Wanted<R>,
     model: PhantomData<M>,
 }
@@ -229,12 +250,12 @@ impl<R: Real, M: Model<N>, const N: usize> Task for Look<'_, R, M, N> {
     #[inline(always)]
     fn run(self) -> R {
         let Self { stepper, step, share, t, wanted, .. } = self;
-        stepper.t = t;
+        stepper.t = t.plain();
         for index in 0..N {
-            stepper.state[index] = value_at(&stepper.polynomials[index], step, R::constant(share));
+            stepper.state[index] = value_at(&stepper.polynomials[index], step, share);
         }
         stepper.slide::<M>(every_lane::<R>());
-        let rates = stepper.rates::<M>(R::constant(stepper.t), &stepper.state);
+        let rates = stepper.rates::<M>(t, &stepper.state);
         let mut value = R::zero();
         value = R::select(R::Mask::from_bits(wanted.signals[0]), rates.windup, value);
         value = R::select(R::Mask::from_bits(wanted.signals[1]), rates.te, value);

@@ -206,6 +206,22 @@ def test_against_differences_of_a_ripple_that_ends_in_a_stop():
     np.testing.assert_allclose(found.metric_sensitivities["speed_ripple"][:, 0], (up - down) / 2e-2, rtol=1e-3)
 
 
+def test_exact_peak_of_a_periodic_error():
+    """The largest error of a rigid gear that turns over it is that of the error itself, however heavy the motor."""
+    found = hdfast.sweep(
+        {"tau_load": np.linspace(0.0, 10.0, 100)},
+        model=hdfast.Model(base="one_inertia", orders=[1, 2]),
+        metrics=["te_peak_stop"],
+        sensitivities=["J_m"],
+        rtol=1e-8,
+        scenario=hdfast.Scenario.start_stop(t_end=1.6, t_on=0.05, t_off=0.9),
+    )
+    peak, change = found["te_peak_stop"], found.metric_sensitivities["te_peak_stop"][:, 0] * linear()["J_m"]
+    turned_over = np.isclose(peak, peak.max(), rtol=1e-9)
+    assert turned_over.sum() > 50
+    np.testing.assert_array_less(np.abs(change[turned_over]), 1e-8 * peak.max())
+
+
 def rows(count):
     rng = np.random.default_rng(1)
     columns = {"J_l": rng.uniform(0.3, 0.7, count), "k1": rng.uniform(2e4, 4e4, count), "tau_load": 3.0}

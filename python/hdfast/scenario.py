@@ -86,9 +86,9 @@ class Scenario:
         torque: float | None = None,
         torque_ramp: float | None = None,
         load: Load = 0.0,
-        K_p: float = K_P,
-        K_i: float = K_I,
-        tau_max: float = TAU_MAX,
+        K_p: float | None = None,
+        K_i: float | None = None,
+        tau_max: float | None = None,
         initial: str = "relaxed",
         theta_m0: float = 0.0,
         run_window: tuple[float, float] | None = None,
@@ -112,9 +112,9 @@ class Scenario:
             torque_ramp: duration over which the torque of "torque_step" is applied [s]; default 0, a step.
             load: constant load torque [N m], positive resists, the default of the column `tau_load`; or a table
                 (t [s], torque [N m]) added to that column and not covered by the sustaining torque.
-            K_p: proportional gain [N m s/rad].
-            K_i: integral gain [N m/rad].
-            tau_max: torque limit of the controller [N m]; may be infinite.
+            K_p: proportional gain of the PI controller [N m s/rad]; default 0.05.
+            K_i: its integral gain [N m/rad]; default 0.8.
+            tau_max: its torque limit [N m]; default 2, may be infinite.
             initial: "relaxed" (the spring in equilibrium with the load torque; torques of terms, gravity say, and gaps
                 or soft ends of the spring then set the load swinging) or "zero_angle" (both angles zero).
             theta_m0: motor angle at t = 0 [rad] of a relaxed start.
@@ -138,6 +138,8 @@ class Scenario:
             without_meaning(f"start={start!r}", torque=torque, torque_ramp=torque_ramp)
         if stop != "brake":
             without_meaning(f"stop={stop!r}", t_brake=t_brake)
+            if start == "torque_step":
+                without_meaning(f"start={start!r}, stop={stop!r}", K_p=K_p, K_i=K_i, tau_max=tau_max)
         t_end = checks.positive("t_end", t_end, MAX_TIME, "s")
         t_on = checks.number("t_on", t_on, 0.0, t_end, "s")
         marks = run_phase(run_window, t_on, t_off, t_end, t_end / 2.0 if stop else t_end)
@@ -164,6 +166,9 @@ class Scenario:
         if reference:
             corners = np.array(reference)
             tracks["set_speed"] = linear(corners[:, 0], corners[:, 1])
+        K_p, K_i, tau_max = (
+            default if given is None else given for given, default in ((K_p, K_P), (K_i, K_I), (tau_max, TAU_MAX))
+        )
         return cls._make(
             f"start_stop({start}, {stop})",
             assemble(t_end, phases, tracks),

@@ -143,7 +143,7 @@ def test_exact_simulate_writes_the_folder(small, tmp_path, capsys):
 
 
 def test_exact_json_has_null_where_a_number_is_infinite(small, tmp_path, capsys):
-    small.write_text(SMALL.replace("[scenario]\n", "[scenario]\ntau_max = inf\n"))
+    small.write_text(SMALL.replace("[scenario]\n", "[scenario]\nstop = 'brake'\ntau_max = inf\n"))
     out = tmp_path / "one"
     assert main(["simulate", str(small), "--out", str(out), "--json"]) == 0
     printed = strict(capsys.readouterr().out)

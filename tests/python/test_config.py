@@ -58,7 +58,7 @@ def test_exact_scenario_kinds():
     assert config.parse("[scenario]\nload = [[0, 1], [0, 5]]\n").scenario.segments[-1, 11] > 0
     profile = config.parse("[scenario]\nkind = 'speed_profile'\nt = [0, 1, 2]\nrelative = [0, 1, 0]\n").scenario
     assert profile.name == "speed_profile"
-    assert config.parse("[scenario]\ntau_max = inf\n").scenario.values["tau_max"] == math.inf
+    assert config.parse("[scenario]\nstop = 'brake'\ntau_max = inf\n").scenario.values["tau_max"] == math.inf
 
 
 def test_exact_piecewise_drive():

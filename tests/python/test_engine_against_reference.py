@@ -116,13 +116,14 @@ def starts_and_stops(draw):
         "t_off": t_on + draw(between(0.2, 0.9)) * (t_end - t_on) if stop else None,
         "speed_rpm": draw(between(-600.0, 600.0)),
         "load": draw(st.one_of(between(-100.0, 100.0), st.just(([0.0, 0.1, 0.2], [0.0, 40.0, -20.0])))),
-        "K_p": draw(st.one_of(st.just(0.0), between(0.005, 0.3))),
-        "K_i": draw(st.one_of(st.just(0.0), between(0.02, 5.0))),
-        "tau_max": draw(st.sampled_from([0.1, 2.0, math.inf])),
         "initial": draw(st.sampled_from(["relaxed", "zero_angle"])),
         "theta_m0": draw(between(-1000.0, 1000.0)),
     }
     t_off = options["t_off"] or t_end
+    if options["start"] == "speed_ramp" or stop == "brake":
+        options["K_p"] = draw(st.one_of(st.just(0.0), between(0.005, 0.3)))
+        options["K_i"] = draw(st.one_of(st.just(0.0), between(0.02, 5.0)))
+        options["tau_max"] = draw(st.sampled_from([0.1, 2.0, math.inf]))
     if options["start"] == "speed_ramp":
         options["t_ramp"] = draw(between(0.05, 0.9)) * (t_off - t_on)
     if stop == "brake":

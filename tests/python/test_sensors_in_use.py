@@ -140,7 +140,7 @@ def test_exact_steps_of_a_bench_fall_at_random_and_its_zero_is_exact():
 
 
 def test_exact_a_bench_writes_an_unbounded_torque_as_null(tmp_path):
-    (tmp_path / "drive.toml").write_text("[scenario]\ntau_max = inf\n")
+    (tmp_path / "drive.toml").write_text("[scenario]\nstop = 'brake'\ntau_max = inf\n")
     assert main(["bench", "startstop", str(tmp_path / "drive.toml"), "--out", str(tmp_path / "out"), "--quiet"]) == 0
     assert json.loads((tmp_path / "out" / "truth.json").read_text())["truth"]["tau_max"] is None
 

@@ -117,7 +117,7 @@ class Scenario:
             tau_max: its torque limit [N m]; default 2, may be infinite.
             initial: "relaxed" (the spring in equilibrium with the load torque; torques of terms, gravity say, and gaps
                 or soft ends of the spring then set the load swinging) or "zero_angle" (both angles zero).
-            theta_m0: motor angle at t = 0 [rad] of a relaxed start.
+            theta_m0: motor angle at t = 0 [rad] of a relaxed start; of "zero_angle" 0.
             run_window: (begin, end) of the run phase [s]; the end is t_off. By default it holds the last whole
                 revolutions of the set speed that last half a second, also where the drive misses that speed;
                 `steady_speed` and the orders look for the revolutions it turned, the orders no further back than four
@@ -400,6 +400,9 @@ class Scenario:
         ring: tuple[float, float, bool],
     ) -> Scenario:
         choose("initial", initial, INITIALS)
+        angle = values["theta_m0"]
+        if initial == "zero_angle" and angle != 0.0 and name != "motion":
+            raise InputError(f"theta_m0 = {angle:g} rad has no meaning with initial={initial!r} (allowed: 0 rad)")
         t_on, t_off, t_run, t_end = marks
         return cls(name, segments, t_on, t_off, t_end, t_run, initial, values, *ring)
 

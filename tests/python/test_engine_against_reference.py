@@ -117,8 +117,9 @@ def starts_and_stops(draw):
         "speed_rpm": draw(between(-600.0, 600.0)),
         "load": draw(st.one_of(between(-100.0, 100.0), st.just(([0.0, 0.1, 0.2], [0.0, 40.0, -20.0])))),
         "initial": draw(st.sampled_from(["relaxed", "zero_angle"])),
-        "theta_m0": draw(between(-1000.0, 1000.0)),
     }
+    if options["initial"] == "relaxed":
+        options["theta_m0"] = draw(between(-1000.0, 1000.0))
     t_off = options["t_off"] or t_end
     if options["start"] == "speed_ramp" or stop == "brake":
         options["K_p"] = draw(st.one_of(st.just(0.0), between(0.005, 0.3)))

@@ -141,6 +141,7 @@ def test_exact_replay_of_torque():
     assert value(scenario, "load", 1.0) == 3
     assert scenario.values["theta_m0"] == 2
     assert scenario.values["omega_set"] == pytest.approx(10)
+    assert Scenario.replay(RECORDING, initial="zero_angle").values["theta_m0"] == 0
 
 
 def test_exact_replay_of_motion_and_reference():
@@ -212,6 +213,8 @@ def test_exact_replay_takes_tables():
         (lambda: Scenario.start_stop(load=([0, 1],)), "load"),
         (lambda: Scenario.start_stop(load=([0, 1], [0])), "load torque has 1 samples"),
         (lambda: Scenario.start_stop(initial="rest"), "initial"),
+        (lambda: Scenario.start_stop(initial="zero_angle", theta_m0=1), "theta_m0 = 1 rad has no meaning with init"),
+        (lambda: Scenario.torque_profile([0, 1], [0, 1], initial="zero_angle", theta_m0=-2), "theta_m0 = -2 rad"),
         (lambda: Scenario.start_stop(run_window=(1, 2), t_off=3), "run_window"),
         (lambda: Scenario.start_stop(run_window=5), "run_window"),
         (lambda: Scenario.start_stop(run_window=(2, 3), t_off="x"), "t_off = 'x' is not a number"),

@@ -36,7 +36,8 @@ def replay(cls: type[Scenario], recording: Any, input_name: str, hold: bool, opt
         return cls.motion(t, values, hold=hold, **options)
     if "motor_angle" in columns:
         moments, angle = _channel(_time(columns["t"]), columns["motor_angle"], "motor_angle", gap)
-        options.setdefault("theta_m0", float(angle[0]))
+        if options.get("initial") != "zero_angle":
+            options.setdefault("theta_m0", float(angle[0]))
         if source == "motor_torque":
             options.setdefault("speed_rpm", typical_speed(moments, angle) / RPM)
     if source == "speed_reference":

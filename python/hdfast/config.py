@@ -168,7 +168,7 @@ class _Reader:
             scenario,
             tolerances,
             self.correlation(tolerances),
-            self.batch_size(),
+            self.batch_size(tolerances),
             self.specs(),
             self.run(model),
             self.trajectories(scenario.t_end),
@@ -248,9 +248,14 @@ class _Reader:
         )
         return found
 
-    def batch_size(self) -> int:
+    def batch_size(self, tolerances: Mapping[str, Tolerance]) -> int:
         section = self.file.section("batches")
         self.file.known(("batches",), section, ("size",))
+        shares = {name: tolerance.batch_share for name, tolerance in tolerances.items() if tolerance.batch_share}
+        if shares and "size" not in section:
+            name, share = next(iter(shares.items()))
+            message = f"batch_share = {share:g} has no meaning without a size in [batches] (allowed: 0)"
+            raise self.file.error(("tolerance", name, "batch_share"), message)
         size: int = self.file.guard(("batches", "size"), checks.whole, "size", section.get("size", 1), 1, MAX_ROWS)
         return size
 

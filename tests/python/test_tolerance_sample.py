@@ -316,6 +316,11 @@ def test_exact_file_sections():
     [
         ("[correlation]\npairs = [['J_l', 'k1', 0.5]]\n", 1, "J_l"),
         ("[batches]\nsize = 0\n", 2, "size = 0"),
+        (
+            "[tolerance.J_l]\ndistribution = 'normal'\nsigma = 0.01\nbatch_share = 0.9\n[batches]\n",
+            4,
+            r"batch_share = 0.9 has no meaning without a size in \[batches\]",
+        ),
         ("[trajectories]\nsignals = ['te']\nstep = 1e-9\n", 1, "step = 1e-09 s is out of range"),
         ("[trajectories]\nsignals = ['te']\nstep = inf\n", 1, "step = inf s is out of range"),
         ("[run]\nsampling = 'sobl'\n", 2, "did you mean 'sobol'"),

@@ -234,6 +234,9 @@ class _Reader:
         term = terms()[entry["effect"]]
         stated = entry.get("channel")
         channel = self.file.guard((*path, "channel"), choose, f"channel of {term.id}", stated, term.channels)
+        for earlier in self.file.listed("terms")[:number]:
+            if (earlier["effect"], earlier.get("channel")) == (term.id, channel):
+                raise self.file.error(path, f"[[terms]] names {term.id} on {channel} twice (allowed: once per channel)")
         self.file.known((*path, "parameters"), given, [parameter.name for parameter in term.parameters])
         for name, value in given.items():
             inner.number((*path, "parameters", name), name, value)

@@ -98,6 +98,10 @@ def test_exact_file_means_the_same_everywhere(tmp_path, capsys):
     ("text", "named"),
     [
         ('[[terms]]\neffect = "aliasing"\n', "channel of aliasing = None"),
+        (
+            '[[terms]]\neffect = "sensor_noise"\nchannel = "load_angle"\nparameters = { noise = 1e-5 }\n' * 2,
+            r"line 5: \[\[terms\]\] names sensor_noise on load_angle twice \(allowed: once per channel\)",
+        ),
         ('[[terms]]\neffect = "delay"\nchannel = "load_angle"\n', "line 3: delay acts on the drive"),
         ('[[terms]]\neffect = "aliasing"\nchannel = "load_angle"\nparameters = { f = 3.0 }\n', "allowed: f_s"),
     ],

@@ -79,14 +79,8 @@ def prepare_results(folder: str | Path, campaign: str, own: Sequence[str] = RESU
     Raises:
         InputError: the folder cannot be written, or holds another campaign file that is no copy beside results.
     """
-    path = Path(folder)
-    old = path / CAMPAIGN
-    copy = any((path / name).exists() for name in own) and (home is None or path.resolve() != home.resolve())
-    if old.exists() and not copy and not _reads(old, campaign):
-        raise InputError(
-            f"out = {str(folder)!r} holds another {CAMPAIGN}, which would be replaced: name another folder"
-        )
-    return prepare(folder)
+    at_home = home is not None and Path(folder).resolve() == home.resolve()
+    return _prepare_copies(folder, {CAMPAIGN: campaign.encode()}, () if at_home else own)
 
 
 def prepare_inputs(folder: str | Path, inputs: Mapping[str, bytes]) -> Path:
@@ -99,9 +93,14 @@ def prepare_inputs(folder: str | Path, inputs: Mapping[str, bytes]) -> Path:
     Raises:
         InputError: the folder cannot be written, or holds another file of such a name and no results.
     """
+    return _prepare_copies(folder, inputs, RESULTS_WITH_INPUT)
+
+
+def _prepare_copies(folder: str | Path, copies: Mapping[str, bytes], own: Sequence[str]) -> Path:
+    """As `prepare`; without one of its own files the folder may hold nothing else under the names of the copies."""
     path = Path(folder)
-    if not any((path / name).exists() for name in RESULTS_WITH_INPUT):
-        for name, content in inputs.items():
+    if not any((path / name).exists() for name in own):
+        for name, content in copies.items():
             if (path / name).exists() and not _holds(path / name, content):
                 raise InputError(
                     f"out = {str(folder)!r} holds another {name}, which would be replaced: name another folder"

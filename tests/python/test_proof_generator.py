@@ -11,7 +11,7 @@ import pytest
 from hdfast.proof import generator
 from hdfast.proof.generator import further, nuisance, sensors, stepping, strata
 from hdfast.proof.generator.case import build, motion, simulate, sized_within_limits
-from hdfast.proof.generator.certificate import likeness
+from hdfast.proof.generator.certificate import likeness, rivals
 from hdfast.proof.generator.control import NO_NOTCH, Controller
 from hdfast.proof.generator.effects import EFFECTS, TWELVE, Drive
 from hdfast.proof.generator.equipment import draw_chain
@@ -20,7 +20,7 @@ from hdfast.proof.generator.linear import linearise, moved
 from hdfast.proof.generator.oracle import oracle
 from hdfast.proof.generator.plant import ABSENT, Plant, empty_arrays
 from hdfast.proof.generator.recipe import Bench, Recipe
-from hdfast.proof.generator.responses import channels, moving, told_by_motion
+from hdfast.proof.generator.responses import Motion, channels, moving, responses, told_by_motion
 from hdfast.proof.generator.rig import draw_rig
 from hdfast.proof.generator.sizing import follow, length, sketch, swallowed, together
 from hdfast.proof.generator.truth import refitted
@@ -132,9 +132,30 @@ def test_exact_slip_elements_close_minor_loops():
 
     p, elements = plant(T_h=2.0, phi_h=3e-4), np.zeros(10)
     path = np.concatenate([np.linspace(0, 8e-4, 200), np.linspace(8e-4, 3e-4, 200), np.linspace(3e-4, 8e-4, 200)])
-    torque = [slip(p, elements, change) for change in np.diff(path, prepend=0.0)]
+    torque = [slip(p, elements, change)[0] for change in np.diff(path, prepend=0.0)]
     assert torque[199] == pytest.approx(2.0)
     assert torque[-1] == pytest.approx(torque[199], abs=1e-12)
+
+
+FAR = 0.1 * (np.arange(10) + 0.5) / 5.0  # windups at which the elements of phi_h = 0.1 slip [rad]
+
+
+@pytest.mark.parametrize(
+    "remembers", [{"T_h": 6e4 / np.sum(1.0 / FAR), "phi_h": 0.1}, {"K_v": 6000.0, "tau_v": 1e9}], ids=["slip", "creep"]
+)
+def test_exact_a_memory_that_does_not_fade_is_a_spring(remembers):
+    """Elements that never slip, and a branch that never creeps: also in what they damp from step to step."""
+    p, push = plant(), np.where(T < 0.1, 0.2, 0.0)
+    stiffer = p._replace(k1=p.k1 + 6000.0)
+    spring, memory = (drive(one, push=push)["load_angle"] for one in (stiffer, p._replace(**remembers)))
+    np.testing.assert_allclose(memory, spring, atol=1e-6 * np.ptp(spring))
+    t, begin = COARSE * np.arange(2000), stepping.start_at_rest(p, 0.0, 0.0)[2:]
+    swing, still = np.where(t < 0.2, np.sin(10.0 * np.pi * t), 0.0), np.zeros(t.size)
+    spring, memory = (
+        impose(one, swing, np.gradient(swing, COARSE), still, still, still + 20.0, begin)[3]
+        for one in (stiffer, p._replace(**remembers))
+    )
+    np.testing.assert_allclose(memory, spring, atol=1e-6 * np.ptp(spring))
 
 
 def test_exact_a_sloshing_mass_hangs_still_until_the_drive_moves():
@@ -213,7 +234,7 @@ def bench():
     rig = draw_rig(rng, recipe)
     rig = replace(rig, has_output_torque=False)
     bare = Drive(rig.plant, sensors.SOUND)
-    motions = [motion(simulate(rig, bare, run, rng), run, rig) for run in rig.runs]
+    motions = [motion(simulate(rig, bare, run, rng), run) for run in rig.runs]
     return rig, linearise(rig, bare, motions, rng)
 
 
@@ -224,6 +245,29 @@ def test_exact_effects_are_sized_in_the_noise_of_the_rig_that_is_recorded(bench)
     noisier, used, _ = sized_within_limits(rig, lin.drive, lin.motions, recipe, np.random.default_rng(5))
     assert noisier.chain != rig.chain
     assert used.rig is noisier
+
+
+def test_exact_a_drive_at_rest_stays_there_on_an_imposed_motion(bench):
+    """Also one whose load a weight holds out of the balance of the drive without it."""
+    rig, lin = bench
+    still = np.zeros(2000)
+    rest = Motion(still + 1.0, still, still, still, still + 20.0)
+    weight = EFFECTS["gravity_unbalance"].on(lin.drive, 8.0, {"psi_gravity": 1.2})
+    for channel in next(responses(rig, weight, [rest])):
+        assert np.ptp(channel) < 1e-9 * max(float(np.abs(channel).max()), 1.0)
+
+
+def test_against_single_sizes_a_rival_is_taken_at_its_best(bench):
+    """Creep looks more like hysteresis where it is small: a large one shifts the resonance."""
+    _, lin = bench
+    slips, creeps = sketch(lin, "hysteresis", 3.0, np.random.default_rng(2)), EFFECTS["viscoelastic"]
+    left, single = lin.left(lin.signature(slips.on(lin.drive))[0]), []
+    for size in (0.1, 1.0):
+        own = lin.left(lin.signature(creeps.on(lin.drive, size * creeps.typical, {"tau_v": 0.5}))[0])
+        single.append(abs(own @ left) / np.linalg.norm(own) / np.linalg.norm(left))
+    best = next(one["abs_cos"] for one in rivals(lin, left, [slips]) if one["id"] == creeps.id)
+    assert best == pytest.approx(max(single), abs=0.05)
+    assert min(single) < best - 0.1
 
 
 def test_against_dense_least_squares_the_refit_with_priors(bench):
@@ -563,7 +607,7 @@ def test_exact_a_refit_without_noise_finds_drive_and_size(bench):
     rows = [simulate(rig, full, run, np.random.default_rng(k)) for k, run in enumerate(rig.runs)]
     clean = [sensors.clean(row, full.faults) for row in rows]
     noisy = [one | {"motor_torque": 1.03 * one["motor_torque"]} for one in clean]
-    motions = [motion(row, run, rig) for row, run in zip(rows, rig.runs, strict=True)]
+    motions = [motion(row, run) for row, run in zip(rows, rig.runs, strict=True)]
     stated = refitted(replace(lin, rig=rig), [], effect.on(lin.drive), clean, noisy)
     found = refitted(replace(lin, rig=rig), [effect], full, clean, noisy)
     assert found.scale == pytest.approx(1.03, abs=0.003)

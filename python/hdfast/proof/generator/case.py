@@ -64,7 +64,7 @@ def _attempt(recipe: Recipe, folder: Path, rng: Generator) -> Built:
     bare = Drive(rig.plant, sensors.SOUND)
     fit = [k for k, run in enumerate(rig.runs) if run.role == "fit"]
     traces = [simulate(rig, bare, rig.runs[k], rng) for k in fit]
-    motions = [motion(x, rig.runs[k], rig) for x, k in zip(traces, fit, strict=True)]
+    motions = [motion(x, rig.runs[k]) for x, k in zip(traces, fit, strict=True)]
     rig, lin, named = sized_within_limits(rig, bare, motions, model, rng)
     files = [f"{x:08x}" for x in rng.integers(0, 2**32, len(rig.runs))]
     full, certificate = together(bare, named), certified(model, lin, named, [files[k] for k in fit])
@@ -242,15 +242,13 @@ def simulate(rig: Rig, drive: Drive, run: Run, rng: Generator) -> Array:
     return np.asarray(traces[: len(stepping.TRACES)])
 
 
-def motion(traces: Array, run: Run, rig: Rig) -> Motion:
+def motion(traces: Array, run: Run) -> Motion:
     """The motion of one recording, for the linear statistics."""
     named = dict(zip(stepping.TRACES, traces, strict=True))
-    ring = named["load_angle"][0]
-    start = np.array([ring, ring - run.load[0] / rig.plant.k_c])
     pull = np.gradient(named["motor_speed"], stepping.GRID)
     columns = (named["motor_angle"], named["motor_speed"], pull, run.load, run.temperature)
     angle, speed, pull, load, temperature = (np.ascontiguousarray(x[: x.size // SKIP * SKIP : SKIP]) for x in columns)
-    return Motion(angle, speed, pull, load, temperature, start)
+    return Motion(angle, speed, pull, load, temperature)
 
 
 def _speed_change(rig: Rig, full: Drive, traces: list[Array], fit: list[int], rng: Generator) -> float:
@@ -273,7 +271,7 @@ def record(rig: Rig, drive: Drive, run: Run, index: int, rng: Generator) -> Reco
     clean = sensors.clean(traces, drive.faults)
     noisy = sensors.disturb(clean, rig.chain, rng)
     noisy["motor_torque"] = noisy["motor_torque"] * (1.0 + rig.torque_scale) + rig.torque_offset[index]
-    return Recorded(motion(traces, run, rig), clean, noisy)
+    return Recorded(motion(traces, run), clean, noisy)
 
 
 def sampled(rig: Rig, run: Run, noisy: dict[str, Array], rng: Generator) -> dict[str, Array]:

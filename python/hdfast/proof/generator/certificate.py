@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from itertools import product
 from typing import Any
 
 import numpy as np
 
-from hdfast.proof.generator.effects import EFFECTS
+from hdfast.proof.generator.effects import EFFECTS, Effect, Shape
 from hdfast.proof.generator.linear import Linearisation, Refit
 from hdfast.proof.generator.plant import Array
 from hdfast.proof.generator.responses import RATE
@@ -14,6 +15,7 @@ from hdfast.proof.generator.sizing import Sized
 
 SEPARABLE = 0.8
 RIVAL = 0.8
+DRAWS, SIZES = 3, (0.1, 1.0)  # shapes of a rival, and multiples of its typical amplitude
 BIN = 0.05
 SHARE = 0.8
 GAP = 0.25
@@ -85,8 +87,8 @@ def split(lin: Linearisation, stacked: Array) -> list[list[Array]]:
 def rivals(lin: Linearisation, left: Array, named: list[Sized]) -> list[dict[str, Any]]:
     """Effects of the published list by how much of the remaining signature they explain, after a refit of each.
 
-    A rival with a phase may turn it, so its span is that of two phases a quarter apart; one with an order takes the
-    order of the effect where it has none of its own.
+    Each is taken at its best of several shapes and sizes. A rival with a phase may turn it, so its span is that of two
+    phases a quarter apart; one with an order takes that of the effect where it has one.
 
     Args:
         lin: at the plant that the refit has moved to: there a rival would add to it.
@@ -100,27 +102,37 @@ def rivals(lin: Linearisation, left: Array, named: list[Sized]) -> list[dict[str
             continue
         if (lin.rig.motor_only and effect.needs_load_side) or (effect.id in NEED_DRY and lin.rig.plant.T_c == 0.0):
             continue
-        span = [
-            lin.left(lin.signature(effect.on(lin.drive, effect.typical, shape))[0])
-            for shape in _shapes(effect.id, named)
-        ]
-        basis = np.linalg.svd(np.column_stack(span), full_matrices=False)
-        strong = basis.U[:, 1e-6 * max(basis.S[0], 1e-30) < basis.S] if basis.S[0] > 1e-9 else basis.U[:, :0]
-        cosine = float(np.linalg.norm(strong.T @ left) / np.linalg.norm(left))
+        tried = product(_shapes(effect, _order(named[0])), SIZES)
+        cosine = max(_cosine(lin, effect, turned, size * effect.typical, left) for turned, size in tried)
         out.append({"id": effect.id, "abs_cos": round(min(cosine, 1.0), 4)})
     return sorted(out, key=lambda r: -r["abs_cos"])
 
 
-def _shapes(effect_id: str, named: list[Sized]) -> list[dict[str, Any]]:
-    shape = EFFECTS[effect_id].shape(np.random.default_rng(0))
-    order = EFFECTS[effect_id].order
-    own = _order(named[0])
-    if isinstance(order, str) and order != "pole_pairs" and own is not None:
-        shape[order] = own
-    phases = [name for name in shape if name.startswith("psi") or name.endswith("phase")]
-    if not phases or effect_id.startswith("minor_"):
-        return [shape]
-    return [{**shape, phases[0]: quarter} for quarter in (0.0, np.pi / 2)]
+def _shapes(effect: Effect, order: float | None) -> list[list[Shape]]:
+    """Shapes that a rival may take, each at the phases that span it.
+
+    Args:
+        effect: the rival.
+        order: that of the effect it is to resemble.
+    """
+    drawn = [effect.shape(np.random.default_rng(draw)) for draw in range(DRAWS)]
+    phases = [name for name in drawn[0] if name.startswith("psi") or name.endswith("phase")]
+    free = set(drawn[0]) - {*phases, effect.order}
+    taken = {}
+    if order is not None and isinstance(effect.order, str):
+        taken = {effect.order: order}
+        if effect.order == "pole_pairs":
+            taken = {effect.order: 0.5 * order} if order % 2.0 == 0.0 else {}
+    turns = [{phases[0]: quarter} for quarter in (0.0, np.pi / 2)] if phases else [{}]
+    return [[{**shape, **taken, **turn} for turn in turns] for shape in drawn[: None if free else 1]]
+
+
+def _cosine(lin: Linearisation, effect: Effect, turned: list[Shape], amplitude: float, left: Array) -> float:
+    """Share of the remaining signature that an effect of this amplitude explains, turned to any phase."""
+    span = [lin.left(lin.signature(effect.on(lin.drive, amplitude, shape))[0]) for shape in turned]
+    basis = np.linalg.svd(np.column_stack(span), full_matrices=False)
+    strong = basis.U[:, 1e-6 * max(basis.S[0], 1e-30) < basis.S] if basis.S[0] > 1e-9 else basis.U[:, :0]
+    return float(np.linalg.norm(strong.T @ left) / np.linalg.norm(left))
 
 
 def windows(lin: Linearisation, left: Array, files: list[str]) -> list[list[Any]]:

@@ -11,6 +11,9 @@ Function = TypeVar("Function", bound=Callable[..., Any])
 
 
 def compiled(function: Function) -> Function:
-    """The function in machine code, cached on disk between processes."""
+    """The function in machine code, cached on disk between processes.
+
+    The cache notices a change of the function's own file, and none of what it calls: empty `__pycache__` after one.
+    """
     made: Any = numba.njit(cache=True, fastmath=True, error_model="numpy", forceinline=True)(function)
     return cast(Function, made)

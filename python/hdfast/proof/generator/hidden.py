@@ -22,9 +22,9 @@ FULL_WEAR = 5.0  # speed from which on thixotropic structure wears at its full r
 
 @compiled
 def settle(p: Plant, hidden: Array, angle: float, ring: float, payload: float, load: float) -> None:
-    """Hidden states at rest; angles [rad], load torque [N m]. The sloshing mass hangs straight down in its payload."""
+    """Hidden states after a long rest; angles [rad], load torque [N m]. The sloshing mass hangs down in its payload."""
     hidden[:] = 0.0
-    hidden[WINDUP] = angle / p.ratio - kinematic_error(p, angle, load, 0.0)[0] - ring
+    hidden[WINDUP] = hidden[CREEP] = angle / p.ratio - kinematic_error(p, angle, load, 0.0)[0] - ring
     hidden[REST] = 1.0
     hidden[BOB] = payload
 
@@ -33,19 +33,23 @@ def settle(p: Plant, hidden: Array, angle: float, ring: float, payload: float, l
 def mesh(
     p: Plant, hidden: Array, angle: float, ring: float, load: float, t: float, step: float
 ) -> tuple[float, float, float, float]:
-    """Local ratio, torque without damper [N m], its tangent [N m/rad], and reaction of a varying stiffness [N m]."""
+    """Local ratio, torque without damper [N m], its tangent [N m/rad], and reaction of a varying stiffness [N m].
+
+    The tangent holds that of what remembers as well: an explicit step of a spring would take damping away.
+    """
     error, slope = kinematic_error(p, angle, load, t)
     windup = angle / p.ratio - error - ring
     torque, tangent, energy = spring(p, windup)
     factor, factor_slope = stiffness_factor(p, angle)
-    remembered = 0.0
+    torque, tangent = factor * torque, factor * tangent
     if p.T_h != 0.0:
-        remembered += slip(p, hidden[SLIDERS:], windup - hidden[WINDUP])
+        held, stiffness = slip(p, hidden[SLIDERS:], windup - hidden[WINDUP])
+        torque, tangent = torque + held, tangent + stiffness
     hidden[WINDUP] = windup
     if p.K_v > 0.0:
         hidden[CREEP] += step * (windup - hidden[CREEP]) / p.tau_v
-        remembered += p.K_v * (windup - hidden[CREEP])
-    return 1.0 / p.ratio - slope, factor * torque + remembered, factor * tangent, factor_slope * energy
+        torque, tangent = torque + p.K_v * (windup - hidden[CREEP]), tangent + p.K_v
+    return 1.0 / p.ratio - slope, torque, tangent, factor_slope * energy
 
 
 @compiled

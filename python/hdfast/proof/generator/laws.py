@@ -71,19 +71,23 @@ def stiffness_factor(p: Plant, angle: float) -> tuple[float, float]:
 
 
 @compiled
-def slip(p: Plant, elements: Array, change: float) -> float:
-    """Move ten Maxwell-slip elements by a change of windup and return their torque [N m].
+def slip(p: Plant, elements: Array, change: float) -> tuple[float, float]:
+    """Move ten Maxwell-slip elements by a change of windup: their torque [N m], and the stiffness of those that hold.
 
     Element j yields at the windup d_j = phi_h (j + 1/2) / 5 and carries a tenth of T_h then, so the virgin curve
     bends from its initial slope to T_h over about 2 phi_h.
     """
     torque = 0.0
+    tangent = 0.0
     for j in range(SLIP_ELEMENTS):
         yield_at = p.phi_h * (j + 0.5) / (0.5 * SLIP_ELEMENTS)
+        stiffness = p.T_h / SLIP_ELEMENTS / yield_at
         moved = elements[j] + change
         elements[j] = min(max(moved, -yield_at), yield_at)
-        torque += p.T_h / SLIP_ELEMENTS * elements[j] / yield_at
-    return torque
+        torque += stiffness * elements[j]
+        if elements[j] == moved:
+            tangent += stiffness
+    return torque, tangent
 
 
 @compiled

@@ -14,6 +14,7 @@ from hdfast.proof.generator.effects import Drive
 from hdfast.proof.generator.imposed import COARSE, SKIP, impose
 from hdfast.proof.generator.plant import Array
 from hdfast.proof.generator.rig import Rig
+from hdfast.proof.generator.stepping import RING, start_at_rest
 
 RATE = 250.0
 LOWPASS_ORDER = 4
@@ -22,14 +23,13 @@ SLOW = 0.1  # speed below which dry friction says nothing [rad/s]
 
 @dataclass(frozen=True)
 class Motion:
-    """The true motion of one recording in steps of `COARSE`, (N,) each; `start` holds ring and payload angle."""
+    """The true motion of one recording in steps of `COARSE`, (N,) each."""
 
     angle: Array
     speed: Array
     pull: Array
     load: Array
     temperature: Array
-    start: Array
 
 
 def channels(rig: Rig) -> tuple[str, ...]:
@@ -71,9 +71,10 @@ def inertial_torque(x: Array, inertia: float, step: float) -> Array:
 
 
 def responses(rig: Rig, drive: Drive, motions: list[Motion]) -> Iterator[list[Array]]:
-    """Channels of each recording that this drive would show on the given motion."""
+    """Channels of each recording that this drive would show on the given motion, from its own balance at rest on."""
     for m in motions:
-        traces = impose(drive.plant, m.angle, m.speed, m.pull, m.load, m.temperature, m.start)
+        start = start_at_rest(drive.plant, float(m.angle[0]), float(m.load[0]))[RING:]
+        traces = impose(drive.plant, m.angle, m.speed, m.pull, m.load, m.temperature, start)
         clean = sensors.clean(traces, drive.faults, COARSE)
         clean["motor_torque"] = told_by_motion(rig, clean["motor_torque"])
         seen = {name: sampled(rig, x) for name, x in clean.items()}

@@ -173,7 +173,7 @@ def start_at_rest(p: Plant, angle: float, load_torque: float) -> Array:
     error = float(kinematic_error(p, angle, load_torque, 0.0)[0])
     for _ in range(50):
         ring = angle / p.ratio - error - windup
-        resisting = load_torque + float(load_side_torque(p, ring, 0.0))
+        resisting = load_torque + float(load_side_torque(p, ring - resisting / p.k_c, 0.0))
         torque, tangent, _ = spring(p, windup)
         windup += 0.7 * (resisting - torque) / max(tangent, 0.2 * p.k1)
     return np.array([angle, angle, ring, ring - resisting / p.k_c])

@@ -264,6 +264,17 @@ def test_exact_a_name_where_a_law_outside_the_list_is_concealed_counts_against_c
     assert found.value == pytest.approx(0.9)
 
 
+@pytest.mark.parametrize("word", ["found", "undecided"])
+def test_exact_a_line_at_another_order_counts_against_calibration(word):
+    label = made.label("single", ["te_harmonic"])
+    label["effects"][0]["true_parameters"] = {"order": 6.0}
+    said = made.verdict(word, ["te_harmonic"], 0.95)
+    for order, error in ((6.0, 0.05), (13.0, 0.95)):
+        said["effects"][0]["parameters"] = {"order": {"value": order}}
+        found = made.by_name(score({"x": label}, {"x": Answer("", said)}))["calibration error"]
+        assert found.value == pytest.approx(error)
+
+
 def test_exact_half_each_for_two_that_nothing_tells_apart_is_calibrated():
     labels = {
         name: made.label("undecidable", [truth], rivals=[{"id": twin, "abs_cos": 0.999}])
@@ -287,6 +298,23 @@ def test_exact_the_size_of_breakaway_is_what_exceeds_sliding():
     assert found["effect parameter, actuator"].count == 0
     label["effects"][0]["true_parameters"] = {"omega_s": 3.0}
     assert made.by_name(score({"x": label}, {"x": Answer("", said)}))["effect parameter"].count == 0
+
+
+def test_exact_a_parameter_held_at_zero_is_no_size():
+    """Of a stiffness that varies once per load turn nothing is said of its second order."""
+    label = made.label("single", ["mesh_stiffness_variation"])
+    label["effects"][0]["true_parameters"] = {"eps_2": 0.03}
+    said = made.verdict("found", ["mesh_stiffness_variation"])
+    said["effects"][0]["parameters"] = {"eps_o": {"value": 0.03, "sigma": 0.01}, "eps_2": {"value": 0.0, "sigma": 0.0}}
+    found = made.by_name(score({"x": label}, {"x": Answer("", said)}))
+    assert found["effect parameter"].count == found["effect parameter: 90 % interval"].count == 0
+
+
+def test_exact_declared_dry_friction_is_among_the_displaced_parameters():
+    label = made.label("single", ["backlash"], baseline_true={"T_c": 0.02})
+    answers = made.perfect({"x": label})
+    answers["x"].verdict["masking"] = [{"parameter": "coulomb_friction_T_c", "extended": 0.022}]
+    assert made.by_name(score({"x": label}, answers))["displaced parameters"].value == pytest.approx(np.log(1.1))
 
 
 def test_exact_displaced_parameters_are_counted_and_drawn_again_by_case():

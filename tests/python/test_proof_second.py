@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import shutil
 import sys
-from types import SimpleNamespace
 
 import answers as made
 import pytest
@@ -13,7 +12,8 @@ from hdfast.proof import making, run, seal, tool
 from hdfast.proof.folders import Folders
 from hdfast.proof.generator import further
 from hdfast.proof.generator.recipe import Recipe
-from hdfast.proof.score import second
+from hdfast.proof.score import Answer, second
+from hdfast.proof.score.judge import judge
 from hdfast.report import proof_page
 
 TOOL = """
@@ -119,16 +119,28 @@ def test_exact_a_second_round_is_that_of_the_build_that_answered_first(folders, 
 
 
 @pytest.mark.parametrize(
-    ("ids", "stated", "expected"),
+    ("word", "ids", "stated", "expected"),
     [
-        (["backlash"], {"backlash": 0.9}, 9.0),
-        (["backlash"], {"hysteresis": 0.9}, 0.01 / 0.99),
-        (["backlash", "hysteresis"], {"backlash": 0.9, "hysteresis": 0.5}, 1.0),
-        ([], {"backlash": 0.75}, 1.0 / 3.0),
-        ([], {}, 99.0),
+        ("found", ["backlash"], {"backlash": 0.9}, 9.0),
+        ("found", ["backlash"], {"hysteresis": 0.9}, 0.01 / 0.99),
+        ("found", ["backlash", "hysteresis"], {"backlash": 0.9, "hysteresis": 0.5}, 1.0),
+        ("undecided", [], {"backlash": 0.75}, 1.0 / 3.0),
+        ("no_evidence", [], {}, 99.0),
+        ("found", [], {"backlash": 0.75}, 0.01 / 0.99),
+        ("depends_on", [], {}, 0.01 / 0.99),
+        ("crashed", [], {}, 0.01 / 0.99),
     ],
 )
-def test_exact_odds_of_the_truth_are_those_of_its_least_probable_effect(ids, stated, expected):
-    listed = [{"effect": name, "probability": probability} for name, probability in stated.items()]
-    case = SimpleNamespace(ids=ids, answer=SimpleNamespace(listed=listed))
-    assert second.odds(case) == pytest.approx(expected)
+def test_exact_odds_of_the_truth_are_those_of_its_least_probable_effect(word, ids, stated, expected):
+    said = made.verdict(word, stated)
+    for entry in said["effects"]:
+        entry["probability"] = stated[entry["effect"]]
+    answer = Answer(word) if word == "crashed" else Answer("", said)
+    assert second.odds(judge("x", made.label("set" if ids else "null", ids), answer)) == pytest.approx(expected)
+
+
+def test_exact_undecided_is_no_decision():
+    still = judge("x", made.label("null"), Answer("", made.verdict("undecided", ["backlash"])))
+    silent = judge("x", made.label("null"), Answer("", made.verdict("no_evidence")))
+    asked, _, drawn, *_ = second.scores([still], [silent])
+    assert (asked.value, drawn.value) == (0.0, 1.0)

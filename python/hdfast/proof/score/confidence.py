@@ -23,7 +23,7 @@ def _stated(cases: list[Case]) -> list[tuple[float, float]]:
     that nothing tells apart one is, as an answer says that gives each of them half. `unknown` is no name.
     """
     chosen = [c for c in cases if c.answer.confidence is not None]
-    return [(float(c.answer.confidence or 0.0), float(c.answer.listed[0]["effect"] in c.ids)) for c in chosen]
+    return [(float(c.answer.confidence or 0.0), float(c.leads_rightly)) for c in chosen]
 
 
 def _arrays(pairs: list[tuple[float, float]]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -92,19 +93,23 @@ class Case:
     @property
     def right_names(self) -> list[str]:
         """Claimed ids that are in the label, a line of the kinematic error once and at its order."""
-        return [i for i, right in self._claims if right]
+        return [i for i, right in self._compared(self.answer.claims) if right]
 
     @property
     def wrong_names(self) -> list[str]:
         """Claimed ids that are not."""
-        return [i for i, right in self._claims if not right]
+        return [i for i, right in self._compared(self.answer.claims) if not right]
 
     @property
-    def _claims(self) -> list[tuple[str, bool]]:
-        """Claimed ids, and whether each is right."""
+    def leads_rightly(self) -> bool:
+        """Whether the most probable effect of the answer, claimed or not, is in the label."""
+        return any(right for _, right in self._compared(self.answer.listed[:1]))
+
+    def _compared(self, entries: Sequence[dict[str, Any]]) -> list[tuple[str, bool]]:
+        """Ids of an answer's effects, and whether each is in the label."""
         lines = [e for e in self.label["effects"] if e["id"] == LINE]
         found = []
-        for entry in self.answer.claims:
+        for entry in entries:
             line = next((one for one in lines if _same_order(entry, one)), None)
             if line is not None:
                 lines.remove(line)

@@ -17,6 +17,7 @@ WORSE = 1.02
 NO_SIZES = ("order", "pole_pairs", "omega_s", "phi_0", "tau_short", "f_external")  # counts and shapes
 ABSENT_AT = {"breakaway_ratio": 1.0}  # where not 0
 WAVE = ("te_cos_", "te_sin_")
+DECLARED = "coulomb_friction_"  # law before the parameters of the friction that a campaign declares
 TRUTH, NOISE = "oracle_heldout", "noise_heldout"
 
 
@@ -74,7 +75,9 @@ def _pair(case: Case) -> tuple[float, float, float] | None:
 
 
 def _is_known(entry: Any) -> bool:
-    return isinstance(entry, dict) and isinstance(entry.get("value"), int | float)
+    """Whether a size is stated; exactly zero is a parameter that was not asked."""
+    stated = isinstance(entry, dict) and isinstance(entry.get("value"), int | float)
+    return stated and (entry["value"] != 0.0 or bool(entry.get("sigma")))
 
 
 def _effect_error(case: Case) -> float | None:
@@ -91,10 +94,11 @@ def _covered(case: Case) -> bool | None:
 
 def _displaced_errors(case: Case) -> list[float]:
     true: dict[str, float] = case.label.get("baseline_true", {})
+    stated = {row["parameter"].removeprefix(DECLARED): row.get("extended") for row in case.answer.verdict["masking"]}
     return [
-        abs(math.log(row["extended"]) - math.log(true[row["parameter"]]))
-        for row in case.answer.verdict["masking"]
-        if row["parameter"] in true and isinstance(row.get("extended"), int | float) and row["extended"] > 0.0
+        abs(math.log(value) - math.log(true[name]))
+        for name, value in stated.items()
+        if name in true and isinstance(value, int | float) and value > 0.0
     ]
 
 

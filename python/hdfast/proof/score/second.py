@@ -20,10 +20,10 @@ def scores(asked: Sequence[Case], drawn: Sequence[Case]) -> list[Score]:
         asked, drawn: the same cases, answered with the one and with the other.
     """
     return [
-        share("second round: right", [c.outcome == RIGHT for c in asked],
+        share("second round: right", [_decided(c) for c in asked],
               note="undecided at first, answered again with the motion asked for"),
         share("second round: wrong", [c.outcome == WRONG for c in asked]),
-        share("second round, motion at random: right", [c.outcome == RIGHT for c in drawn],
+        share("second round, motion at random: right", [_decided(c) for c in drawn],
               note="as long and within the same limits"),
         share("second round, motion at random: wrong", [c.outcome == WRONG for c in drawn]),
         statistic("experiment", list(zip(asked, drawn, strict=True)), _odds_ratio, ">= 10", lambda v: v >= 10.0,
@@ -31,14 +31,23 @@ def scores(asked: Sequence[Case], drawn: Sequence[Case]) -> list[Score]:
     ]  # fmt: skip
 
 
+def _decided(case: Case) -> bool:
+    """Whether an answer is right and a decision: undecided is no alarm, and still open."""
+    return case.outcome == RIGHT and case.answer.kind != "undecided"
+
+
 def _odds_ratio(pairs: Sequence[tuple[Case, Case]]) -> float:
     return float(np.exp(np.median([np.log(odds(asked) / odds(drawn)) for asked, drawn in pairs])))
 
 
 def odds(case: Case) -> float:
-    """Stated odds of the truth: of the least probable of its effects; of nothing where nothing is left out."""
+    """Stated odds of the truth: of the least probable of its effects; of nothing where nothing is left out.
+
+    A claim, or no answer at all, gives nothing no odds.
+    """
     stated = {one["effect"]: float(one["probability"]) for one in reversed(case.answer.listed)}
-    believed = min((stated.get(each, 0.0) for each in case.ids), default=1.0 - max(stated.values(), default=0.0))
+    nothing = 0.0 if case.claimed else 1.0 - max(stated.values(), default=0.0)
+    believed = min((stated.get(each, 0.0) for each in case.ids), default=nothing)
     sure = min(max(believed, DOUBT), 1.0 - DOUBT)
     return sure / (1.0 - sure)
 

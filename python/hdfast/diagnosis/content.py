@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from hdfast.checks import Floats
+from hdfast.diagnosis.candidate import Candidate
 from hdfast.diagnosis.facts import FACTS
 from hdfast.diagnosis.limits import Limit
 from hdfast.diagnosis.masking import pulled
@@ -170,13 +171,11 @@ def _effect(one: Standing, verdict: Verdict, sigma: Mapping[str, float]) -> dict
         for name in (*candidate.names, *candidate.fixed)
         if name in values
     }
-    if candidate.orders:
-        parameters["order"] = {"value": float(parse_order(candidate.orders[0])), "sigma": 0.0, "unit": "1"}
     return {
         "effect": one.name,
         "place": candidate.place,
         "probability": one.probability,
-        "parameters": parameters,
+        "parameters": parameters | order_of(candidate),
         "rivals": list(dict.fromkeys(r.effect for r in one.rivals if r.weight > FAINT or r.alike > ALIKE)),
         "evidence": {
             "screen_p": seen.screen.p.get(candidate.label),
@@ -186,6 +185,13 @@ def _effect(one: Standing, verdict: Verdict, sigma: Mapping[str, float]) -> dict
             "shape": candidate.shape,
         },
     }
+
+
+def order_of(candidate: Candidate) -> dict[str, Any]:
+    """Order per motor revolution of a line of the kinematic error, as a parameter; empty for other effects."""
+    if not candidate.orders:
+        return {}
+    return {"order": {"value": float(parse_order(candidate.orders[0])), "sigma": 0.0, "unit": "1"}}
 
 
 def _gained(gain: Gain) -> dict[str, Any]:

@@ -8,7 +8,7 @@ from importlib.metadata import version
 from typing import Any
 
 from hdfast.diagnosis.candidate import Candidate
-from hdfast.diagnosis.content import by_channel
+from hdfast.diagnosis.content import by_channel, order_of
 from hdfast.diagnosis.facts import FACTS
 from hdfast.diagnosis.fitted import Fit
 from hdfast.diagnosis.holdout import Proof, replayed, weigh_up
@@ -93,19 +93,20 @@ def _proven(held: Replay, calibrated: Fit, final: Fit) -> Proof:
 def _effect(one: Named, final: Fit, sigma: dict[str, float]) -> dict[str, Any]:
     candidate = one.candidate
     prefix = next((f"{channel}_{effect}_" for effect, channel in candidate.sensors), f"{candidate.law}_")
+    parameters = {
+        free.name.removeprefix(prefix): {
+            "value": _finite(final.value(free.name)),
+            "sigma": _finite(sigma[free.name]),
+            "unit": free.unit,
+        }
+        for free in candidate.free
+        if free.name in sigma
+    }
     return {
         "effect": candidate.effect,
         "place": candidate.place,
         "probability": min(max(one.probability, 0.0), 1.0),
-        "parameters": {
-            free.name.removeprefix(prefix): {
-                "value": _finite(final.value(free.name)),
-                "sigma": _finite(sigma[free.name]),
-                "unit": free.unit,
-            }
-            for free in candidate.free
-            if free.name in sigma
-        },
+        "parameters": parameters | order_of(candidate),
         "rivals": [],
     }
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -21,6 +22,7 @@ from hdfast.recordings import load_campaign
 from hdfast.terms import terms
 
 RATE, RATIO, NOISE = 500.0, 100.0, 0.01
+BARE = ("t", "motor_angle", "motor_torque")
 SECTIONS = {
     "title": "recorded drive",
     "drive": {"base": "one_inertia", "ratio": RATIO, "J_m": {"value": 1e-4, "sigma": 0.05}, "B_m": 1e-4},
@@ -95,6 +97,14 @@ def test_exact_one_channel_changes_and_in_proportion(machine, one):
         np.testing.assert_allclose(double, 2.0 * once, rtol=5e-3, atol=1e-2 * np.abs(double).max())
     assert one.effect in EFFECTS
     assert one.place == EFFECTS[one.effect].place
+
+
+def test_exact_a_weight_is_not_put_into_the_torque_alone(machine):
+    """It would turn a recorded output as well."""
+    bare = [replace(one, columns={k: v for k, v in one.columns.items() if k in BARE}) for one in machine.recordings]
+    assert not injection("gravity_unbalance").applies(machine)
+    assert injection("gravity_unbalance").applies(replace(machine, recordings=tuple(bare)))
+    assert injection("cogging").applies(machine)
 
 
 @pytest.mark.parametrize("one", INJECTIONS, ids=lambda one: f"{one.effect} on {one.channel}")

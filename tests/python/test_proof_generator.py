@@ -502,6 +502,8 @@ def test_exact_a_motion_at_random_keeps_to_the_limits_of_the_one_asked_for():
         ASKED | {"manoeuvre": {"start_angle_rad": 0.0, "segments": []}},
         ASKED | {"manoeuvre": {"segments": ASKED["manoeuvre"]["segments"]}},
         ASKED | {"manoeuvre": ASKED["manoeuvre"] | {"segments": [{"speed_rad_s": 1.0, "ramp_s": 0.0, "hold_s": 61.0}]}},
+        ASKED | {"manoeuvre": ASKED["manoeuvre"] | {"segments": [{"speed_rad_s": 1.0, "ramp_s": 0.0, "hold_s": 1e-5}]}},
+        ASKED | {"manoeuvre": ASKED["manoeuvre"] | {"segments": [{"speed_rad_s": 1.0, "ramp_s": "1", "hold_s": 1.0}]}},
         ASKED | {"limits": ASKED["limits"] | {"speed_rad_s": float("nan")}},
         ASKED | {"limits": ASKED["limits"] | {"speed_rad_s": 1e9}},
         ASKED | {"limits": ASKED["limits"] | {"low_angle_rad": 3.0, "high_angle_rad": 2.0}},

@@ -197,6 +197,12 @@ def test_exact_exit_code_1_is_an_answer_that_rejects_the_data_and_else_a_crash(w
     assert json.loads((out / tool.OUTCOME).read_text())["fault"] == fault
 
 
+@pytest.mark.parametrize("writes", ["out.touch()", "out.mkdir(); (out / 'verdict.json').symlink_to('nowhere')"])
+def test_exact_a_folder_that_cannot_be_copied_ends_its_case_alone(writes, folders, tmp_path):
+    (tmp_path / "tool.py").write_text(f"import pathlib, sys\nout = pathlib.Path(sys.argv[2])\n{writes}\n")
+    assert {case["answer"] for case in judge(folders)["cases"]} == {"missing"}
+
+
 def test_exact_the_tool_sees_nothing_but_its_case(finished):
     folders, _ = finished
     assert json.loads((folders.answers("diagnose") / "b2" / "seen.json").read_text()) == ["case/campaign.toml"]

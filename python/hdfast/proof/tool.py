@@ -151,11 +151,21 @@ def answer(
         if fault == LATE and side_by_side > 1:
             files.write_text(files.prepare(out.parent) / mark.name, "")
             return
-        (here / "out").mkdir(exist_ok=True)
-        shutil.copytree(here / "out", out)
+        if not _brought(here / "out", files.prepare(out)):
+            fault, detail = fault or "crashed", f"{detail}; its folder cannot be copied"
     ended = {"fault": fault, "detail": detail, "seconds": round(seconds, 3), "again": mark.exists()}
     files.write_json(out / OUTCOME, ended)
     mark.unlink(missing_ok=True)
+
+
+def _brought(written: Path, out: Path) -> bool:
+    """Whether what a tool wrote, if anything, could be copied."""
+    try:
+        if written.exists():
+            shutil.copytree(written, out, dirs_exist_ok=True)
+    except OSError:
+        return False
+    return True
 
 
 def _filled(part: str, places: Mapping[str, str]) -> str:

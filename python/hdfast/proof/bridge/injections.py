@@ -15,6 +15,7 @@ from numpy.random import Generator
 
 from hdfast.checks import Floats
 from hdfast.proof.bridge.machine import DRY, Machine, Recorded
+from hdfast.recordings.campaign import LOAD_SIDE
 from hdfast.terms import terms
 
 TURN = 2.0 * np.pi
@@ -38,6 +39,7 @@ class Injection:
         needs: one of these has to be in the model.
         least_ratio: of the gear.
         swallowed: amplitude that the recordings' own nuisance may have, for a machine.
+        alone: whether it would show on a recorded load side as well, so that none may be recorded.
         depends_on: state variables.
         memory: kind of memory.
         value: of the parameter, for a machine and an amplitude.
@@ -54,12 +56,18 @@ class Injection:
     needs: tuple[str, ...] = ()
     least_ratio: float = 0.0
     swallowed: Callable[[Machine], float] = lambda _: 0.0
+    alone: bool = False
     depends_on: tuple[str, ...] = ()
     memory: str = "none"
     value: Callable[[Machine, float], float] = lambda _, amplitude: amplitude
 
     def applies(self, machine: Machine) -> bool:
-        """Whether the machine records the channel, does not state the effect, and has what it needs."""
+        """Whether the machine records the channel and no other that would show the effect, and has what it needs.
+
+        The effect must not be stated already.
+        """
+        if self.alone and any(set(LOAD_SIDE) & set(one.columns) for one in machine.recordings):
+            return False
         recorded = all(self.channel in one.columns for one in machine.recordings)
         needed = not self.needs or bool(set(self.needs) & set(machine.terms))
         stated = self.effect in machine.terms or (self.effect, self.channel) in machine.sensors
@@ -158,7 +166,7 @@ INJECTIONS = (
     Injection(
         "gravity_unbalance", "load", "motor_torque", "T_gravity", lambda m: 0.05 * _torque(m) * abs(m.ratio), _ratio,
         lambda one, size, s: size / s["ratio"] * np.sin(one.angle / s["ratio"] + s["psi"]), least_ratio=5.0,
-        depends_on=("load_phase",),
+        alone=True, depends_on=("load_phase",),
     ),
     Injection(
         "nonlinear_viscous", "motor", "motor_torque", "drag_torque",

@@ -19,7 +19,7 @@ from hdfast.proof.generator.plant import Array
 from hdfast.proof.generator.programme import Run
 from hdfast.proof.generator.stepping import GRID
 
-LONGEST, FASTEST, FARTHEST = 60.0, 1e3, 1e5  # of a motion that can be run [s, rad/s, rad]
+SHORTEST, LONGEST, FASTEST, FARTHEST = 0.1, 60.0, 1e3, 1e5  # of a motion that can be run [s, s, rad/s, rad]
 PAUSE = 600.0
 
 
@@ -27,13 +27,15 @@ def runnable(experiment: Any) -> bool:
     """Whether an answer's `next_experiment` tells a motion of the motor, its limits and where it starts."""
     try:
         parts, limits = experiment["manoeuvre"]["segments"], experiment["limits"]
-        times = [float(part[key]) for part in parts for key in ("ramp_s", "hold_s")]
-        speeds = [float(part["speed_rad_s"]) for part in parts] + [float(limits["speed_rad_s"])]
-        low, high = map(float, _range(limits))
-        angles = [float(experiment["manoeuvre"]["start_angle_rad"]), low, high]
-    except (KeyError, TypeError, ValueError):
+        times = [part[key] for part in parts for key in ("ramp_s", "hold_s")]
+        speeds = [*(part["speed_rad_s"] for part in parts), limits["speed_rad_s"]]
+        low, high = _range(limits)
+        angles = [experiment["manoeuvre"]["start_angle_rad"], low, high]
+    except (KeyError, TypeError):
         return False
-    lasting = all(time >= 0.0 for time in times) and 0.0 < sum(times) <= LONGEST
+    if not all(isinstance(value, int | float) for value in (*times, *speeds, *angles)):
+        return False
+    lasting = all(time >= 0.0 for time in times) and SHORTEST <= sum(times) <= LONGEST
     slow, near = all(abs(v) <= FASTEST for v in speeds), all(abs(x) <= FARTHEST for x in angles)
     return lasting and slow and near and low <= high
 

@@ -16,6 +16,7 @@ from hdfast.proof.generator.sizing import Sized
 SEPARABLE = 0.8
 RIVAL = 0.8
 DRAWS, SIZES = 3, (0.1, 1.0)  # shapes of a rival, and multiples of its typical amplitude
+FAINT = 0.1
 BIN = 0.05
 SHARE = 0.8
 GAP = 0.25
@@ -87,8 +88,9 @@ def split(lin: Linearisation, stacked: Array) -> list[list[Array]]:
 def rivals(lin: Linearisation, left: Array, named: list[Sized]) -> list[dict[str, Any]]:
     """Effects of the published list by how much of the remaining signature they explain, after a refit of each.
 
-    Each is taken at its best of several shapes and sizes. A rival with a phase may turn it, so its span is that of two
-    phases a quarter apart; one with an order takes that of the effect where it has one.
+    Each is taken at its best of several shapes and sizes; where the first resembles nothing, at that. A rival with a
+    phase may turn it, so its span is that of two phases a quarter apart; one with an order takes that of the effect
+    where it has one.
 
     Args:
         lin: at the plant that the refit has moved to: there a rival would add to it.
@@ -102,8 +104,11 @@ def rivals(lin: Linearisation, left: Array, named: list[Sized]) -> list[dict[str
             continue
         if (lin.rig.motor_only and effect.needs_load_side) or (effect.id in NEED_DRY and lin.rig.plant.T_c == 0.0):
             continue
-        tried = product(_shapes(effect, _order(named[0])), SIZES)
-        cosine = max(_cosine(lin, effect, turned, size * effect.typical, left) for turned, size in tried)
+        cosine = 0.0
+        for turned, size in product(_shapes(effect, _order(named[0])), SIZES):
+            cosine = max(cosine, _cosine(lin, effect, turned, size * effect.typical, left))
+            if cosine < FAINT:
+                break
         out.append({"id": effect.id, "abs_cos": round(min(cosine, 1.0), 4)})
     return sorted(out, key=lambda r: -r["abs_cos"])
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 import scipy
@@ -61,8 +62,13 @@ def told_by_motion(rig: Rig, torque: Array) -> Array:
     """The motor torque below half the recorder's rate: what acts faster moves the drive, and no sample tells of it."""
     if rig.chain.rate * COARSE >= 1.0:
         return torque
-    low = scipy.signal.butter(LOWPASS_ORDER, rig.chain.rate * COARSE, output="sos")
-    return np.asarray(scipy.signal.sosfiltfilt(low, torque))
+    return np.asarray(scipy.signal.sosfiltfilt(_lowpass(rig.chain.rate * COARSE), torque))
+
+
+@cache
+def _lowpass(corner: float) -> Array:
+    """Second-order sections of the filter with this corner, as a share of half the rate."""
+    return np.asarray(scipy.signal.butter(LOWPASS_ORDER, corner, output="sos"))
 
 
 def inertial_torque(x: Array, inertia: float, step: float) -> Array:

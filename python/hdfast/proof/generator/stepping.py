@@ -167,13 +167,14 @@ def solve_chain(lower: Array, main: Array, right: Array, out: Array) -> None:
         out[k] = (out[k] - lower[k] * out[k + 1]) / pivots[k]
 
 
+@compiled
 def start_at_rest(p: Plant, angle: float, load_torque: float) -> Array:
     """Angles of the four inertias at rest [rad], the spring in balance with the load, the rotor at `angle`."""
     windup, resisting, ring = 0.0, load_torque, 0.0
-    error = float(kinematic_error(p, angle, load_torque, 0.0)[0])
+    error = kinematic_error(p, angle, load_torque, 0.0)[0]
     for _ in range(50):
         ring = angle / p.ratio - error - windup
-        resisting = load_torque + float(load_side_torque(p, ring - resisting / p.k_c, 0.0))
+        resisting = load_torque + load_side_torque(p, ring - resisting / p.k_c, 0.0)
         torque, tangent, _ = spring(p, windup)
         windup += 0.7 * (resisting - torque) / max(tangent, 0.2 * p.k1)
     return np.array([angle, angle, ring, ring - resisting / p.k_c])

@@ -333,6 +333,19 @@ def test_exact_windup_of_a_spring_that_stiffens_is_no_other_ratio_on_short_ways(
     assert sentences(examine(found), "ratio") == []
 
 
+@pytest.mark.parametrize("resolution", [0.0, 2.0 * math.pi / 2**17])
+@pytest.mark.parametrize("frequency", [0.2, 1.0, 3.0])
+def test_exact_windup_of_a_swing_of_one_tone_is_no_other_ratio(frequency, resolution):
+    """Its acceleration is in proportion to its angle, whatever the spring."""
+    t, turned = np.arange(0.0, 6.0, 1e-3), 2.0 * math.pi * frequency
+    swing = np.sin(turned * t)
+    windup = -J_L * turned**2 * swing / RATIO / 31020.0
+    motor = resolution * np.round(60.0 * swing / resolution) if resolution else 60.0 * swing
+    torque = 0.03 * np.tanh(np.cos(turned * t)) - 60.0 * (J_M + J_L / RATIO**2) * turned**2 * swing
+    found = {"t": t, "motor_angle": motor, "motor_torque": torque, "load_angle": 60.0 * (swing / RATIO - windup)}
+    assert sentences(examine(found), "ratio") == []
+
+
 def test_exact_a_late_load_angle_rejects(run):
     run["load_angle"] = np.interp(run["t"] - 0.08, run["t"], run["load_angle"])
     assert "load_angle lags motor_angle by 80" in examine(run).reason

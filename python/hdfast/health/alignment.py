@@ -7,10 +7,11 @@ With motor angle th and speed w the load angle follows
 rho the error of the ratio, tau the lag, eps the drift of one clock against the other. The kinematic error is a series
 of the stated orders and of 1, 2 and 4, the orders of two lobes. The windup follows the load's acceleration, its known
 torque and the direction of motion, and where it turns by half a revolution the sine and cosine of its angle, as under
-gravity; an eccentric encoder shows there, too. Deviations come from sums over blocks, because neighbouring residuals
-are alike, and are never below the residual's own range: what moves the load angle by less than that cannot be told from
-what the regression leaves out. At constant speed rho and eps are the same; where eps comes out larger than any clock's,
-there is taken to be none.
+gravity; an eccentric encoder shows there, too. The acceleration of a swing is in proportion to its angle, and so is its
+windup: where the angle has next to nothing of its own, the ratio is not known. Deviations come from sums over blocks,
+because neighbouring residuals are alike, and are never below the residual's own range: what moves the load angle by
+less than that cannot be told from what the regression leaves out. At constant speed rho and eps are the same; where eps
+comes out larger than any clock's, there is taken to be none.
 """
 
 from __future__ import annotations
@@ -34,6 +35,7 @@ SIGMAS = 5.0
 PER_WINDOW = 8
 SETTLED = 1e-6
 LARGEST_DRIFT = 0.01
+LEAST_OWN = 0.02  # share of the angle that no other regressor has: 3e-3 and less in swings of one tone
 SLOPE, SPEED, DRIFT = 1, 2, 3
 HALF_TURN = 3.0  # of the load [rad]
 
@@ -123,6 +125,8 @@ def _regressed(motion: Motion, used: Mask, basis: Floats) -> Alignment | None:
     told = [SLOPE, SPEED, DRIFT]
     ranges = np.array([_own_range(columns, column) for column in told])
     errors = np.maximum(errors[told], left / SIGMAS / np.maximum(ranges, 1e-30))
+    if ranges[0] < LEAST_OWN * np.ptp(columns[:, SLOPE]):
+        errors[0] = math.inf
     return Alignment(found[SLOPE], errors[0], lag, errors[1], found[DRIFT], errors[2])
 
 

@@ -14,6 +14,7 @@ import recorded_files
 from hdfast import Scenario, checks
 from hdfast.errors import ConfigError, InputError, MissingPackageError
 from hdfast.recordings import Recording, gather, load, load_campaign, load_table, save
+from hdfast.recordings.formats import Source
 
 T = np.linspace(0.0, 1.0, 101)
 
@@ -270,6 +271,38 @@ def test_exact_rasters_of_an_mdf_are_joined_on_the_motor_angle(tmp_path):
     assert "motor_torque interpolated on the times of the other columns" in found.notes
     assert found.rates == pytest.approx({"motor_torque": 0.2 / (T[1] - T[0])})
     assert found.units == {"motor_angle": "rad", "motor_torque": "A"}
+
+
+def test_exact_a_gap_in_a_raster_of_an_mdf_is_not_bridged(tmp_path):
+    """At 100 Hz on the times of 1 kHz: a missing sample is bridged, 0.3 s of them are not; the rate is that between."""
+    from asammdf import MDF, Signal
+
+    t = np.linspace(0.0, 2.0, 2001)
+    slow = t[::10][np.r_[0:50, 51:100, 130:201]]
+    with MDF() as file:
+        file.append([Signal(3.0 * t, t, name="motor_angle")])
+        file.append([Signal(2.0 * slow, slow, name="load_angle")])
+        file.save(tmp_path / "run.mf4")
+    found = load(tmp_path / "run.mf4")
+    inside = (t > 0.9905) & (t < 1.2995)
+    np.testing.assert_allclose(found["load_angle"], np.where(inside, np.nan, 2.0 * t), atol=1e-12)
+    assert found.rates == pytest.approx({"load_angle": 100.0})
+
+
+@pytest.mark.parametrize("clock", ["jittering", "slowing down", "of two samples", "of one sample"])
+def test_exact_a_clock_without_gaps_is_bridged_throughout(clock):
+    steps = {
+        "jittering": np.random.default_rng(1).uniform(0.004, 0.016, 200),
+        "slowing down": np.repeat([0.01, 0.05], 100),
+        "of two samples": np.ones(1),
+        "of one sample": np.ones(0),
+    }[clock]
+    t = np.concatenate([[0.0], np.cumsum(steps)])
+    raster = np.linspace(0.0, t[-1], 3001)
+    found = Source([], {})
+    found.join("motor_angle", raster, raster)
+    found.join("load_angle", t, 2.0 * t)
+    np.testing.assert_allclose(found.columns["load_angle"], 2.0 * raster, atol=1e-12)
 
 
 def test_exact_an_mdf_is_read_on_its_fastest_raster(tmp_path):

@@ -5,18 +5,17 @@ from __future__ import annotations
 from bisect import bisect_left
 
 import numpy as np
-import scipy
 from numpy.typing import NDArray
 
 from hdfast.checks import Floats
 from hdfast.health.finding import NOTE, REJECT, WARNING
 from hdfast.health.subject import Subject
 from hdfast.printing import moment
-from hdfast.recordings.clock import MOST_DISORDER, period
+from hdfast.recordings.clock import MOST_DISORDER, period, usual_steps
 
 NAME = "time"
 FEWEST = 8
-GAP, GAP_SIGMAS, AROUND = 1.5, 6.0, 51
+GAP, GAP_SIGMAS = 1.5, 6.0
 MOST_MISSING = 0.2
 MOST_JITTER = 0.05
 NORMAL = 1.4826
@@ -33,7 +32,7 @@ def check(subject: Subject) -> None:
     median = float(np.median(steps))
     subject.facts.rate_hz = 1.0 / period(t[subject.timed])
     spread = NORMAL * float(np.median(np.abs(steps - median)))
-    usual = np.maximum(median, scipy.ndimage.median_filter(steps, AROUND, mode="nearest"))
+    usual = usual_steps(t[subject.timed])
     _gaps(subject, t[subject.timed], steps, np.maximum(GAP * usual, usual + GAP_SIGMAS * spread))
     if spread / median > MOST_JITTER:
         subject.find(

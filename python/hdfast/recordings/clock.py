@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
+import scipy
 
 from hdfast.checks import Floats
 
 #: Largest share of samples out of order, or that repeat a time, in a recording that is used without them.
 MOST_DISORDER = 0.2
+AROUND = 51
 
 
 def period(t: Floats) -> float:
@@ -18,3 +20,10 @@ def period(t: Floats) -> float:
     """
     steps = np.diff(t)
     return float((t[-1] - t[0]) / np.rint(steps / np.median(steps)).sum())
+
+
+def usual_steps(t: Floats) -> Floats:
+    """What is usual [s] around each of the n - 1 steps of times (n,): a clock that slows down has no gaps."""
+    steps = np.diff(t)
+    usual: Floats = np.maximum(np.median(steps), scipy.ndimage.median_filter(steps, AROUND, mode="nearest"))
+    return usual

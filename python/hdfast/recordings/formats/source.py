@@ -13,8 +13,10 @@ import numpy as np
 from hdfast import checks
 from hdfast.checks import Floats
 from hdfast.errors import InputError
+from hdfast.recordings.clock import period, usual_steps
 
 Wanted = frozenset[str]
+GAP = 2.5  # usual steps of a column's own clock: one missing sample is bridged
 
 
 @dataclass
@@ -36,14 +38,27 @@ class Source:
     rates: dict[str, float] = field(default_factory=dict)
 
     def join(self, name: str, t: Floats, values: Any) -> None:
-        """Add a column with its times t (n,) [s]: they are the column `t`, or it is interpolated on that and noted."""
+        """Add a column with its times t (n,) [s]: they are the column `t`, or it is interpolated on that and noted.
+
+        Within a gap of its own times it is NaN.
+        """
         raster = self.columns.setdefault("t", t)
         if not np.array_equal(t, raster, equal_nan=True):
-            values = np.interp(raster, t, values, left=np.nan, right=np.nan) if t.size else values[:0]
+            values = _interpolated(raster, t, values) if t.size else values[:0]
             self.notes += (f"{name} interpolated on the times of the other columns",)
-            if t.size > 1 and t[-1] > t[0]:
-                self.rates[name] = (t.size - 1) / float(t[-1] - t[0])
+            if t.size > 1 and t[-1] > t[0] and np.median(np.diff(t)) > 0.0:
+                self.rates[name] = 1.0 / period(t)
         self.columns[name] = values
+
+
+def _interpolated(raster: Floats, t: Floats, values: Any) -> Floats:
+    """Values (n,) of times t on a raster (m,); NaN outside t and within its gaps."""
+    found: Floats = np.interp(raster, t, values, left=np.nan, right=np.nan)
+    if t.size > 1:
+        after = np.clip(np.searchsorted(t, raster), 1, t.size - 1)
+        wide = np.diff(t) > GAP * usual_steps(t)
+        found[wide[after - 1] & (t[after - 1] < raster) & (raster < t[after])] = np.nan
+    return found
 
 
 Reader = Callable[[Path, Wanted], Source]

@@ -122,6 +122,30 @@ def test_exact_wrong_recordings_are_named():
         identify.kinematic_error(turning, ratio=121.0)
 
 
+@pytest.mark.parametrize(
+    ("change", "text"),
+    [
+        (np.negative, "load_angle turns against motor_angle; flip the sign of scale"),
+        (np.degrees, "load_angle moves 57.29[0-9] times as far as motor_angle / ratio; load_angle looks like degrees"),
+        (np.zeros_like, "load_angle stays while the motor turns by"),
+        (lambda load: (load + 1.0) % 2.0, "load_angle moves"),
+        (lambda load: (load + 6.0) % (2.0 * np.pi), "load_angle jumps by a whole turn 1 times: unwrap it"),
+    ],
+)
+def test_exact_a_load_that_does_not_follow_the_motor_is_refused(change, text):
+    runs = smooth([2], [90e-6], [0.4], 1e-6, turns=121)
+    for run in runs:
+        run["load_angle"] = change(run["load_angle"])
+    with pytest.raises(InputError, match=f"recording 0: {text}"):
+        identify.kinematic_error(runs, ratio=121.0)
+
+
+@pytest.mark.parametrize("turns", [1, 24])
+def test_exact_windup_and_the_ratio_of_another_fixed_member_are_no_other_motion(turns):
+    for ratio in (120.0, 121.0):
+        assert identify.kinematic_error(smooth([2], [90e-6], [0.4], 1e-6, turns=turns)[0], ratio=ratio).estimates
+
+
 def test_exact_an_angle_that_its_file_gives_in_degrees_is_not_taken_for_radians(tmp_path):
     """A motor torque in ampere, which the test does not read, is nobody's concern."""
     paths = []

@@ -60,11 +60,9 @@ class Alignment:
     drift_error: float
 
 
-def slope(motion: Motion) -> float:
-    """Load angle over motor angle by least squares; 0 when the motor did not turn."""
-    assert motion.load_angle is not None
-    th, load = motion.angle[motion.valid], motion.load_angle[motion.valid]
-    turned = th - th.mean()
+def slope(angle: Floats, load: Floats) -> float:
+    """Load angle (n,) over motor angle (n,) by least squares; 0 when the motor did not turn."""
+    turned = angle - angle.mean()
     power = float(turned @ turned)
     return float(turned @ (load - load.mean())) / power if power > 0.0 else 0.0
 

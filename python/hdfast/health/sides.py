@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 
+from hdfast.checks import Floats
 from hdfast.health.alignment import SIGMAS, Alignment, align, slope
 from hdfast.health.finding import NOTE, REJECT, WARNING
 from hdfast.health.subject import Subject
@@ -24,8 +25,9 @@ def check(subject: Subject) -> None:
     motion, ratio = subject.motion, subject.ratio
     if motion.load_angle is None or not motion.valid.any():
         return
-    found = slope(motion)
-    travel = float(motion.angle[motion.valid].max() - motion.angle[motion.valid].min())
+    load = motion.load_angle[motion.valid]
+    found = slope(motion.angle[motion.valid], load)
+    travel = float(np.ptp(motion.angle[motion.valid]))
     if found != 0.0 and abs(found) * travel > SMALLEST_TRAVEL:
         subject.facts.ratio = 1.0 / found
     if ratio is None:
@@ -36,12 +38,13 @@ def check(subject: Subject) -> None:
     turned = travel / abs(ratio)
     if turned < SMALLEST_TRAVEL:
         return
-    still = max(subject.facts.resolution.get("load_angle", 0.0), DEAD * travel)
-    if np.ptp(motion.load_angle[motion.valid]) <= still:
-        sentence = f"load_angle stays while the motor turns by {travel:.4g} rad: a locked output or a dead channel"
-        subject.find("ratio", WARNING, sentence, value=0.0, limit=RATIO_OFF)
+    dead = still(load, travel, subject.facts.resolution.get("load_angle", 0.0))
+    if dead:
+        subject.find("ratio", WARNING, dead, value=0.0, limit=RATIO_OFF)
         return
-    if _ratio_rejected(subject, found * ratio, turned):
+    apart = unlike(found * ratio, ratio, turned)
+    if apart:
+        subject.find("ratio", REJECT, apart, value=found * ratio - 1.0, limit=RATIO_OFF)
         return
     alignment = align(motion, ratio, subject.campaign.orders)
     if alignment is not None:
@@ -49,19 +52,27 @@ def check(subject: Subject) -> None:
         _clock(subject, alignment)
 
 
-def _ratio_rejected(subject: Subject, relative: float, travel: float) -> bool:
-    """Whether the load moves by another share of the motor's travel, at the output [rad], than windup explains."""
+def still(load: Floats, travel: float, resolution: float = 0.0) -> str:
+    """What is said of a load angle (n,) that stays while the motor turns [rad]; nothing of others."""
+    if np.ptp(load) > max(resolution, DEAD * travel):
+        return ""
+    return f"load_angle stays while the motor turns by {travel:.4g} rad: a locked output or a dead channel"
+
+
+def unlike(relative: float, ratio: float, travel: float) -> str:
+    """What is said of a load that moves `relative` times as far as the motor over the ratio; nothing of windup.
+
+    Args:
+        relative: slope of the load angle against the motor angle, times the ratio.
+        ratio: nominal gear ratio.
+        travel: of the motor, at the output [rad].
+    """
     if abs(relative - 1.0) <= max(RATIO_OFF, WINDUP / travel):
-        return False
+        return ""
     if relative < 0.0 and abs(relative + 1.0) <= RATIO_OFF:
-        sentence = "load_angle turns against motor_angle; flip the sign of scale in [columns] load_angle or motor_angle"
-    else:
-        hint = near_unit(abs(relative), subject.ratio)
-        sentence = f"load_angle moves {relative:.5g} times as far as motor_angle / ratio" + (
-            f"; {hint}" if hint else "; check ratio and the scales in [columns]"
-        )
-    subject.find("ratio", REJECT, sentence, value=relative - 1.0, limit=RATIO_OFF)
-    return True
+        return "load_angle turns against motor_angle; flip the sign of scale in [columns] load_angle or motor_angle"
+    hint = near_unit(abs(relative), ratio) or "check ratio and the scales in [columns]"
+    return f"load_angle moves {relative:.5g} times as far as motor_angle / ratio; {hint}"
 
 
 def _ratio(subject: Subject, found: Alignment, ratio: float, travel: float) -> None:

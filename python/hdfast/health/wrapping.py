@@ -9,6 +9,7 @@ import numpy as np
 from hdfast.checks import Floats
 from hdfast.health.finding import REJECT
 from hdfast.health.subject import Subject
+from hdfast.recordings import Recording
 
 NAME = "wrapping"
 ANGLES = ("motor_angle", "load_angle")
@@ -19,26 +20,33 @@ GAP = 2.0
 
 
 def check(subject: Subject) -> None:
-    """Reject an angle that stays within one turn and jumps by a whole one between neighbouring samples.
-
-    A turn is 2 pi or 360, also when it was multiplied by the ratio.
-    """
-    intervals = np.diff(subject.checked["t"])
-    near = intervals <= GAP * np.median(intervals)
+    """Reject an angle that is wrapped."""
     for name in ANGLES:
-        if name not in subject.checked:
-            continue
-        angle = subject.checked[name]
-        steps = np.abs(np.diff(angle))[near]
-        steps = steps[np.isfinite(steps)]
-        if not steps.size:
-            continue
-        span = float(np.ptp(angle[np.isfinite(angle)]))
-        turns = [whole * scale for whole in (2.0 * math.pi, 360.0) for scale in (1.0, abs(subject.ratio or 1.0))]
-        count = next((found for turn in turns if span < RANGE * turn and (found := _jumps(steps, turn))), 0)
+        count = wraps(subject.checked, name, subject.ratio)
         if count:
-            sentence = f"{name} jumps by a whole turn {count} times: unwrap it (numpy.unwrap) before saving"
-            subject.find(NAME, REJECT, sentence, value=count)
+            subject.find(NAME, REJECT, told(name, count), value=count)
+
+
+def wraps(recording: Recording, name: str, ratio: float | None) -> int:
+    """How often an angle that stays within one turn jumps by a whole one between neighbouring samples.
+
+    A turn is 2 pi or 360, also when it was multiplied by the ratio. Without that column 0.
+    """
+    if name not in recording:
+        return 0
+    intervals, angle = np.diff(recording["t"]), recording[name]
+    steps = np.abs(np.diff(angle))[intervals <= GAP * np.median(intervals)]
+    steps = steps[np.isfinite(steps)]
+    if not steps.size:
+        return 0
+    span = float(np.ptp(angle[np.isfinite(angle)]))
+    turns = [whole * scale for whole in (2.0 * math.pi, 360.0) for scale in (1.0, abs(ratio or 1.0))]
+    return next((found for turn in turns if span < RANGE * turn and (found := _jumps(steps, turn))), 0)
+
+
+def told(name: str, count: int) -> str:
+    """What is said of an angle that is wrapped so many times."""
+    return f"{name} jumps by a whole turn {count} times: unwrap it (numpy.unwrap) before saving"
 
 
 def _jumps(steps: Floats, turn: float) -> int:

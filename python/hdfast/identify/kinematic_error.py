@@ -14,6 +14,7 @@ from hdfast import checks
 from hdfast.checks import Floats
 from hdfast.errors import InputError
 from hdfast.identify import orders as domain
+from hdfast.identify.angles import refuse_apart, refuse_wrapped
 from hdfast.identify.estimate import Estimate, Estimates, estimate
 from hdfast.identify.fit import Fit
 from hdfast.identify.least_squares import untold
@@ -50,7 +51,8 @@ def kinematic_error(
         columns, base, source: as in `stiffness`.
 
     Raises:
-        InputError: a column is missing, a run is shorter than a revolution, or an order is not usable.
+        InputError: a column is missing, a run is shorter than a revolution, its load does not follow its motor, an
+            angle is wrapped, or an order is not usable.
     """
     i = checks.positive("ratio", ratio, 1e4)
     checks.whole("most", most, 1, 60)
@@ -152,12 +154,14 @@ def _runs(recordings: list[Recording], ratio: float, highest: float) -> list[Run
     found, zero = [], None
     for recording in recordings:
         t, motor, load = recording.need("a transmission-error test", "t", "motor_angle", "load_angle")
+        refuse_wrapped(recording, "motor_angle", "load_angle", ratio=ratio)
         turned = abs(motor[-1] - motor[0]) / domain.TURN
         if turned < 1.0:
             raise InputError(f"{recording.name}: {turned:.3g} motor revolutions (allowed: at least 1)")
         steps = np.diff(motor[:: max(1, len(motor) // 200)])
         if np.min(steps) < 0.0 < np.max(steps):
             raise InputError(f"{recording.name}: the motor turns back (allowed: one direction in each recording)")
+        refuse_apart(recording, motor, load, ratio)
         error = motor / ratio - load
         zero = float(error[0]) if zero is None else zero
         found.append(domain.blocks(t, motor, error - zero, highest))

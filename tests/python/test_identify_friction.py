@@ -111,6 +111,15 @@ def test_exact_driven_and_still_recordings_are_refused():
         identify.friction({"t": t, "motor_angle": 50 * t**2, "motor_torque": 0 * t}, ratio=121.0)
 
 
+@pytest.mark.parametrize("test", ["friction", "coastdown"])
+def test_exact_a_wrapped_motor_angle_is_refused(test):
+    turn = 2.0 * np.pi
+    recordings = friction(FrictionLaw()) if test == "friction" else coastdown(FrictionLaw())
+    wrapped = [dict(item.columns) | {"motor_angle": item["motor_angle"] % turn} for item in recordings]
+    with pytest.raises(InputError, match=r"recording 0: motor_angle jumps by a whole turn \d+ times: unwrap it"):
+        getattr(identify, test)(wrapped, **({"ratio": 121.0} if test == "friction" else {}))
+
+
 def at(speed, torque, load=0.0):
     """A recording at constant speed [rad/s]; torque [N m] a number or (400,)."""
     t = np.linspace(0.0, 4.0, 400)

@@ -112,6 +112,8 @@ def test_exact_recordings_without_a_slow_start_are_refused():
     moving = {"t": t, "motor_angle": 10.0 * np.maximum(t - 2.0, 0.0) ** 2, "motor_torque": np.where(t < 2.0, 0.0, 0.1)}
     with pytest.raises(InputError, match="no start found"):
         identify.starting_torque(moving)
+    with pytest.raises(InputError, match="motor_angle jumps by a whole turn 6 times"):
+        identify.starting_torque(moving | {"motor_angle": moving["motor_angle"] % (2.0 * np.pi)})
     with pytest.raises(InputError, match="motor_torque"):
         identify.starting_torque({"t": t, "motor_angle": t})
 

@@ -102,6 +102,9 @@ def test_exact_missing_and_wrong_are_named():
     turned = dict(made.recording.columns) | {"motor_angle": made.recording["t"]}
     with pytest.raises(InputError, match="give ratio"):
         identify.stiffness(turned)
+    wrapped = dict(made.recording.columns) | {"load_angle": made.recording["load_angle"] % 6.283185}
+    with pytest.raises(InputError, match=r"load_angle jumps by a whole turn \d+ times"):
+        identify.stiffness(wrapped, ratio=121.0)
 
 
 def test_against_engine_the_written_hysteresis_costs_what_the_loop_cost():

@@ -12,6 +12,7 @@ import scipy
 from hdfast import checks
 from hdfast.checks import Floats
 from hdfast.errors import InputError
+from hdfast.identify.angles import refuse_wrapped
 from hdfast.identify.estimate import Estimate, Estimates, estimate
 from hdfast.identify.fit import Fit
 from hdfast.identify.left_out import coulomb
@@ -53,7 +54,8 @@ def coastdown(
         columns, base, source: as in `stiffness`.
 
     Raises:
-        InputError: a column is missing, a recording does not move or is driven, or an argument is out of range.
+        InputError: a column is missing, a recording does not move, is driven or has a wrapped angle, or an argument is
+            out of range.
     """
     j_total = None if inertia is None else checks.positive("inertia", inertia, 1e6, "kg m^2")
     i = None if ratio is None else checks.positive("ratio", ratio, 1e4)
@@ -151,6 +153,7 @@ def _integrated(t: Floats, speed: float, law: tuple[float, float, float]) -> Flo
 def _moving(recording: Recording, inertia: float | None) -> tuple[Floats, Floats]:
     """Time from the first sample and distance travelled until rest, thinned to means."""
     t, angle = recording.need("a coast-down", "t", "motor_angle")
+    refuse_wrapped(recording, "motor_angle")
     travelled = (angle - angle[0]) * np.sign(angle[-1] - angle[0])
     total = travelled[-1]
     if not total > LEAST_ANGLE:

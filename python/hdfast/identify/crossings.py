@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from hdfast.checks import Floats
 from hdfast.errors import InputError
+from hdfast.identify.angles import refuse_wrapped
 from hdfast.recordings import Recording
 
 TORQUES = ("output_torque", "load_torque")
@@ -57,12 +58,13 @@ def windup_and_torque(
     Of two torques output_torque is read, unless it is empty and load_torque is not.
 
     Raises:
-        InputError: a column is missing, or the motor turned and the ratio is not known.
+        InputError: a column is missing, an angle is wrapped, or the motor turned and the ratio is not known.
     """
     purpose = "a stiffness test"
     torque = max((name for name in TORQUES if name in recording), key=recording.filled, default=TORQUES[-1])
     names = ["t", "load_angle", torque, *recording.optional(notes, "motor_angle")]
     found = dict(zip(names, recording.need(purpose, *names), strict=True))
+    refuse_wrapped(recording, "load_angle", "motor_angle", ratio=ratio)
     windup = -(found["load_angle"] - found["load_angle"][0])
     if "motor_angle" in found:
         turned = found["motor_angle"] - found["motor_angle"][0]

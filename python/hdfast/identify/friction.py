@@ -52,7 +52,8 @@ def friction(
         columns, base, source: as in `stiffness`.
 
     Raises:
-        InputError: a column is missing, there are too few constant speeds, or no torque at any of them.
+        InputError: a column is missing, the motor angle is wrapped, there are too few constant speeds, or no torque at
+            any of them.
     """
     i = checks.positive("ratio", ratio, 1e4)
     listed = gather(recordings, columns)

@@ -10,6 +10,7 @@ import numpy as np
 
 from hdfast.checks import Floats
 from hdfast.errors import InputError
+from hdfast.identify.angles import refuse_wrapped
 from hdfast.recordings import Recording
 
 SETTLE = 0.2
@@ -47,7 +48,7 @@ def plateaus(recordings: list[Recording], ratio: float, notes: list[str]) -> Pla
     hardly filled is noted.
 
     Raises:
-        InputError: a column is missing, or no constant speed is found.
+        InputError: a column is missing, the motor angle is wrapped, or no constant speed is found.
     """
     rows: list[tuple[float, ...]] = []
     for recording in recordings:
@@ -65,6 +66,7 @@ def _of(recording: Recording, ratio: float, notes: list[str]) -> list[tuple[floa
     names = ["t", "motor_angle", "motor_torque"]
     extra = recording.optional(notes, "speed_reference", "load_torque", "temperature")
     found = dict(zip([*names, *extra], recording.need("a friction ladder", *names, *extra), strict=True))
+    refuse_wrapped(recording, "motor_angle", ratio=ratio)
     size = len(found["t"])
     if "speed_reference" in found:
         reference = found["speed_reference"]

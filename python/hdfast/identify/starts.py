@@ -9,6 +9,7 @@ import numpy as np
 
 from hdfast.checks import Floats
 from hdfast.errors import InputError
+from hdfast.identify.angles import refuse_wrapped
 from hdfast.identify.resolution import resolution
 from hdfast.recordings import Recording
 
@@ -45,7 +46,7 @@ def starts(recordings: list[Recording], notes: list[str]) -> Starts:
     Moves that begin with a fast torque are passed over. What is not stated of the encoder is noted.
 
     Raises:
-        InputError: a column is missing, or no start is found.
+        InputError: a column is missing, the motor angle is wrapped, or no start is found.
     """
     rows = [(*row, float(j)) for j, recording in enumerate(recordings) for row in _of(recording, notes)]
     if not rows:
@@ -57,6 +58,7 @@ def starts(recordings: list[Recording], notes: list[str]) -> Starts:
 
 def _of(recording: Recording, notes: list[str]) -> list[tuple[float, float, float, float]]:
     t, angle, torque = recording.need("a starting-torque test", "t", "motor_angle", "motor_torque")
+    refuse_wrapped(recording, "motor_angle")
     span = max(1, round(WINDOW / float(np.median(np.diff(t)))))
     speed = (angle[span:] - angle[:-span]) / (t[span:] - t[:-span])
     jitter = float(np.median(np.abs(np.diff(angle, 2)))) / 0.6745 / math.sqrt(6.0)

@@ -111,6 +111,42 @@ def test_exact_driven_and_still_recordings_are_refused():
         identify.friction({"t": t, "motor_angle": 50 * t**2, "motor_torque": 0 * t}, ratio=121.0)
 
 
+def ramped(held, rate=10_000.0, acceleration=50.0, inertia=3.34e-4):
+    """A ladder without noise whose reference is held [s] on its ramps; the torque is that of friction and ramps."""
+    levels, at, marks = [5.0, 10.0, 20.0, 40.0, -5.0, -10.0, -20.0, -40.0], 0.0, [(0.0, 0.0)]
+    for level in levels:
+        ramp = abs(level - marks[-1][1]) / acceleration
+        at += ramp
+        marks += [(at, level), (at + 1.0, level)]
+        at += 1.0
+    t = np.arange(0.0, at, 1.0 / rate)
+    speed = np.interp(t, *np.transpose(marks))
+    torque = 0.03 * np.sign(speed) + 1.2e-3 * speed + inertia * np.gradient(speed, t)
+    asked = np.interp(held * np.ceil(t / held - 1e-9), *np.transpose(marks))
+    return {"t": t, "motor_angle": np.cumsum(speed) / rate, "motor_torque": torque, "speed_reference": asked}
+
+
+@pytest.mark.parametrize("held", [0.004, 0.01, 0.04])
+def test_exact_the_stairs_of_a_ramp_are_no_constant_speeds(held):
+    fit = identify.friction(ramped(held), ratio=121.0)
+    assert fit.numbers["speeds"] == 8
+    for name, value in (("T_c_forward", 0.03), ("T_c_backward", 0.03), ("B", 1.2e-3)):
+        assert fit.estimates.named(name).value == pytest.approx(value, rel=1e-3)
+    assert any(note.endswith("steps of speed_reference left out, during which the speed changes") for note in fit.notes)
+
+
+def test_exact_a_slow_drift_and_a_ripple_are_constant_speeds():
+    """3 % of the speed in 4 s, and 20 % of it twice per turn."""
+    t = np.linspace(0.0, 4.0, 4001)
+    drifting = 5.0 * t + 0.5 * 0.0375 * t**2
+    rippled = [w * t + 0.1 * np.sin(2.0 * w * t) for w in (-5.0, 10.0)]
+    runs = [
+        {"t": t, "motor_angle": angle, "motor_torque": 0.03 * np.sign(angle[-1]) + 1e-3 * np.gradient(angle, t)}
+        for angle in (drifting, *rippled)
+    ]
+    assert identify.friction(runs, ratio=121.0).numbers["speeds"] == 3
+
+
 @pytest.mark.parametrize("test", ["friction", "coastdown"])
 def test_exact_a_wrapped_motor_angle_is_refused(test):
     turn = 2.0 * np.pi

@@ -16,6 +16,8 @@ from hdfast.recordings import Recording
 SETTLE = 0.2
 STILL = 1e-9  # rad/s, of a reference: smaller steps are none, smaller speeds are rest
 PIECES = 8
+STAYS, SECOND = 0.05, 1.0  # share of a speed by which it may change, and the time [s] in which it may
+SCATTER = 15.0  # of the angle about a parabola: three deviations of what 32 samples tell of the change
 TURN = 2.0 * math.pi
 
 
@@ -44,8 +46,8 @@ def plateaus(recordings: list[Recording], ratio: float, notes: list[str]) -> Pla
     """Collect the constant speeds of all recordings.
 
     A recording with speed_reference may hold many speeds, one without it must hold a single one. The first fifth of
-    each is left out, and so is rest; whole revolutions are averaged where there is one. An optional column that is
-    hardly filled is noted.
+    each is left out, and so are rest and, with a note, the stairs of a ramp; whole revolutions are averaged where there
+    is one. An optional column that is hardly filled is noted.
 
     Raises:
         InputError: a column is missing, the motor angle is wrapped, or no constant speed is found.
@@ -75,22 +77,34 @@ def _of(recording: Recording, ratio: float, notes: list[str]) -> list[tuple[floa
         stretches = [(a, b) for a, b in bounds if abs(reference[a]) > STILL]
     else:
         stretches = [(0, size)]
-        settled = found["motor_angle"][int(SETTLE * size) :]
-        half = len(settled) // 2
-        first, second = np.ptp(settled[:half]), np.ptp(settled[-half:])
-        if abs(first - second) > 0.05 * max(first, second):
+    settled = [slice(a + int(SETTLE * (b - a)), b) for a, b in stretches]
+    parts = [{name: v[at] for name, v in found.items()} for at in settled if at.stop - at.start >= 4 * PIECES]
+    steady = [part for part in parts if _stays(part["t"], part["motor_angle"])]
+    ramped = len(parts) - len(steady)
+    if ramped:
+        if "speed_reference" not in found:
             raise InputError(
                 f"{recording.name}: the speed is not constant, and speed_reference, which tells its steps, is missing"
             )
-    rows = (_mean({name: v[a:b] for name, v in found.items()}, ratio) for a, b in stretches)
+        notes.append(f"{recording.name}: {ramped} steps of speed_reference left out, during which the speed changes")
+    rows = (_mean(part, ratio) for part in steady)
     return [row for row in rows if row is not None]
 
 
+def _stays(t: Floats, angle: Floats) -> bool:
+    """Whether the speed of a stretch (n,) changes by less than a share of it, in less than a second by as much less.
+
+    What the scatter of the angle hides is no change.
+    """
+    duration = float(t[-1] - t[0])
+    x = (t - t[0]) / duration - 0.5
+    curve = np.polyfit(x, angle, 2)
+    scatter = float(np.std(angle - np.polyval(curve, x)))
+    allowed = STAYS * abs(curve[1]) * min(duration / SECOND, 1.0)
+    return bool(2.0 * abs(curve[0]) <= max(allowed, SCATTER * scatter))
+
+
 def _mean(part: dict[str, Floats], ratio: float) -> tuple[float, ...] | None:
-    start = int(SETTLE * len(part["t"]))
-    part = {name: values[start:] for name, values in part.items()}
-    if len(part["t"]) < 4 * PIECES:
-        return None
     travelled = np.abs(part["motor_angle"] - part["motor_angle"][-1])
     whole = math.floor(travelled[0] / TURN)
     if whole:

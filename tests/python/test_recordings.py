@@ -13,7 +13,7 @@ import pytest
 import recorded_files
 from hdfast import Scenario, checks
 from hdfast.errors import ConfigError, InputError, MissingPackageError
-from hdfast.recordings import Recording, gather, load, load_campaign, load_table, save
+from hdfast.recordings import Recording, gather, load, load_campaign, load_table, save, units
 from hdfast.recordings.formats import Source
 
 T = np.linspace(0.0, 1.0, 101)
@@ -257,6 +257,41 @@ def test_exact_strings_and_dates_beside_the_numbers_of_a_mat_file_are_left_out(p
     assert found.notes == ("columns left out: title, begun, day1",)
     with pytest.raises(InputError, match="column 'title' holds no real numbers"):
         load(tmp_path / "run.mat", {"motor_angle": "title"})
+
+
+@pytest.mark.parametrize(
+    ("unit", "factor"), [("mNm", 1e-3), ("MNm", 1e6), ("MNM", None), ("NM", 1.0), ("kN m", 1e3), ("rad", None)]
+)
+def test_exact_capitals_of_a_unit_count_where_they_tell_two_apart(unit, factor):
+    assert units.factor(unit, "N m") == factor
+
+
+@pytest.mark.parametrize("unit", ["deg", b"deg", np.bytes_("deg"), ["deg"], [b"deg"]])
+def test_exact_an_attribute_of_an_hdf5_states_a_unit(tmp_path, unit):
+    import h5py
+
+    with h5py.File(tmp_path / "run.h5", "w") as file:
+        for name in ("t", "motor_angle"):
+            file[name] = T
+        file["motor_angle"].attrs["unit"] = unit
+    found = load(tmp_path / "run.h5")
+    assert found.units == {"motor_angle": "deg"}
+    with pytest.raises(InputError, match=r"motor_angle in deg, not in rad: .*  --column motor_angle=NAME\*SCALE"):
+        found.need("a coast-down", "motor_angle")
+
+
+def test_exact_a_unit_that_is_not_known_is_noted(tmp_path):
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
+    table = pa.Table.from_arrays(
+        [pa.array(T), pa.array(T)],
+        schema=pa.schema([("t", pa.float64()), pa.field("motor_angle", pa.float64(), metadata={"unit": "Grad"})]),
+    )
+    pq.write_table(table, tmp_path / "run.parquet")
+    found = load(tmp_path / "run.parquet")
+    assert found.notes == ("motor_angle is in 'Grad' by the file, a unit that is not known: taken for rad",)
+    assert load(tmp_path / "run.parquet", {"motor_angle": {"scale": 2.0}}).notes == ()
 
 
 def test_exact_rasters_of_an_mdf_are_joined_on_the_motor_angle(tmp_path):

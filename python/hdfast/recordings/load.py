@@ -15,6 +15,7 @@ from hdfast.recordings.columns import COLUMNS, ColumnMap, read_column_map
 from hdfast.recordings.formats import Source, Wanted, read
 from hdfast.recordings.recording import Recording, checked
 from hdfast.recordings.table import Table
+from hdfast.recordings.units import known_unit
 from hdfast.rows import table_columns
 
 SAVED = (".csv", ".parquet", ".npz")
@@ -71,6 +72,11 @@ def to_table(name: str, source: Source, columns: Mapping[str, Any] | None = None
         for standard, entry in mapped.items()
         if entry.name in source.units and entry.scale == 1.0
     }
+    notes += tuple(
+        f"{standard} is in {unit!r} by the file, a unit that is not known: taken for {COLUMNS[standard][0]}"
+        for standard, unit in units.items()
+        if not known_unit(unit)
+    )
     rates = {standard: source.rates[entry.name] for standard, entry in mapped.items() if entry.name in source.rates}
     return Table(name, arrays, notes=notes, units=units, file_columns=tuple(map(str, source.names)), rates=rates)
 

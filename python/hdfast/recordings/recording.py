@@ -12,7 +12,7 @@ from hdfast.errors import InputError
 from hdfast.recordings.clock import MOST_DISORDER
 from hdfast.recordings.columns import COLUMNS, FEWEST_FINITE
 from hdfast.recordings.table import Table
-from hdfast.recordings.units import correction, shifted
+from hdfast.recordings.units import correction, scalable
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,7 +48,7 @@ class Recording(Table):
             unit = self.units.get(name, "")
             said = correction(name, unit)
             if said:
-                option = "" if shifted(name, unit) else f" (on the command line  --column {name}=NAME*SCALE)"
+                option = f" (on the command line  --column {name}=NAME*SCALE)" if scalable(name, unit) else ""
                 raise InputError(f"{self.name}: {said}{option}")
         known = np.logical_and.reduce([np.isfinite(self.columns[name]) for name in names])
         if known.sum() < 8:

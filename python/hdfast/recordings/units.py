@@ -6,41 +6,51 @@ import math
 
 from hdfast.recordings.columns import COLUMNS
 
-DEGREE, RPM = math.pi / 180.0, math.pi / 30.0
-SI = ("s", "rad", "Nm", "rad/s", "degC", "°C", "Cel", "-")
-FACTORS = {
-    "ms": ("s", 1e-3), "us": ("s", 1e-6), "µs": ("s", 1e-6), "ns": ("s", 1e-9), "min": ("s", 60.0),
-    "deg": ("rad", DEGREE), "°": ("rad", DEGREE), "mrad": ("rad", 1e-3), "urad": ("rad", 1e-6),
-    "rev": ("rad", 2 * math.pi),
-    "mNm": ("N m", 1e-3), "kNm": ("N m", 1e3), "Ncm": ("N m", 1e-2),
-    "deg/s": ("rad/s", DEGREE), "°/s": ("rad/s", DEGREE), "rpm": ("rad/s", RPM), "r/min": ("rad/s", RPM),
-    "1/min": ("rad/s", RPM), "U/min": ("rad/s", RPM), "rps": ("rad/s", 2 * math.pi),
+TURN, DEGREE, RPM = 2.0 * math.pi, math.pi / 180.0, math.pi / 30.0
+UNITS = {
+    "s": {"s": 1.0, "sec": 1.0, "ms": 1e-3, "us": 1e-6, "µs": 1e-6, "ns": 1e-9, "min": 60.0, "h": 3600.0},
+    "rad": {
+        "rad": 1.0, "mrad": 1e-3, "urad": 1e-6, "µrad": 1e-6, "rev": TURN, "turn": TURN, "turns": TURN,
+        "deg": DEGREE, "degree": DEGREE, "degrees": DEGREE, "°": DEGREE, "arcmin": DEGREE / 60, "arcsec": DEGREE / 3600,
+    },
+    "N m": {"Nm": 1.0, "mNm": 1e-3, "kNm": 1e3, "MNm": 1e6, "Ncm": 1e-2, "Nmm": 1e-3},
+    "rad/s": {
+        "rad/s": 1.0, "deg/s": DEGREE, "°/s": DEGREE, "rps": TURN,
+        "rpm": RPM, "r/min": RPM, "1/min": RPM, "U/min": RPM,
+    },
+    "degC": {"degC": 1.0, "°C": 1.0, "C": 1.0, "Cel": 1.0},
 }  # fmt: skip
-SHIFTED = ("K", "°F", "degF")
-WITHOUT_FACTOR = ("A", "mA", "V", "mV", "counts", "count", "inc", "ticks", "%", *SHIFTED)
+FACTORS = {unit: (target, factor) for target, units in UNITS.items() for unit, factor in units.items()}
+SHIFTED = ("K", "°F", "degF", "F")
+OF_A_SENSOR = ("A", "mA", "V", "mV", "counts", "count", "inc", "ticks", "%")
+NONE = "-"
+KNOWN = (*FACTORS, *SHIFTED, *OF_A_SENSOR, NONE)
 
 
 def plain(unit: str) -> str:
-    """A unit without blanks, dots and products: "N m", "N·m" and "N*m" are "Nm"."""
-    return unit.translate(str.maketrans("", "", " ·*⋅.")).replace("μ", "µ")
+    """A unit as it stands here: without blanks, dots and products, so that "N m", "N·m" and "N*m" are "Nm".
+
+    Capitals do not count unless they tell two units apart, as "mNm" and "MNm".
+    """
+    given = unit.translate(str.maketrans("", "", " ·*⋅.")).replace("μ", "µ")
+    alike = [known for known in KNOWN if known.casefold() == given.casefold()]
+    return alike[0] if len(alike) == 1 else given
 
 
 def known_unit(unit: str) -> bool:
     """True for a unit of this module."""
-    return plain(unit) in (*SI, *FACTORS, *WITHOUT_FACTOR)
+    return plain(unit) in KNOWN
 
 
 def factor(unit: str, target: str) -> float | None:
     """Factor from a unit to the target unit, None when there is none."""
-    if plain(unit) == plain(target):
-        return 1.0
     found = FACTORS.get(plain(unit))
     return found[1] if found is not None and found[0] == target else None
 
 
-def shifted(name: str, unit: str) -> bool:
-    """True for a temperature in a unit that a factor does not turn into degC."""
-    return name == "temperature" and plain(unit) in SHIFTED
+def scalable(name: str, unit: str) -> bool:
+    """True for a unit that some factor turns into that of a standard column."""
+    return factor(unit, COLUMNS[name][0]) is not None or plain(unit) in OF_A_SENSOR
 
 
 def correction(name: str, unit: str) -> str:
@@ -50,10 +60,12 @@ def correction(name: str, unit: str) -> str:
     """
     target = COLUMNS[name][0]
     scale = factor(unit, target)
-    if scale == 1.0 or (scale is None and plain(unit) not in WITHOUT_FACTOR):
+    if scale == 1.0 or not known_unit(unit) or plain(unit) == NONE:
         return ""
     found = f"the file gives {name} in {unit}, not in {target}"
-    if shifted(name, unit):
+    if scalable(name, unit):
+        hint = f"scale = {scale:.9g}" if scale is not None else f"a scale from {unit} to {target}"
+        return f"{found}: state {hint} in [columns] {name}"
+    if name == "temperature" and plain(unit) in SHIFTED:
         return f"{found}: convert it to {target} in the file, which no scale does"
-    hint = f"scale = {scale:.9g}" if scale is not None else f"a scale from {unit} to {target}"
-    return f"{found}: state {hint} in [columns] {name}"
+    return f"{found}: name another column in [columns] {name}, or correct its unit in the file"

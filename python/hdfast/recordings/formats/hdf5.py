@@ -5,6 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from hdfast.errors import InputError
 from hdfast.recordings.formats.source import Source, Wanted, check_size, numbers, one_dimensional
 
@@ -30,6 +32,8 @@ def read(path: Path, wanted: Wanted, separator: str = "/") -> Source:
             check_size(path, dataset.size)
             found[name] = numbers(path, name, dataset[()])
             unit = dataset.attrs.get("unit", dataset.attrs.get("units"))
+            if isinstance(unit, np.ndarray) and unit.size == 1:
+                unit = unit.item()
             if isinstance(unit, (str, bytes)):
                 units[name] = unit if isinstance(unit, str) else unit.decode("utf-8", "replace")
     return Source([full.replace("/", separator) for full in names], found, units)

@@ -56,6 +56,17 @@ def test_exact_knee_stands_at_the_true_order(count):
     assert np.all(np.diff(fit.numbers["rmse"]) <= 0.0)
 
 
+@pytest.mark.parametrize("turns", [(24, 24), (24, 5), (24, 2), (24, 1), (2, 1), (1, 1)])
+def test_exact_a_short_run_beside_a_long_one_hides_no_orders(turns):
+    """20 µrad of backlash between the directions, which nothing else tells where a run is left out as a whole."""
+    runs = [smooth(range(1, 7), [8e-6] * 6, drives.PHASES[:6], 1e-7, turns=n)[k] for k, n in enumerate(turns)]
+    runs[1]["load_angle"] = runs[1]["load_angle"] + 20e-6
+    fit = identify.kinematic_error(runs, ratio=121.0, most=12)
+    assert fit.numbers["suggested"] == 6
+    judge = "cross-validation" if max(turns) > 1 else "BIC, as no run has two revolutions"
+    assert fit.notes[1].startswith(f"orders 1 ... 6 suggested by {judge}")
+
+
 def test_against_design_table_rmse_curve():
     """66, 17.4, 6.5, 3.0, 2.2, 1.54, 1.36, 1.36 µrad at 1, 2, 4, 6, 10, 14, 15, 20 orders with 1.36 µrad noise."""
     recordings = smooth(range(1, 16), drives.AMPLITUDES, drives.PHASES, 1.36e-6, turns=121)

@@ -65,8 +65,7 @@ def kinematic_error(
     notes = [f"{item.name}: {note}" for item in listed for note in item.notes]
     slow = _output_orders(runs, i, wanted or [], notes)
     every = [float(order) for order in (*(Fraction(n) for n in range(1, most + 1)), *(wanted or []), *slow)]
-    turns = math.floor(sum(run.revolutions for run in runs) + 1e-6)
-    problem = domain.design(runs, every, min(FOLDS, turns))
+    problem = domain.design(runs, every, FOLDS)
     selection = select(problem, most)
     chosen = [Fraction(n) for n in range(1, selection.suggested + 1)] if wanted is None else wanted
     found = _Solution(problem, [*chosen, *slow])
@@ -224,8 +223,9 @@ def _notes(runs: list[Run], found: _Solution, selection: Selection, gain: Mappin
     both = len({run.direction for run in runs}) == 2
     scale = found.nuisances["scale_error"] / max(float(np.max(np.abs(run.angle))) for run in runs)
     noise = found.rms * 1e6
+    judge = "cross-validation" if np.isfinite(selection.held_out).all() else "BIC, as no run has two revolutions"
     notes = [
-        f"orders 1 ... {selection.suggested} suggested by cross-validation, knee of the error curve at "
+        f"orders 1 ... {selection.suggested} suggested by {judge}, knee of the error curve at "
         f"{selection.knee}, BIC {selection.best_bic}; residual {noise:.3g} µrad rms "
         f"in means of {runs[0].samples} samples"
     ]

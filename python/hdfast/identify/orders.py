@@ -16,6 +16,7 @@ Columns = NDArray[np.int64]
 
 TURN = 2.0 * math.pi
 LARGEST_PHASE = 1.2
+ROUNDING = float(np.finfo(np.float64).eps)
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,6 +38,11 @@ class Run:
     def revolutions(self) -> float:
         """Motor revolutions covered."""
         return float(abs(self.angle[-1] - self.angle[0]) + self.span) / TURN
+
+    @property
+    def whole(self) -> int:
+        """Whole revolutions, at least 1."""
+        return max(math.floor(self.revolutions + 1e-6), 1)
 
 
 def blocks(t: Floats, angle: Floats, error: Floats, highest: float) -> Run:
@@ -117,10 +123,10 @@ class Normal:
         return Normal(self.gram * kept[:, None, None], self.right * kept[:, None], self.power * kept, self.rows * kept)
 
     def loss(self, fold: int, columns: Columns, coefficients: Floats) -> float:
-        """Mean square residual of one fold."""
+        """Mean square residual of one fold, at least what rounding leaves of the difference."""
         gram, right = self.gram[fold][np.ix_(columns, columns)], self.right[fold][columns]
         square = self.power[fold] - 2.0 * coefficients @ right + coefficients @ gram @ coefficients
-        return float(max(square, 0.0) / self.rows[fold])
+        return float(max(square, ROUNDING * self.power[fold]) / self.rows[fold])
 
 
 @dataclass(frozen=True, eq=False)
@@ -132,6 +138,8 @@ class Design:
         matrices: columns of each run: nuisances, then a cosine and a sine for each order.
         nuisances: names of the nuisances.
         orders: the orders.
+        folds: how many of them are left out in turn. A run of a single revolution is in none, last in `by_fold`:
+            nothing else tells its offset.
         by_fold, by_run: normal equations.
     """
 
@@ -139,6 +147,7 @@ class Design:
     matrices: Sequence[Floats]
     nuisances: list[str]
     orders: list[float]
+    folds: int
     by_fold: Normal
     by_run: Normal
 
@@ -154,18 +163,17 @@ class Design:
 
 
 def design(runs: Sequence[Run], orders: Sequence[float], folds: int) -> Design:
-    """Set up the least-squares problem for all orders that may be asked for."""
+    """Set up the least-squares problem for all orders that may be asked for; every run has its share of the folds."""
     fixed, names = nuisance(runs)
     listed = list(dict.fromkeys(orders))
     matrices = [np.hstack([block, series(run, listed)]) for block, run in zip(fixed, runs, strict=True)]
-    total = max(math.floor(sum(run.revolutions for run in runs) + 1e-6), 1)
-    fold, turned = [], 0
+    folds = min(folds, max(run.whole for run in runs))
+    fold = []
     for run in runs:
-        revolution = turned + np.floor(np.abs(run.angle - run.angle[0]) / TURN).astype(np.int64)
-        fold.append(np.minimum(revolution * folds // total, folds - 1))
-        turned += math.floor(run.revolutions + 1e-6)
+        revolution = np.floor(np.abs(run.angle - run.angle[0]) / TURN).astype(np.int64)
+        fold.append(np.minimum(revolution * folds // run.whole, folds - 1) if run.whole > 1 else 0 * revolution + folds)
     index = [np.full(len(run.angle), j) for j, run in enumerate(runs)]
-    return Design(runs, matrices, names, listed, _normal(matrices, runs, fold), _normal(matrices, runs, index))
+    return Design(runs, matrices, names, listed, folds, _normal(matrices, runs, fold), _normal(matrices, runs, index))
 
 
 def _normal(matrices: Sequence[Floats], runs: Sequence[Run], groups: Sequence[Columns]) -> Normal:

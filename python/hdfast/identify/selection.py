@@ -20,9 +20,9 @@ class Selection:
     Attributes:
         rmse: root mean square error of the fit [rad], (n,).
         bic: Bayesian information criterion with the effective sample size, (n,).
-        held_out: root mean square error on left-out revolutions [rad], (n,); NaN with a single revolution.
+        held_out: root mean square error on left-out revolutions [rad], (n,); NaN where no run has two of them.
         knee: first number after which each of the next three lowers the error by less than 1 %.
-        suggested: smallest number whose held-out error is within one standard error of the best.
+        suggested: smallest number whose held-out error is within one standard error of the best, else that of BIC.
     """
 
     rmse: Floats
@@ -36,14 +36,14 @@ class Selection:
 def select(problem: Design, most: int) -> Selection:
     """Walk through 1 ... `most` orders, which must all be in the design."""
     equations = problem.by_fold
-    folds = len(equations.rows)
+    folds, groups = problem.folds, range(len(equations.rows))
     rmse, held = np.empty(most), np.full((most, folds), np.nan)
     numbers = np.arange(1, most + 1)
     for n in numbers:
         chosen = problem.columns([float(k) for k in range(1, n + 1)])
         whole = equations.solve(chosen)
         rmse[n - 1] = np.sqrt(
-            sum(equations.loss(b, chosen, whole) * equations.rows[b] for b in range(folds)) / equations.rows.sum()
+            sum(equations.loss(b, chosen, whole) * equations.rows[b] for b in groups) / equations.rows.sum()
         )
         if folds > 1:
             held[n - 1] = [equations.loss(b, chosen, equations.solve(chosen, leave=b)) for b in range(folds)]

@@ -34,12 +34,12 @@ def test_exact_round_trip_over_a_hundred_seeds(bits, rate):
         assert abs(tally.coverage - 0.9) <= CHANCE / np.sqrt(100), name
 
 
-def smooth(orders, amplitudes, phases, noise, turns=24, seed=0):
-    """Runs of a rigid gear, written here: both directions, `noise` rad on the load angle."""
+def smooth(orders, amplitudes, phases, noise, turns=24, seed=0, step=0.05):
+    """Runs of a rigid gear, written here: both directions, `noise` rad on the load angle, a sample every `step` s."""
     rng = np.random.default_rng(seed)
     found = []
     for sign in (1.0, -1.0):
-        t = np.arange(0.0, 4.0 * turns + 0.08, 0.05)
+        t = np.arange(0.0, 4.0 * turns + 0.08, step)
         motor = sign * 2 * np.pi / 4.0 * t
         error = sum(a * np.sin(n * motor + p) for n, a, p in zip(orders, amplitudes, phases, strict=True))
         load = motor / 121.0 - error + noise * rng.standard_normal(len(t))
@@ -65,6 +65,27 @@ def test_exact_a_short_run_beside_a_long_one_hides_no_orders(turns):
     assert fit.numbers["suggested"] == 6
     judge = "cross-validation" if max(turns) > 1 else "BIC, as no run has two revolutions"
     assert fit.notes[1].startswith(f"orders 1 ... 6 suggested by {judge}")
+
+
+@pytest.mark.parametrize(("turns", "both"), [(1, True), (1, False), (2, False), (4, True)])
+def test_exact_intervals_of_short_runs_hold_the_truth(turns, both):
+    """Twenty orders are fitted, ten are there: of one turn they leave no residual where they are."""
+    amplitudes = [30e-6 / n for n in range(1, 11)]
+    phases = [0.3 * n for n in range(1, 11)]
+    held = []
+    for seed in range(60):
+        runs = smooth(range(1, 11), amplitudes, phases, 1e-6, turns=turns, seed=seed, step=0.01)
+        fit = identify.kinematic_error(runs if both else runs[0], ratio=121.0, orders=list(range(1, 21)))
+        for n, (a, p) in enumerate(zip(amplitudes, phases, strict=True), start=1):
+            held.append(fit.estimates.named(f"te_cos_{n}").covers(a * np.sin(p)))
+    assert 0.84 <= np.mean(held) <= 0.96
+
+
+def test_exact_intervals_are_not_known_where_the_fit_leaves_no_residual():
+    run = smooth([2], [90e-6], [0.4], 1e-6, turns=1)[0]
+    fit = identify.kinematic_error(run, ratio=121.0, orders=list(range(1, 35)))
+    assert np.isinf(fit.estimates.named("te_2").sigma)
+    assert "not known" in repr(fit)
 
 
 def test_against_design_table_rmse_curve():

@@ -116,10 +116,12 @@ class _Solution:
         self.residuals = problem.residuals(columns, whole)
         self.nuisances = dict(zip(problem.nuisances, whole[:fixed].tolist(), strict=True))
         self.coefficients: Floats = whole[fixed:]
-        level = np.array([domain.density(self.residuals, problem.runs, value) for value in values])
         gram = problem.by_run.gram.sum(axis=0)[np.ix_(columns, columns)]
         _check_told(untold(gram)[fixed:], orders)
-        self.sigma: Floats = np.sqrt(np.repeat(level, 2) * np.diag(np.linalg.pinv(gram, rcond=1e-12))[fixed:])
+        inverse = np.linalg.pinv(gram, rcond=1e-12)
+        spectra = domain.spectra(problem, columns, self.residuals, inverse)
+        level = np.array([domain.density(spectra, value) for value in values])
+        self.sigma: Floats = np.sqrt(np.repeat(level, 2) * np.diag(inverse)[fixed:])
         self.rms = float(np.sqrt(np.mean(np.concatenate(self.residuals) ** 2)))
         self.direction_difference = self._by_direction(problem, columns, fixed)
 

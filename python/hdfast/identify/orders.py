@@ -16,6 +16,7 @@ Columns = NDArray[np.int64]
 
 TURN = 2.0 * math.pi
 LARGEST_PHASE = 1.2
+FEWEST_LEFT, WIDER = 6.0, 1.5
 ROUNDING = float(np.finfo(np.float64).eps)
 
 
@@ -197,16 +198,48 @@ def _solve(gram: Floats, right: Floats) -> Floats:
     return np.asarray(np.linalg.lstsq(gram / np.outer(scale, scale), right / scale, rcond=1e-13)[0] / scale)
 
 
-def density(residuals: Sequence[Floats], runs: Sequence[Run], order: float) -> float:
-    """Spectral density of the residual near an order, as the variance a white residual of that level would have."""
-    weight = total = 0.0
-    for values, run in zip(residuals, runs, strict=True):
-        spectrum = np.abs(np.fft.rfft(values)) ** 2 / len(values)
-        turns = run.span * len(values) / TURN
-        half = max(0.4 * turns, 6.0)
-        low, high = round(order * turns - half), round(order * turns + half)
-        band = spectrum[max(low, 1) : min(high, len(spectrum) - 1) + 1]
-        if band.size:
-            total += float(band.sum())
-            weight += band.size
-    return total / weight if weight else math.nan
+@dataclass(frozen=True, eq=False)
+class Spectrum:
+    """Residual of a run of some revolutions, by cycles 1, 2, ... over all of them.
+
+    Attributes:
+        turns: revolutions.
+        power: what a white residual has in every cycle is its variance, (n,).
+        left: share of it that the fit leaves of a white residual, (n,).
+    """
+
+    turns: float
+    power: Floats
+    left: Floats
+
+    def near(self, order: float, reach: float) -> NDArray[np.bool_]:
+        """Which cycles are as close to an order as 0.4 orders or 6 cycles, times a reach."""
+        cycles = np.arange(1, len(self.power) + 1)
+        return np.asarray(np.abs(cycles - order * self.turns) <= reach * max(0.4 * self.turns, 6.0))
+
+
+def spectra(problem: Design, columns: Columns, residuals: Sequence[Floats], inverse: Floats) -> list[Spectrum]:
+    """Spectra of the residuals of a fit of some columns, whose normal matrix has this inverse (p, p)."""
+    found = []
+    for run, matrix, values in zip(problem.runs, problem.matrices, residuals, strict=True):
+        waves = np.fft.rfft(matrix[:, columns], axis=0)[1:]
+        taken = np.sum((waves @ inverse) * waves.conj(), axis=1).real / len(values)
+        power = np.abs(np.fft.rfft(values)[1:]) ** 2 / len(values)
+        found.append(Spectrum(run.span * len(values) / TURN, power, np.maximum(1.0 - taken, 0.0)))
+    return found
+
+
+def density(found: Sequence[Spectrum], order: float) -> float:
+    """Spectral density of the residual near an order, as the variance a white residual of that level would have.
+
+    The band is widened until the fit leaves enough of it; infinite where it leaves too little of all.
+    """
+    reach = 1.0
+    while True:
+        bands = [spectrum.near(order, reach) for spectrum in found]
+        left = sum(float(spectrum.left[band].sum()) for spectrum, band in zip(found, bands, strict=True))
+        if left >= FEWEST_LEFT:
+            return sum(float(spectrum.power[band].sum()) for spectrum, band in zip(found, bands, strict=True)) / left
+        if all(band.all() for band in bands):
+            return math.inf
+        reach *= WIDER

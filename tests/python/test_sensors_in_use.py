@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import json
+import math
 
 import hdfast
 import numpy as np
@@ -129,6 +130,31 @@ def test_exact_description_reads_back():
     assert dataclasses.asdict(SensorFacts(**found)) == pytest.approx(dataclasses.asdict(facts))
     assert "load_angle" not in facts_of(bench.rig(load_angle=SensorFacts()))
     assert facts_of(SensorStage([("sensor_delay", "load_angle")], {"tau_y": -1e-3})) == {}
+    assert facts_of(SensorStage([("sensor_averaging", "load_angle")], {"window_share": 0.5})) == {}
+
+
+def test_exact_a_bench_takes_the_command_line_before_declared_effects(tmp_path):
+    declared = (
+        ("load_angle", "sensor_delay", "tau_y = 3e-3"),
+        ("load_angle", "sensor_noise", "noise = 1e-4"),
+        ("load_angle", "quantisation", "resolution = 1e-3"),
+        ("motor_angle", "quantisation", "resolution = 1e-3"),
+        ("output_torque", "sensor_noise", "noise = 0.5"),
+    )
+    path, out = tmp_path / "drive.toml", tmp_path / "bench"
+    path.write_text(
+        "".join(
+            f'[[terms]]\neffect = "{effect}"\nchannel = "{channel}"\nparameters = {{ {value} }}\n'
+            for channel, effect, value in declared
+        )
+    )
+    asked = ["--delay", "2e-3", "--angle-noise", "2e-6", "--load-bits", "12", "--torque-noise", "0.1"]
+    for options, late, noise, step, torque in (([], 3e-3, 1e-4, 1e-3, 0.5), (asked, 2e-3, 2e-6, math.tau / 4096, 0.1)):
+        assert main(["bench", "startstop", str(path), "--out", str(out), "--quiet", *options]) == 0
+        stated = load_campaign(out / "campaign.toml").sensors
+        found = stated["load_angle"]
+        assert (found.delay_s, found.noise, found.resolution) == (late, noise, step)
+        assert (stated["output_torque"].noise, stated["motor_angle"].resolution) == (torque, 1e-3)
 
 
 def test_exact_steps_of_a_bench_fall_at_random_and_its_zero_is_exact():

@@ -19,6 +19,7 @@ from hdfast.printing import json_text
 from hdfast.recordings import Recording
 from hdfast.sensors import SensorStage, encoder
 from hdfast.sensors.catalogue import EFFECTS
+from hdfast.sensors.facts import KEYS
 
 NAME = "bench"
 TEXT = "Make the recordings a test rig would give of a known drive, through its sensors."
@@ -149,11 +150,13 @@ def _sensors(options: argparse.Namespace, settings: Config) -> SensorStage:
         "load_torque": {"noise": options.torque_noise},
         "output_torque": {"noise": options.torque_noise},
     }
+    given = {(KEYS[key][0], channel) for channel, keys in asked.items() for key, v in keys.items() if v is not None}
+    declared = [one for one in settings.effects if (one.effect, one.channel) not in given]
     channels = {}
     for name, facts in SENSORS.items():
         stated = [asdict(settings.sensors.get(name, facts)), asked.get(name, {})]
-        channels[name] = replace(facts, **{k: v for given in stated for k, v in given.items() if v is not None})
-    return rig(options.rate, effects=settings.effects, **channels)
+        channels[name] = replace(facts, **{k: v for keys in stated for k, v in keys.items() if v is not None})
+    return rig(options.rate, effects=declared, **channels)
 
 
 def _step(bits: int | None) -> float | None:

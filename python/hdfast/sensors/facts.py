@@ -116,7 +116,9 @@ def facts_of(stage: SensorStage) -> dict[str, dict[str, Any]]:
     for effect, channel in stage.effects:
         for key, (stated, own) in KEYS.items():
             value = stage.value(f"{channel}_{effect}_{own}") if stated == effect else 0.0
-            if value > 0.0:  # [sensors] has no word for a channel that is early
+            # [sensors] has no word for a channel that is early, nor for means over a part of the time
+            told = value == 1.0 if key == "averaged" else value > 0.0
+            if told:
                 written = {"lowpass_hz": 1.0 / (TURN * value), "averaged": True}.get(key, value)
                 found.setdefault(channel, {})[key] = written
     return found

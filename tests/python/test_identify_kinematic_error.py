@@ -9,6 +9,7 @@ import round_trips
 from hdfast import Scenario, config, identify
 from hdfast.bench import startstop
 from hdfast.errors import InputError
+from hdfast.identify import orders
 
 CHANCE = 3.0 * np.sqrt(0.9 * 0.1)
 
@@ -54,6 +55,13 @@ def test_exact_knee_stands_at_the_true_order(count):
     fit = identify.kinematic_error(recordings, ratio=121.0)
     assert (fit.numbers["knee"], fit.numbers["suggested"]) == (count, count)
     assert np.all(np.diff(fit.numbers["rmse"]) <= 0.0)
+
+
+@pytest.mark.parametrize("step", [1e-3, 1.1e-3, 1.7e-3, 0.02])
+@pytest.mark.parametrize("turns", [1, 2, 3])
+def test_exact_blocks_cut_no_revolution(turns, step):
+    motor = np.arange(0.0, 2.0 * np.pi * turns + 0.05, step)
+    assert orders.blocks(motor, motor, 0.0 * motor, 20.0).whole == turns
 
 
 @pytest.mark.parametrize("turns", [(24, 24), (24, 5), (24, 2), (24, 1), (2, 1), (1, 1)])

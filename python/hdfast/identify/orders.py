@@ -42,8 +42,8 @@ class Run:
 
     @property
     def whole(self) -> int:
-        """Whole revolutions, at least 1."""
-        return max(math.floor(self.revolutions + 1e-6), 1)
+        """Whole revolutions, at least 1; the first one may lack a part of a block."""
+        return max(round(self.revolutions), 1)
 
 
 def blocks(t: Floats, angle: Floats, error: Floats, highest: float) -> Run:

@@ -57,6 +57,18 @@ def test_exact_knee_stands_at_the_true_order(count):
     assert np.all(np.diff(fit.numbers["rmse"]) <= 0.0)
 
 
+def test_exact_orders_of_runs_whose_speed_changes():
+    """Speeds from 0 to twice the mean: means of samples take more from an order where the motor is fast."""
+    t = np.arange(0.0, 80.0, 5e-3)
+    for speed in (4.0 * (1.0 - np.abs(t / 40.0 - 1.0)), np.pi * np.sin(np.pi * t / 80.0)):
+        motor = np.cumsum(speed) * 5e-3
+        error = sum(30e-6 / n * np.sin(n * motor) for n in range(1, 21))
+        run = {"t": t, "motor_angle": motor, "load_angle": motor / 121.0 - error}
+        fit = identify.kinematic_error(run, ratio=121.0, orders=list(range(1, 21)))
+        for n in range(1, 21):
+            assert fit.estimates.named(f"te_{n}").value == pytest.approx(30e-6 / n, rel=1e-3), n
+
+
 @pytest.mark.parametrize("step", [1e-3, 1.1e-3, 1.7e-3, 0.02])
 @pytest.mark.parametrize("turns", [1, 2, 3])
 def test_exact_blocks_cut_no_revolution(turns, step):

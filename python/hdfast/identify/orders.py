@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
 
 from hdfast.checks import Floats
@@ -22,12 +23,18 @@ ROUNDING = float(np.finfo(np.float64).eps)
 
 @dataclass(frozen=True, eq=False)
 class Run:
-    """One run in blocks of samples: block means of motor angle, time and error, and the angle a block spans [rad]."""
+    """One run in blocks of samples, each (n,).
+
+    Attributes:
+        angle, time, error: means of motor angle [rad], time [s] and error [rad].
+        step: motor angle from one sample of a block to the next [rad].
+        samples: number in a block.
+    """
 
     angle: Floats
     time: Floats
     error: Floats
-    span: float
+    step: Floats
     samples: int
 
     @property
@@ -38,7 +45,7 @@ class Run:
     @property
     def revolutions(self) -> float:
         """Motor revolutions covered."""
-        return float(abs(self.angle[-1] - self.angle[0]) + self.span) / TURN
+        return float(abs(self.angle[-1] - self.angle[0]) + abs(self.step.mean()) * self.samples) / TURN
 
     @property
     def whole(self) -> int:
@@ -58,8 +65,10 @@ def blocks(t: Floats, angle: Floats, error: Floats, highest: float) -> Run:
     per_sample = abs(angle[-1] - angle[0]) / (len(angle) - 1)
     size = max(1, min(int(LARGEST_PHASE / (highest * per_sample)), len(angle) // 64))
     count = len(angle) // size
-    means = [values[len(values) - count * size :].reshape(count, size).mean(axis=1) for values in (angle, t, error)]
-    return Run(means[0], means[1], means[2], per_sample * size, size)
+    parts = [values[len(values) - count * size :].reshape(count, size) for values in (angle, t, error)]
+    step = (parts[0][:, -1] - parts[0][:, 0]) / (size - 1) if size > 1 else np.full(count, per_sample)
+    means = [part.mean(axis=1) for part in parts]
+    return Run(means[0], means[1], means[2], step, size)
 
 
 def series(run: Run, orders: Sequence[float]) -> Floats:
@@ -73,14 +82,9 @@ def series(run: Run, orders: Sequence[float]) -> Floats:
                 power = power * turn
             at = int(n)
         wave = power if n == at else np.exp(1j * n * run.angle)
-        kept = _mean_gain(n * run.span / run.samples, run.samples)
+        kept = scipy.special.diric(n * run.step, run.samples)
         columns[:, 2 * j], columns[:, 2 * j + 1] = wave.real * kept, wave.imag * kept
     return columns
-
-
-def _mean_gain(phase: float, count: int) -> float:
-    """Amplitude left of a sine when `count` samples `phase` [rad] apart are averaged."""
-    return 1.0 if count == 1 else math.sin(0.5 * count * phase) / (count * math.sin(0.5 * phase))
 
 
 def nuisance(runs: Sequence[Run]) -> tuple[list[Floats], list[str]]:
@@ -225,7 +229,7 @@ def spectra(problem: Design, columns: Columns, residuals: Sequence[Floats], inve
         waves = np.fft.rfft(matrix[:, columns], axis=0)[1:]
         taken = np.sum((waves @ inverse) * waves.conj(), axis=1).real / len(values)
         power = np.abs(np.fft.rfft(values)[1:]) ** 2 / len(values)
-        found.append(Spectrum(run.span * len(values) / TURN, power, np.maximum(1.0 - taken, 0.0)))
+        found.append(Spectrum(run.revolutions, power, np.maximum(1.0 - taken, 0.0)))
     return found
 
 

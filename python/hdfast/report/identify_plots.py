@@ -128,9 +128,8 @@ def residual_spectrum(fit: Fit) -> Figure:
     figure = Figure(figsize=(9.6, 2.8), layout="constrained")
     axes = figure.add_subplot()
     for run, residual, color in zip(fit.curves["runs"], fit.curves["found"].residuals, (BLUE, ORANGE), strict=False):
-        turns = run.span * len(residual) / TURN
         size = 2.0 * np.abs(np.fft.rfft(residual)) / len(residual)
-        orders = np.arange(len(size)) / turns
+        orders = np.arange(len(size)) / run.revolutions
         shown = (orders > 0) & (orders < 25)
         name = "forward" if run.direction > 0 else "backward"
         axes.plot(orders[shown], size[shown] * 1e6, color=color, linewidth=0.7, label=name)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 import round_trips
-from hdfast import Scenario, config, identify, simulate
+from hdfast import Scenario, config, identify, simulate, spring
 from hdfast.bench import SlipLoop, rig, stiffness
 from hdfast.errors import InputError
 from hdfast.identify import spring_fit
@@ -90,6 +90,16 @@ def test_exact_tolerances_and_correlations_of_the_other_spring_go():
     settings = config.parse(fit.model_text())
     assert set(settings.tolerances) == {"J_l", "J_m"}
     assert settings.correlation.names == ("J_l", "J_m")
+
+
+@pytest.mark.parametrize("k2", [-4.9e6, 0.0, 4.9e6])
+def test_exact_a_bench_winds_a_spring_of_two_signs_to_its_torque(k2):
+    """The tangents at 3 mrad are 60 and 1.6 kN m/rad."""
+    drive = {"k1": 31020.0, "k2": k2, "k3": 0.0, "k4": 0.0, "k5": 0.0, "phi_max": 3e-3}
+    perfect = rig(load_angle=SensorFacts(), load_torque=SensorFacts())
+    found = stiffness(drive, loop=SlipLoop(torque=0.0), sensors=perfect).recording
+    held = spring.torque("polynomial", drive, -found["load_angle"])
+    np.testing.assert_allclose(held, found["load_torque"], atol=1e-3)
 
 
 def test_exact_missing_and_wrong_are_named():

@@ -106,9 +106,9 @@ def _windup(
 
 
 def _reach(law: str, k: Mapping[str, float], corners: Floats) -> float:
+    """Windup [rad] from one end of the loop beyond the other, of the softer sign of a spring with even powers."""
     top = 1.2 * float(np.max(np.abs(corners)))
-    grid = np.linspace(0.0, 1.0, PATH_POINTS)
     scale = 1e-4
-    while float(spring.torque(law, k, grid * scale)[-1]) < top:
+    while float(np.min(np.abs(spring.torque(law, k, scale * np.array([-1.0, 1.0]))))) < top:
         scale *= 1.5
     return 2.0 * scale

@@ -79,6 +79,12 @@ def test_exact_a_missing_column_rejects_and_is_named(run):
     assert not result.mask.any()
 
 
+def test_regress_a_recording_without_samples_has_a_reason(run):
+    result = examine({name: values[:0] for name, values in run.items()})
+    assert not result.usable
+    assert "0 samples with increasing time" in result.reason
+
+
 def test_exact_too_few_numbers_reject_and_a_few_missing_are_masked(run):
     run["motor_torque"][:100] = np.nan
     run["motor_angle"][200] = np.inf

@@ -60,8 +60,9 @@ class Table(Mapping[str, Floats]):
         return len(next(iter(self.columns.values()), ()))
 
     def filled(self, name: str) -> bool:
-        """True when half of the samples of a column or more are numbers, False without the column."""
-        return name in self.columns and bool(np.mean(np.isfinite(self.columns[name])) >= FEWEST_FINITE)
+        """True when half of the samples of a column or more are numbers, False without the column or samples."""
+        found = self.columns.get(name, np.zeros(0))
+        return found.size > 0 and bool(np.mean(np.isfinite(found)) >= FEWEST_FINITE)
 
     @property
     def listing(self) -> str:

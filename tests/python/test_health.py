@@ -521,6 +521,12 @@ def test_exact_no_motion_rejects(run):
     assert "the motor does not move" in examine(run).reason
 
 
+def test_exact_speeds_whose_squares_are_no_numbers_are_examined(clean):
+    found = {**clean["sine"], "speed_reference": np.gradient(clean["sine"]["motor_angle"], clean["sine"]["t"])}
+    tiny = {name: values if name == "t" else 1e-200 * values for name, values in found.items()}
+    assert examine(tiny).usable
+
+
 def test_exact_a_motor_at_rest_is_not_told_to_flip_its_torque(run):
     step = 2.0 * math.pi / 2**17
     run["motor_angle"] = step * (np.sin(run["t"]) < 0.0)

@@ -34,7 +34,8 @@ def check(subject: Subject) -> None:
     )
     speed, angle = motion.speed[used], motion.angle[used]
     path = float(np.sum(np.abs(np.diff(angle))))
-    kinetic = abs(float(speed[-1] ** 2 - speed[0] ** 2)) / float(np.max(speed**2))
+    first, last = speed[[0, -1]] / np.max(np.abs(speed))
+    kinetic = abs(last**2 - first**2)
     closed = abs(angle[-1] - angle[0]) < CLOSED * path and kinetic < CLOSED
     if reversed_drive or (energy < LIMIT and closed):
         sentence = (

@@ -80,7 +80,8 @@ def _reference(subject: Subject) -> None:
     used = motion.moving & (np.abs(asked) > 0.1 * np.max(np.abs(asked)))
     if used.sum() < 20:
         return
-    relative = float(np.sum(asked[used] * motion.speed[used]) / np.sum(motion.speed[used] ** 2))
+    share = motion.speed[used] / np.max(np.abs(motion.speed[used]))
+    relative = float(np.sum(asked[used] * share) / np.sum(motion.speed[used] * share))
     reasons = {
         DEGREES: "speed_reference looks like deg/s: scale = 0.0174533",
         RPM: "speed_reference looks like r/min: scale = 0.1047198",

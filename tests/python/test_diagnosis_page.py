@@ -12,6 +12,7 @@ from hdfast.cli import main
 from hdfast.diagnosis import diagnose
 from hdfast.diagnosis.experiment import NOTHING, Contest, propose
 from hdfast.diagnosis.holdout import Proof
+from hdfast.diagnosis.library import Sizes, library
 from hdfast.diagnosis.score import Gain
 from hdfast.diagnosis.session import set_up_usable
 from hdfast.diagnosis.steady import SPEED
@@ -22,7 +23,7 @@ from hdfast.report import diagnosis_details, diagnosis_page, diagnosis_plots
 from hdfast.report.diagnosis_details import pulls, time_strips
 from hdfast.report.diagnosis_screen import TAGS, cards
 from hdfast.report.diagnosis_swings import missing_tones, swings_section
-from hdfast.report.diagnosis_tables import plus_minus, trial_table, words
+from hdfast.report.diagnosis_tables import amplitude, plus_minus, trial_table, words
 from hdfast.report.diagnosis_views import spectrum, telling, traces, traces_of
 
 
@@ -225,6 +226,23 @@ def test_exact_windows_stand_over_the_fitted_part_of_a_recording_alone(found):
     held = replace(fitted, unit=replace(fitted.unit, role="heldout"))
     axes = time_strips([held, fitted], [(0.5, 1.0, fitted.unit.name)]).axes[0]
     assert [float(line.get_ydata()[0]) for line in axes.lines] == pytest.approx([1.0 - 0.42])
+
+
+def test_exact_the_size_of_an_effect_is_that_of_the_parameter_that_was_fitted():
+    """The catalogue's amplitude may be held at 0 beside it, as one of two ripples."""
+    sizes = Sizes(
+        motor_torque=0.1, speed=100.0, stiffness=3e4, ratio=121.0, corner=100.0, elastic=True, loaded=True, warm=True,
+        orders=(), detents=None, turns=50.0, lines=(), tones=(5.0,), channels=("motor_torque", "load_angle"),
+    )  # fmt: skip
+    for one in library(sizes):
+        parameters = {name: {"value": 1.0, "sigma": 0.1} for name in one.names}
+        parameters |= {name: {"value": 0.0, "sigma": 0.0} for name in one.fixed}
+        own = f"{one.sensors[0][1]}_{one.effect}_" if one.sensors else f"{one.law}_"
+        told = {name.removeprefix(own): entry for name, entry in parameters.items()}
+        name, entry = amplitude({"effect": one.effect, "parameters": told})
+        assert name == one.amplitude.removeprefix(own)
+        assert entry["sigma"] > 0.0
+    assert amplitude({"effect": "unknown", "parameters": {}}) is None
 
 
 def test_exact_every_verdict_has_a_tag():

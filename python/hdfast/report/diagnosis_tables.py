@@ -81,12 +81,11 @@ def plus_minus(value: float | None, sigma: float | None, unit: str) -> str:
 
 
 def amplitude(effect: Mapping[str, Any]) -> tuple[str, dict[str, Any]] | None:
-    """The parameter of an effect that says how large it is, with its entry."""
-    parameters = effect["parameters"]
-    known = effect["effect"] in terms().ids
-    name = terms()[effect["effect"]].amplitude if known else next(iter(parameters), "")
-    name = name if name in parameters else next((own for own in parameters if parameters[own]["sigma"]), "")
-    return (name, parameters[name]) if name else None
+    """The fitted parameter of an effect that says how large it is, with its entry."""
+    fitted = {name: entry for name, entry in effect["parameters"].items() if entry["sigma"] != 0.0}
+    usual = terms()[effect["effect"]].amplitude if effect["effect"] in terms().ids else ""
+    name = usual if usual in fitted else next(iter(fitted), "")
+    return (name, fitted[name]) if name else None
 
 
 def parameter_table(layout: Layout, before: Fit, after: Fit | None, masked: Sequence[str] = ()) -> str:

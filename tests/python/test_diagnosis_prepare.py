@@ -236,6 +236,17 @@ def test_exact_held_values_are_as_noisy_as_they_are_without_being_held():
     np.testing.assert_allclose(found[1], found[0], rtol=1e-6)
 
 
+def test_exact_a_column_that_is_mostly_at_rest_between_its_steps_is_as_noisy_as_they_are():
+    """Third differences that are mostly 0 show nothing, and nothing is stated: noise of 0 would have no share."""
+    step = 0.005
+    coarse = np.round(0.1 * np.sin(2.0 * np.pi * np.arange(4000) / 2000.0) / step) * step
+    assert np.median(np.abs(np.diff(coarse, 3))) == 0.0
+    one = replace(source(1000.0, motor_torque=coarse), steps={"motor_torque": step})
+    band = Band(500.0, 20.0, 200.0)
+    found = floors([one], ["motor_torque"], band, {}, RATIO, 0.0)
+    assert found[0] == pytest.approx(step / np.sqrt(12.0) * np.sqrt(2.0 * band.motion / 1000.0))
+
+
 def test_exact_a_dead_channel_is_not_judged():
     unit = prepare(source(500.0, output_torque=np.full(2000, 3.0)), Band(500.0, 50.0, 200.0), RATIO)
     assert not unit.judged["output_torque"].any()

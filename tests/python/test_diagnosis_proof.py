@@ -166,12 +166,12 @@ def test_exact_an_undecided_name_says_what_is_sure_beside_it() -> None:
     assert verdict._decide(session, [delay, hysteresis], None)[1] == f"{told}, beside hysteresis"
 
 
-@pytest.mark.parametrize(("left", "said"), [(0.29, False), (0.31, True)])
-def test_exact_what_is_left_beyond_the_white_noise_is_noted(left: float, said: bool) -> None:
+@pytest.mark.parametrize(("left", "floor", "said"), [(0.29, 0.1, False), (0.31, 0.1, True), (0.31, 0.0, False)])
+def test_exact_what_is_left_beyond_the_white_noise_is_noted(left: float, floor: float, said: bool) -> None:
     search = SimpleNamespace(accepted=[])
     found = SimpleNamespace(
         session=SimpleNamespace(warnings=[], search=search),
-        proof=SimpleNamespace(extended=left, floor=0.1),
+        proof=SimpleNamespace(extended=left, floor=floor),
         extended=None,
     )
     assert any("3.1 times the white noise" in note for note in content._notes(found)) == said

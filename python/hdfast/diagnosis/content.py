@@ -48,7 +48,7 @@ def _notes(verdict: Verdict) -> list[str]:
         notes.append("the held-out recordings do not show it: it rests on stretches of the others that were left out")
     if any(one.confirmed for one in verdict.session.search.accepted):
         notes.append("the fitted recordings show it too faintly for a name: the held-out ones confirm it")
-    if proof is not None and proof.extended > LOUD * proof.floor:
+    if proof is not None and proof.extended > LOUD * proof.floor > 0.0:
         notes.append(
             f"what is left of the held-out recordings is {proof.extended / proof.floor:.2g} times the white noise of "
             "the sensors: slower noise, or physics that nothing tried here describes"

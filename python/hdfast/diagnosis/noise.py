@@ -72,14 +72,16 @@ def _by_channel(noise: Mapping[str, float], ratio: float) -> dict[str, float]:
 def _of(column: str, sources: Sequence[Source], sensors: Mapping[str, SensorFacts]) -> float:
     """Noise of one sample of a column: as stated or as its third differences show, whichever is less, 0 without any.
 
-    What moves fast need not be noise, and what is stated may be a bound.
+    What moves fast need not be noise, and what is stated may be a bound. Where nothing is stated and most third
+    differences are 0, a sensor is so coarse that its step alone shows.
     """
-    seen = [_white(source.numbers(column)[1]) for source in sources if column in source.recording]
-    if not seen:
+    own = [source for source in sources if column in source.recording]
+    if not own:
         return 0.0
     said = sensors.get(column, SensorFacts()).deviation
-    shown = float(np.median(seen))
-    return min(said, shown) if said > 0.0 and shown > 0.0 else max(said, shown)
+    shown = float(np.median([_white(source.numbers(column)[1]) for source in own]))
+    coarse = SensorFacts(resolution=max(source.steps.get(column, 0.0) for source in own)).deviation
+    return min(said, shown) if said > 0.0 and shown > 0.0 else max(said, shown) or coarse
 
 
 def _rate(column: str, sources: Sequence[Source]) -> float:

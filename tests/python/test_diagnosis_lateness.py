@@ -10,7 +10,10 @@ import simulated_recordings as simulated
 import small_campaign
 from hdfast.diagnosis import diagnose
 from hdfast.diagnosis.baseline import baseline
+from hdfast.diagnosis.extended import extended_model
 from hdfast.diagnosis.lateness import lateness, on_time
+from hdfast.diagnosis.session import nominal, set_up_usable
+from hdfast.diagnosis.shapes import in_sensor, positive
 from hdfast.diagnosis.source import Source
 from hdfast.recordings import load_campaign
 
@@ -108,3 +111,29 @@ def test_exact_a_declared_delay_is_fitted_within_its_sigma_and_kept_in_the_model
         replace(load_campaign(tmp_path / "again.toml"), recordings=load_campaign(path).recordings), 0.05, PERIOD
     )
     assert ("sensor_delay", "motor_angle") not in reread.sensors
+
+
+@pytest.mark.parametrize("stated", ["delay_s = 4e-3", "averaged = true"])
+def test_exact_a_fitted_delay_is_read_back_beside_what_is_stated(tmp_path, stated):
+    """Of a sensor as late as all others, and of means that are later than they were taken to be."""
+    path = small_campaign.write(tmp_path)
+    text = path.read_text().replace("load_angle = { ", f"load_angle = {{ {stated}, ")
+    if stated.startswith("delay_s"):
+        text = text.replace("motor_angle = { ", f"motor_angle = {{ {stated}, ")
+        text = text.replace("motor_torque = { ", f"motor_torque = {{ {stated}, ")
+    path.write_text(text)
+    setup = set_up_usable(load_campaign(path), None)
+    structure = nominal(setup)
+    if "load_angle_sensor_delay_tau_y" not in structure.names:
+        structure = in_sensor("sensor_delay", "load_angle", [positive("tau_y", 1e-3, "s")]).added_to(structure)
+    later = structure.start + np.log(1.4) * (np.array(structure.names) == "load_angle_sensor_delay_tau_y")
+    values = {name: float(value) for name, value in structure.values(later).items()}
+    (tmp_path / "again.toml").write_text(
+        extended_model(load_campaign(path), structure, values, dict.fromkeys(values, 1e-3))
+    )
+    again = replace(load_campaign(tmp_path / "again.toml"), recordings=load_campaign(path).recordings)
+    reread = set_up_usable(again, None)
+    fitted = setup.replay.mismatch(structure, later[None])
+    told = nominal(reread)
+    np.testing.assert_allclose(reread.replay.mismatch(told, told.start[None]), fitted, rtol=0.0, atol=1e-9)
+    assert np.max(np.abs(fitted - setup.replay.mismatch(structure, structure.start[None]))) > 1e-5

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from hdfast.diagnosis.lateness import DELAY
+from hdfast.diagnosis.lateness import DELAY, delays
 from hdfast.diagnosis.plant import TORQUE
 from hdfast.diagnosis.structure import NUISANCE, TORQUE_SCALE, Structure
 from hdfast.drive_file import UNKNOWN
@@ -95,17 +95,16 @@ def _unfitted(campaign: Campaign, structure: Structure) -> dict[str, float]:
 def _delays(
     campaign: Campaign, structure: Structure, values: Mapping[str, float], sigma: Mapping[str, float]
 ) -> list[dict[str, Any]]:
-    """Declared delays, which the structure holds less what all channels share, and those that were found."""
-    declared = {one.channel: one.values["tau_y"] for one in campaign.drive.effects if one.effect == DELAY}
-    free = {one.name: one.value for one in structure.free}
-    found = []
+    """Delays that are declared, and those that were fitted: the structure holds them less what all channels share."""
+    declared = [one.channel for one in campaign.drive.effects if one.channel and one.effect == DELAY]
+    known, found = delays(campaign), []
     for channel in dict.fromkeys([*declared, *(channel for effect, channel in structure.sensors if effect == DELAY)]):
-        name = f"{channel}_{DELAY}_tau_y"
-        if name in values and (channel in declared or name not in structure.fixed):
-            shared = declared.get(channel, free[name]) - free[name]
+        name, own = f"{channel}_{DELAY}_tau_y", known.get(channel, 0.0)
+        if name in structure.names:
+            shared = own - structure.fixed.get(name, 0.0)
             found.append(_term(DELAY, {name: values[name] + shared}, sigma, channel))
         elif channel in declared:
-            found.append(_term(DELAY, {name: declared[channel]}, {}, channel))
+            found.append(_term(DELAY, {name: own}, {}, channel))
     return found
 
 

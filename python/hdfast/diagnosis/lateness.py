@@ -11,7 +11,6 @@ from hdfast.diagnosis.source import Source
 from hdfast.recordings import Campaign
 from hdfast.recordings.campaign import LOAD_SIDE
 from hdfast.recordings.clock import period
-from hdfast.sensors import stage_of
 
 MOTOR, TORQUE = "motor_angle", "motor_torque"
 DELAY = "sensor_delay"
@@ -28,18 +27,21 @@ def lateness(campaign: Campaign, interval: float) -> dict[str, float]:
         campaign: the checked campaign.
         interval: between samples [s].
     """
-    facts = {name: replace(own, averaged=None) for name, own in campaign.sensors.items()}
-    stage = stage_of(facts, campaign.drive.effects)
+    known = delays(campaign)
     recorded = _recorded(campaign, (TORQUE, *LOAD_SIDE))
-    found = {
-        name: float(stage.value(f"{name}_{DELAY}_tau_y")) if (DELAY, name) in stage.effects else 0.0
-        for name in (MOTOR, *recorded)
-    }
+    found = {name: known.get(name, 0.0) for name in (MOTOR, *recorded)}
     sign = -1.0 if _averaged(campaign, MOTOR) else 1.0
     for name in apart(campaign).intersection(recorded):
         found[name] += sign * 0.5 * interval
     least = min(found.values())
     return {name: late - least for name, late in found.items()}
+
+
+def delays(campaign: Campaign) -> dict[str, float]:
+    """Delay of each channel that one is known of [s]: as its effect is declared, else as its sensor is stated."""
+    stated = {name: own.delay_s for name, own in campaign.sensors.items() if own.delay_s}
+    effects = campaign.drive.effects
+    return stated | {one.channel: one.values["tau_y"] for one in effects if one.channel and one.effect == DELAY}
 
 
 def apart(campaign: Campaign) -> set[str]:

@@ -9,12 +9,15 @@ import pytest
 import simulated_recordings as simulated
 import small_campaign
 from hdfast.diagnosis import diagnose
+from hdfast.diagnosis.band import Band
 from hdfast.diagnosis.baseline import baseline
 from hdfast.diagnosis.extended import extended_model
 from hdfast.diagnosis.lateness import lateness, on_time
+from hdfast.diagnosis.prepare import MARGIN, prepare
 from hdfast.diagnosis.session import nominal, set_up_usable
 from hdfast.diagnosis.shapes import in_sensor, positive
 from hdfast.diagnosis.source import Source
+from hdfast.errors import InputError
 from hdfast.recordings import load_campaign
 
 PERIOD = 2e-3
@@ -67,6 +70,29 @@ def test_exact_a_late_angle_is_read_earlier():
     inside = (t < 1.99) & (t != 1.0)
     np.testing.assert_allclose(found.recording["motor_angle"][inside], np.sin(5.0 * t[inside]), atol=1e-4)
     assert np.isnan(found.recording["motor_angle"][t == 1.0])
+    assert np.isnan(found.recording["motor_angle"][t > t[-1] - 4e-3 + 1e-9]).all()
+
+
+@pytest.mark.parametrize("late", [0.0, 20e-3])
+def test_exact_where_a_late_angle_has_no_number_of_its_own_nothing_is_judged(late):
+    """A motion that goes on at a steady speed would stop dead at the end."""
+    t = np.arange(2000) / 1000.0
+    recording = {"t": t, "motor_angle": 50.0 * (t - late), "motor_torque": np.sin(20.0 * t)}
+    campaign = simulated.campaign([recording], f"{simulated.TEXT}[sensors]\nmotor_angle = {{ delay_s = {late} }}\n")
+    (one,) = on_time(campaign, [source(recording)])
+    band = Band(500.0, 50.0, 200.0)
+    unit = prepare(one, band, 121.0)
+    judged = unit.judged["motor_torque"]
+    np.testing.assert_allclose(unit.speed[judged], 50.0, rtol=1e-3)
+    assert unit.t[judged][-1] == pytest.approx(t[-1] - late - MARGIN / band.motion, abs=4e-3)
+
+
+def test_exact_a_delay_as_long_as_the_recording_is_refused_with_its_unit():
+    t = np.arange(2000) / 1000.0
+    recording = dict.fromkeys(("t", "motor_angle", "motor_torque"), t)
+    campaign = simulated.campaign([recording], f"{simulated.TEXT}[sensors]\nmotor_angle = {{ delay_s = 4 }}\n")
+    with pytest.raises(InputError, match=r"^r: motor_angle is stated to be 4 s later .* 2 s; delays are in seconds$"):
+        on_time(campaign, [source(recording)])
 
 
 @pytest.mark.parametrize("averaged", ["load_angle", "motor_angle"])

@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from hdfast.diagnosis.source import Source
+from hdfast.errors import InputError
 from hdfast.recordings import Campaign
 from hdfast.recordings.campaign import LOAD_SIDE
 from hdfast.recordings.clock import period
@@ -67,23 +68,32 @@ def on_time(campaign: Campaign, sources: Sequence[Source]) -> list[Source]:
     """The recordings with their motor angle read as much earlier as it is late, and the rest as late as in the slowest.
 
     A mean is half an interval late, and intervals may differ from recording to recording.
+
+    Raises:
+        InputError: a column is later than its recording is long.
     """
     periods = [period(one.recording["t"]) for one in sources]
     usual = {**lateness(campaign, max(periods)), MOTOR: 0.0}
     return [
-        replace(one, recording=_earlier(one.recording, lateness(campaign, own), usual, LEAST * own))
-        for one, own in zip(sources, periods, strict=True)
+        _earlier(one, lateness(campaign, own), usual, LEAST * own) for one, own in zip(sources, periods, strict=True)
     ]
 
 
-def _earlier(
-    recording: Mapping[str, np.ndarray], late: Mapping[str, float], usual: Mapping[str, float], least: float
-) -> dict[str, np.ndarray]:
-    """Columns by name, those read earlier that are later than usual by more than the least [s], and the other way."""
-    found, t = dict(recording), recording["t"]
-    for name in found.keys() & late.keys():
-        known = np.isfinite(found[name])
-        if abs(late[name] - usual[name]) > least:
-            moved = np.interp(t, t[known] - (late[name] - usual[name]), found[name][known])
+def _earlier(source: Source, late: Mapping[str, float], usual: Mapping[str, float], least: float) -> Source:
+    """A recording, its columns read earlier that are later than usual by more than the least [s], and the other way.
+
+    What they then lack at an end has no number: a motion that stops dead there is none of the drive's.
+    """
+    found, t = dict(source.recording), source.recording["t"]
+    for name, own in late.items():
+        if name in found and abs(own - usual[name]) > least:
+            known = np.isfinite(found[name])
+            earlier = t[known] - (own - usual[name])
+            moved = np.interp(t, earlier, found[name][known], left=np.nan, right=np.nan)
             found[name] = np.where(known, moved, np.nan)
-    return found
+            if not np.isfinite(found[name]).any():
+                raise InputError(
+                    f"{source.name}: {name} is stated to be {own:.3g} s later than another channel, which leaves "
+                    f"nothing of a recording of {np.ptp(t):.3g} s; delays are in seconds"
+                )
+    return replace(source, recording=found)

@@ -12,7 +12,7 @@ from hdfast.diagnosis import diagnose
 from hdfast.diagnosis.band import Band
 from hdfast.diagnosis.baseline import baseline
 from hdfast.diagnosis.extended import extended_model
-from hdfast.diagnosis.lateness import lateness, on_time
+from hdfast.diagnosis.lateness import lateness, neglected, on_time
 from hdfast.diagnosis.prepare import MARGIN, prepare
 from hdfast.diagnosis.session import nominal, set_up_usable
 from hdfast.diagnosis.shapes import in_sensor, positive
@@ -71,6 +71,36 @@ def test_exact_a_late_angle_is_read_earlier():
     np.testing.assert_allclose(found.recording["motor_angle"][inside], np.sin(5.0 * t[inside]), atol=1e-4)
     assert np.isnan(found.recording["motor_angle"][t == 1.0])
     assert np.isnan(found.recording["motor_angle"][t > t[-1] - 4e-3 + 1e-9]).all()
+
+
+@pytest.mark.parametrize(("all_late", "own"), [(0.0, 30e-3), (4e-3, 30e-3), (30e-3, 30e-3), (4e-3, 0.0)])
+def test_exact_a_late_load_torque_is_read_with_the_motion_it_acted_on(all_late, own):
+    t = np.arange(2000) / 1000.0
+    recording = {name: np.sin(5.0 * (t - all_late)) for name in ("motor_angle", "motor_torque")}
+    recording |= {"t": t, "load_torque": np.sin(5.0 * (t - own))}
+    late = {"motor_angle": all_late, "motor_torque": all_late, "load_torque": own}
+    facts = "".join(f"{name} = {{ delay_s = {delay} }}\n" for name, delay in late.items())
+    campaign = simulated.campaign([recording], f"{simulated.TEXT}[sensors]\n{facts}")
+    (found,) = on_time(campaign, [source(recording)])
+    inside = slice(40, -40)
+    told = [found.recording[name][inside] for name in ("load_torque", "motor_angle")]
+    np.testing.assert_allclose(*told, atol=1e-4)
+    assert not baseline(campaign, 0.1, 1e-3).sensors
+
+
+@pytest.mark.parametrize(
+    ("stated", "named"),
+    [
+        ("[sensors]\nload_torque = { delay_s = 4e-3, noise = 0.1 }\n", None),
+        ("[sensors]\nload_torque = { lowpass_hz = 3 }\n", "lowpass_hz not"),
+        ("[sensors]\nload_torque = { lowpass_hz = 3, averaged = true }\n", "lowpass_hz and averaged not"),
+        ('[[terms]]\neffect = "sensor_lowpass"\nchannel = "load_torque"\n', "sensor_lowpass not"),
+    ],
+)
+def test_exact_what_is_not_used_of_the_load_torques_sensor_is_told(stated, named):
+    told = neglected(simulated.campaign([COLUMNS | {"load_torque": COLUMNS["t"]}], f"{simulated.TEXT}{stated}"))
+    assert not told if named is None else named in told[0]
+    assert not neglected(simulated.campaign([COLUMNS], f"{simulated.TEXT}{stated}"))
 
 
 @pytest.mark.parametrize("late", [0.0, 20e-3])

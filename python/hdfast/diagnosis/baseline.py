@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from hdfast.diagnosis.lateness import DELAY, MOTOR, apart, lateness
+from hdfast.diagnosis.lateness import DELAY, PRESCRIBED, apart, lateness
 from hdfast.diagnosis.structure import REVERSAL, TORQUE_LEAD, TORQUE_SCALE, Free, Structure
 from hdfast.params import params
 from hdfast.recordings import Campaign
@@ -93,7 +93,8 @@ def _sensors(campaign: Campaign, period: float) -> tuple[list[tuple[str, str]], 
         for effect, channel in effects
         for name in (f"{channel}_{effect}_{parameter.name}" for parameter in terms()[effect].parameters)
     }
-    late = {channel: own for channel, own in lateness(campaign, period).items() if own > 0.0 and channel != MOTOR}
+    known = lateness(campaign, period)
+    late = {channel: own for channel, own in known.items() if own > 0.0 and channel not in PRESCRIBED}
     found |= {f"{channel}_{DELAY}_tau_y": own for channel, own in late.items()}
     return [*((DELAY, channel) for channel in late), *effects], found
 

@@ -12,17 +12,20 @@ from hdfast.errors import InputError
 from hdfast.recordings import Campaign
 from hdfast.recordings.campaign import LOAD_SIDE
 from hdfast.recordings.clock import period
+from hdfast.sensors import SensorFacts
 
-MOTOR, TORQUE = "motor_angle", "motor_torque"
+MOTOR, TORQUE, LOAD = "motor_angle", "motor_torque", "load_torque"
+#: What a replay is made with, and read as much earlier as it is late.
+PRESCRIBED = (MOTOR, LOAD)
 DELAY = "sensor_delay"
 LEAST = 1e-3
 
 
 def lateness(campaign: Campaign, interval: float) -> dict[str, float]:
-    """Delay of the motor angle and of each compared column that is recorded [s], the least of them 0.
+    """Delay of the motor angle and of each column that is recorded [s], the least of those that are compared 0.
 
-    What all share is no delay to a replay. A mean over the interval before is half an interval late; of the motor
-    torque the fit finds that by itself.
+    What all share is no delay to a replay, but one to a load torque that is known at once. A mean over the interval
+    before is half an interval late; of the motor torque the fit finds that by itself.
 
     Args:
         campaign: the checked campaign.
@@ -35,6 +38,7 @@ def lateness(campaign: Campaign, interval: float) -> dict[str, float]:
     for name in apart(campaign).intersection(recorded):
         found[name] += sign * 0.5 * interval
     least = min(found.values())
+    found |= {name: known.get(name, 0.0) for name in _recorded(campaign, (LOAD,))}
     return {name: late - least for name, late in found.items()}
 
 
@@ -65,7 +69,7 @@ def means(campaign: Campaign) -> bool:
 
 
 def on_time(campaign: Campaign, sources: Sequence[Source]) -> list[Source]:
-    """The recordings with their motor angle read as much earlier as it is late, and the rest as late as in the slowest.
+    """The recordings with what is prescribed read as much earlier as it is late, the rest as late as in the slowest.
 
     A mean is half an interval late, and intervals may differ from recording to recording.
 
@@ -73,9 +77,22 @@ def on_time(campaign: Campaign, sources: Sequence[Source]) -> list[Source]:
         InputError: a column is later than its recording is long.
     """
     periods = [period(one.recording["t"]) for one in sources]
-    usual = {**lateness(campaign, max(periods)), MOTOR: 0.0}
+    usual = {**lateness(campaign, max(periods)), **dict.fromkeys(PRESCRIBED, 0.0)}
     return [
         _earlier(one, lateness(campaign, own), usual, LEAST * own) for one, own in zip(sources, periods, strict=True)
+    ]
+
+
+def neglected(campaign: Campaign) -> list[str]:
+    """A sentence where more is known of the sensor of a recorded load torque than its delay."""
+    facts = campaign.sensors.get(LOAD, SensorFacts())
+    more = [key for key in ("lowpass_hz", "averaged") if getattr(facts, key)]
+    more += [one.effect for one in campaign.drive.effects if one.channel == LOAD and one.effect != DELAY]
+    if not more or not _recorded(campaign, (LOAD,)):
+        return []
+    return [
+        f"{LOAD} is replayed as it was recorded: of its sensor the delay is taken back, {' and '.join(more)} not; "
+        "record it with a faster one, or correct the column"
     ]
 
 
@@ -86,8 +103,8 @@ def _earlier(source: Source, late: Mapping[str, float], usual: Mapping[str, floa
     """
     found, t = dict(source.recording), source.recording["t"]
     for name, own in late.items():
-        if name in found and abs(own - usual[name]) > least:
-            known = np.isfinite(found[name])
+        known = np.isfinite(found.get(name, np.nan))
+        if known.any() and abs(own - usual[name]) > least:
             earlier = t[known] - (own - usual[name])
             moved = np.interp(t, earlier, found[name][known], left=np.nan, right=np.nan)
             found[name] = np.where(known, moved, np.nan)

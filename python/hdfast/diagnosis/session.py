@@ -16,7 +16,7 @@ from hdfast.diagnosis.candidate import Candidate
 from hdfast.diagnosis.evidence import lay_out
 from hdfast.diagnosis.fitted import Fit
 from hdfast.diagnosis.holdout import Proof
-from hdfast.diagnosis.lateness import means, on_time
+from hdfast.diagnosis.lateness import LOAD, means, neglected, on_time
 from hdfast.diagnosis.lesser import Lesser
 from hdfast.diagnosis.library import HIGHEST_INTEGER, Sizes, library
 from hdfast.diagnosis.lines import order_lines, several, snapped, tone_lines
@@ -43,7 +43,6 @@ from hdfast.spring import COEFFICIENTS
 
 HELD = 0.7
 STIFF = 1e4
-LOAD = "load_torque"
 FAR_SLOWER = 0.5
 MOST_LINES = 6
 LESS = "for the proof, which proves less than recordings of another day"
@@ -92,7 +91,7 @@ class Setup:
         held: the recordings kept for the proof, or None.
         period: between the samples of the slowest recording [s].
         warnings: what the health checks want to be mended or kept in mind, how held-out data were made when the
-            campaign names none, and recordings that are far slower than the others.
+            campaign names none, recordings that are far slower than the others, and what of a sensor is not used.
         notes: what else the health checks found.
     """
 
@@ -178,7 +177,7 @@ def set_up(campaign: Campaign, sources: Sequence[Source], threads: int | None) -
     held = replay("heldout") if any(unit.role == "heldout" for unit in units) else None
     if held is not None and not held.layout.size:
         held, weaker = None, UNPROVEN
-    return Setup(campaign, judged, held, slowest, [*([weaker] if weaker else []), *slow])
+    return Setup(campaign, judged, held, slowest, [*([weaker] if weaker else []), *slow, *neglected(campaign)])
 
 
 def far_slower(sources: Sequence[Source]) -> list[str]:

@@ -13,13 +13,14 @@ from hdfast.diagnosis import diagnose
 from hdfast.diagnosis.experiment import NOTHING, Contest, propose
 from hdfast.diagnosis.holdout import Proof
 from hdfast.diagnosis.library import Sizes, library
+from hdfast.diagnosis.rivals import Rival
 from hdfast.diagnosis.score import Gain
 from hdfast.diagnosis.session import set_up_usable
 from hdfast.diagnosis.steady import SPEED
 from hdfast.diagnosis.swings import Swing
 from hdfast.diagnosis.verdict import NAMED
 from hdfast.recordings import load_campaign
-from hdfast.report import diagnosis_details, diagnosis_page, diagnosis_plots
+from hdfast.report import diagnosis_details, diagnosis_page, diagnosis_plots, diagnosis_screen
 from hdfast.report.diagnosis_details import pulls, time_strips
 from hdfast.report.diagnosis_screen import TAGS, cards
 from hdfast.report.diagnosis_swings import missing_tones, swings_section
@@ -156,6 +157,26 @@ def test_exact_bars_have_the_names_of_the_verdict(found, undrawn, monkeypatch):
     assert bars["Coulomb friction"]
     assert not bars["hysteresis"]
     assert "Stribeck friction" not in bars
+
+
+def test_exact_shapes_of_one_rival_share_its_bar(found, undrawn, monkeypatch):
+    """Lines of two orders in the place of one effect: the fainter one does not stand for both."""
+    [standing] = found.evidence.standings
+    rivals = [
+        Rival("te_harmonic", f"te_harmonic order {order}", weight, 0.9, 1.0, (), standing.lesser)
+        for order, weight in ((1, 0.3), (2, 0.1))
+    ]
+    bars = {}
+    monkeypatch.setattr(
+        diagnosis_plots, "probabilities", lambda rows, _: bars.update({name: share for name, share, _ in rows})
+    )
+    monkeypatch.setattr(diagnosis_screen, "picture", lambda *_: None)
+    diagnosis_screen._what(
+        found.content,
+        replace(found.evidence, standings=[replace(standing, probability=0.6, rivals=tuple(rivals))]),
+    )
+    assert bars["or kinematic error line"] == pytest.approx(0.6 * (0.3 / 0.7 + 0.1 / 0.9))
+    assert sum(bars.values()) == pytest.approx(1.0)
 
 
 def test_exact_gains_are_told_as_they_are_judged(found, page, undrawn):

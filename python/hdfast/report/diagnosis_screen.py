@@ -188,10 +188,10 @@ def _what(content: Mapping[str, Any], verdict: Verdict) -> Card:
     named = [] if content["verdict"] == "undecided" else verdict.told
     for standing in verdict.standings:
         rows.append((words(standing.name), standing.probability, standing in named))
-        shares = {
-            rival.effect: standing.probability * rival.weight / max(1.0 - rival.weight, 1e-6)
-            for rival in standing.rivals
-        }
+        shares: dict[str, float] = {}
+        for rival in standing.rivals:
+            odds = rival.weight / max(1.0 - rival.weight, 1e-6)
+            shares[rival.effect] = shares.get(rival.effect, 0.0) + standing.probability * odds
         near = {effect: share for effect, share in shares.items() if share >= WORTH_A_BAR}
         beaten += [words(effect) for effect in shares if effect not in near]
         rows += [(f"or {words(effect)}", share, False) for effect, share in near.items()]

@@ -49,22 +49,24 @@ class Where:
 
 
 def phases(unit: Unit) -> Floats:
-    """Index into `PHASES` of every sample (n,)."""
-    top = float(np.max(np.abs(unit.speed)))
-    steady = STEADY_SHARE * top / RAMP_S
-    found = np.full(len(unit.t), PHASES.index("run"))
-    gaining = unit.acceleration * np.sign(unit.speed)
-    found[gaining > steady] = PHASES.index("start")
-    found[gaining < -steady] = PHASES.index("stop")
-    found[np.abs(unit.speed) < SLOW_SHARE * top] = PHASES.index("standstill")
-    turning = np.flatnonzero(np.diff(np.sign(unit.speed)) != 0)
-    fast_around = [
-        j
-        for j in turning
-        if np.abs(unit.speed[np.abs(unit.t - unit.t[j]) < AROUND_REVERSAL_S]).max() > SLOW_SHARE * top
-    ]
-    for j in fast_around:
-        found[np.abs(unit.t - unit.t[j]) < AROUND_REVERSAL_S] = PHASES.index("reversal")
+    """Index into `PHASES` of every sample (n,).
+
+    It starts or stops where the speed changes by a share of the top within the time of a ramp: of single samples the
+    noise of the angle changes it more. It turns where it moves both ways soon before and after: at rest noise turns it.
+    """
+    t, speed = unit.t, unit.speed
+    top = float(np.max(np.abs(speed)))
+    ends = [np.clip(t + side * 0.5 * RAMP_S, t[0], t[-1]) for side in (-1.0, 1.0)]
+    first, last = (np.interp(end, t, speed) for end in ends)
+    gained = np.sign(speed) * (last - first) * RAMP_S / (ends[1] - ends[0])
+    found = np.full(len(t), PHASES.index("run"))
+    found[gained > STEADY_SHARE * top] = PHASES.index("start")
+    found[gained < -STEADY_SHARE * top] = PHASES.index("stop")
+    found[np.abs(speed) < SLOW_SHARE * top] = PHASES.index("standstill")
+    for j in np.flatnonzero(np.diff(np.sign(speed)) != 0):
+        around = np.abs(t - t[j]) < AROUND_REVERSAL_S
+        if np.min(speed[around]) < -SLOW_SHARE * top and np.max(speed[around]) > SLOW_SHARE * top:
+            found[around] = PHASES.index("reversal")
     return found
 
 

@@ -1,4 +1,4 @@
-"""Phases of motion are those of the motion, not of the noise of its angle."""
+"""Where a mismatch is and what it follows: phases of the motion, not of the noise of its angle, and of a turn."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from hdfast.checks import Floats
+from hdfast.diagnosis.facts import FACTS, facts_of
 from hdfast.diagnosis.locate import PHASES, RAMP_S, phases
 
 RATE = 500.0
@@ -40,3 +41,32 @@ def test_exact_a_reversal_moves_both_ways() -> None:
     t, found = phases_of([0.0, 1.0, 1.5, 3.0], [20.0, 20.0, -20.0, -20.0], 0.02)
     assert {one for one, own in zip(found, t, strict=True) if abs(own - 1.25) < 0.09} == {"reversal"}
     assert {one for one, own in zip(found, t, strict=True) if abs(own - 1.25) > 0.4} == {"run"}
+
+
+@pytest.mark.parametrize("ratio", [121.0, -100.0, 50.0])
+@pytest.mark.parametrize(
+    ("effect", "turn", "phase"),
+    [
+        ("mesh_stiffness_variation", "motor", "motor_phase"),
+        ("mesh_stiffness_variation", "load", "load_phase"),
+        ("te_harmonic", "load", "load_phase"),
+        ("te_harmonic", "lobe", "lobe_phase"),
+        ("position_dependent_friction", "load", "load_phase"),
+        ("position_dependent_friction", "motor", "motor_phase"),
+    ],
+)
+def test_exact_what_repeats_with_a_turn_depends_on_its_phase(effect: str, turn: str, phase: str, ratio: float) -> None:
+    """Also where the ratio was refitted since the order was derived from it."""
+    once = {"motor": 1.0, "lobe": 1.0 - 1.0 / ratio, "load": 1.0 / abs(ratio)}[turn]
+    for order in (once, 2.0 * once):
+        depends_on = facts_of(effect, order, ratio * 1.0002).depends_on
+        assert [name for name in depends_on if name.endswith("_phase")] == [phase]
+        assert [name for name in depends_on if name != phase] == [
+            name for name in FACTS[effect].depends_on if not name.endswith("_phase")
+        ]
+
+
+def test_exact_an_order_of_no_turn_leaves_the_phase_it_is_known_for() -> None:
+    assert facts_of("cogging", 3.37, 121.0) == FACTS["cogging"]
+    assert facts_of("gravity_unbalance", None, 121.0) == FACTS["gravity_unbalance"]
+    assert facts_of("torque_ripple", 24.0, 121.0) == FACTS["torque_ripple"]

@@ -10,7 +10,7 @@ import numpy as np
 
 from hdfast.checks import Floats
 from hdfast.diagnosis.candidate import Candidate
-from hdfast.diagnosis.facts import FACTS
+from hdfast.diagnosis.facts import facts_of
 from hdfast.diagnosis.limits import Limit
 from hdfast.diagnosis.masking import pulled
 from hdfast.diagnosis.replay import Replay
@@ -228,7 +228,8 @@ def _where(verdict: Verdict) -> dict[str, Any]:
     if verdict.name == "no_evidence":
         return NOWHERE | {"frequencies_hz": [one["frequency_hz"] for one in swings], "swings": swings}
     places = list(dict.fromkeys(one.trial.candidate.place for one in verdict.told))
-    facts = [FACTS[one.name] for one in verdict.told]
+    ratio = verdict.session.search.final.value("ratio")
+    facts = [facts_of(one.name, one.trial.candidate.order, ratio) for one in verdict.told]
     depends = list(dict.fromkeys(name for own in facts for name in own.depends_on))
     memory = max((own.memory for own in facts), key=MEMORIES.index, default=MEMORIES[0])
     if verdict.described is not None:

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+
+#: Of an order, by which it is that of a turn: the ratio may have been refitted.
+SAME_TURN = 1e-3
 
 
 @dataclass(frozen=True)
@@ -45,3 +48,31 @@ FACTS = {
     "ratio_error": Facts(("motor_phase",), "none"),
     "sensor_offset_drift": Facts(("time_since_start",), "none"),
 }
+
+
+def facts_of(effect: str, order: float | None, ratio: float) -> Facts:
+    """Those of an effect; of one that acts at an order per motor revolution, on the phase of the turn it repeats with.
+
+    Args:
+        effect: its id.
+        order: where it acts, None for an effect without one.
+        ratio: reduction ratio.
+    """
+    known = FACTS[effect]
+    if order is None:
+        return known
+    named = turn_of(order, ratio)
+    depends_on = tuple(named if named and name.endswith("_phase") else name for name in known.depends_on)
+    return replace(known, depends_on=depends_on)
+
+
+def turn_of(order: float, ratio: float) -> str | None:
+    """The phase of which an order is a whole multiple: of the motor, of the lobe past the flexspline, of the load."""
+    turns = {"motor_phase": 1.0, "lobe_phase": abs(1.0 - 1.0 / ratio), "load_phase": 1.0 / abs(ratio)}
+
+    def away(name: str) -> float:
+        turn = turns[name]
+        return abs(order / (turn * max(round(order / turn), 1)) - 1.0)
+
+    near = min(("load_phase",) if order < 0.5 else ("motor_phase", "lobe_phase"), key=away)
+    return near if away(near) < SAME_TURN else None

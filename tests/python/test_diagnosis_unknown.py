@@ -9,7 +9,7 @@ import diagnosed
 import numpy as np
 import pytest
 import small_campaign
-from hdfast.diagnosis import diagnose, verdict
+from hdfast.diagnosis import content, diagnose, verdict
 from hdfast.diagnosis.features import Feature, features, slowed
 from hdfast.diagnosis.fit import fit
 from hdfast.diagnosis.holdout import Proof
@@ -17,6 +17,7 @@ from hdfast.diagnosis.regressors import DAMPING, aged, bumps, positions, ramps, 
 from hdfast.diagnosis.score import Gain
 from hdfast.diagnosis.session import nominal, set_up_usable
 from hdfast.diagnosis.unknown import Unknown, describe
+from hdfast.model import Model
 from hdfast.recordings import load_campaign
 from scipy import integrate
 
@@ -101,6 +102,22 @@ def test_exact_a_description_that_shows_may_miss_by_two_percent_more(after, gain
     fitted = Gain(np.full(20, 5.0), (0.4, 0.5))
     found = Unknown(None, 2.0, None, fitted, 0.9, (), None, proof)
     assert (found.accepted, found.refused) == (accepted, refused)
+
+
+@pytest.mark.parametrize("base", ["one_inertia", "two_inertia"])
+@pytest.mark.parametrize("place", ["motor", "load"])
+def test_exact_a_curve_says_on_which_side_of_the_gear_it_counts(base, place):
+    """Where motor and load are one inertia it has no place, and would be open by a factor of the ratio."""
+    feature = Feature("load_phase", "none", place, None, np.sin, np.ones(1))
+    fitted = SimpleNamespace(structure=SimpleNamespace(model=Model(base=base)))
+    curve = np.array([0.1, 0.2]), np.array([3.0, -3.0])
+    one = Unknown(feature, 2.0, fitted, Gain(np.full(20, 5.0), (0.4, 0.5)), 0.9, (), curve, None)
+    assert one.noted["torque_at"] == place
+    assert one.noted.get("place") == (place if base == "two_inertia" else None)
+    assert content._unknown_effect(one, ())["evidence"]["torque_at"] == place
+    remembering = replace(one, curve=None)
+    assert "torque_at" not in remembering.noted
+    assert "torque_at" not in content._unknown_effect(remembering, ())["evidence"]
 
 
 def test_exact_a_slow_torque_behind_the_gear_is_felt_everywhere_at_once(complete):

@@ -205,8 +205,10 @@ def _gained(gain: Gain) -> dict[str, Any]:
 
 
 def _unknown_effect(unknown: Unknown, alike: Sequence[str]) -> dict[str, Any]:
-    curve = unknown.curve
-    told = {} if curve is None else {unknown.feature.name: curve[0].tolist(), "torque_N_m": curve[1].tolist()}
+    curve, told = unknown.curve, {}
+    if curve is not None:
+        told = {unknown.feature.name: curve[0].tolist(), "torque_N_m": curve[1].tolist()}
+        told["torque_at"] = unknown.feature.place
     return {
         "effect": UNKNOWN,
         "place": unknown.place,

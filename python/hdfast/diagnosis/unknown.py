@@ -92,10 +92,11 @@ class Unknown:
 
     @property
     def noted(self) -> dict[str, Any]:
-        """What a model file says of it: labels, and the curve of a law without memory."""
+        """What a model file says of it: labels, and the curve of a law without memory with the place it counts at."""
         told: dict[str, Any] = {"depends_on": self.feature.name, "memory": self.feature.memory}
         told |= {"place": self.place} if self.place else {}
         if self.curve is not None:
+            told["torque_at"] = self.feature.place
             for index, (x, torque) in enumerate(zip(*(values.tolist() for values in self.curve), strict=True)):
                 told |= {f"{self.feature.name}_{index}": x, f"torque_N_m_{index}": torque}
         return told

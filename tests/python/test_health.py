@@ -684,3 +684,13 @@ def test_exact_inertia_of_the_rigid_fit(clean):
     subject = Subject(made, made.recordings[0])
     timing.check(subject)
     assert subject.rigid.inertia == pytest.approx(J_M + J_L / RATIO**2, rel=0.1)
+
+
+@pytest.mark.parametrize(
+    ("B_m", "B_ml", "told"), [("0", "0", True), ("0", "6e-4", False), ("6e-4", "0", False), ("0", None, False)]
+)
+def test_exact_a_drive_that_is_stated_without_drag_is_told_what_becomes_of_it(B_m, B_ml, told):
+    """One of the two dampings takes what there is of drag; where neither can, another law does."""
+    text = TEXT.replace("B_m = 6e-4", f"B_m = {B_m}").replace("B_ml = 6e-4", f"B_ml = {B_ml}" if B_ml else "")
+    found = nameplate.check(campaign([], text))
+    assert any(one.sentence.startswith("B_m and B_ml = 0") for one in found if one.severity == "warning") == told

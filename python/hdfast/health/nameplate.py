@@ -6,6 +6,7 @@ from hdfast.health.finding import NOTE, WARNING, Finding
 from hdfast.recordings import Campaign
 
 NAME = "drive"
+DRAG = ("B_m", "B_ml")
 
 
 def check(campaign: Campaign) -> list[Finding]:
@@ -26,6 +27,13 @@ def check(campaign: Campaign) -> list[Finding]:
             "value that is expected, or leave it out"
         )
         found.append(Finding(NAME, WARNING, sentence, value=len(exact)))
+    if all(drive.values.get(name) == 0.0 for name in DRAG) and not set(DRAG) <= set(exact):
+        sentence = (
+            f"{' and '.join(DRAG)} = 0 are taken as exactly 0: drag in proportion to the motor's speed has no name of "
+            "its own, and what there is of it would get that of another effect; state the value that is expected of "
+            "one, or leave it out"
+        )
+        found.append(Finding(NAME, WARNING, sentence, value=len(DRAG)))
     if drive.teeth_disagree:
         stated, expected = drive.values["ratio"], drive.ratio_by_teeth
         sentence = f"ratio = {stated:g}, the teeth give {expected:g}; mend ratio, the teeth or the fixed member"

@@ -39,6 +39,24 @@ def test_exact_motions_keep_to_the_limits(speed, acceleration, travel, duration,
         assert np.abs(slopes).max() <= acceleration * (1.0 + 1e-6)
 
 
+@pytest.mark.parametrize("noise", [1e-3, 0.05])
+def test_exact_noise_at_a_steady_speed_is_no_acceleration(noise):
+    """Of two recordings that hold their speed nobody knows how it was reached; a third that gains it tells."""
+    t = np.arange(0.0, 4.0, 1.0 / RATE)
+    rng = np.random.default_rng(0)
+
+    def moving(speed, acceleration):
+        shaken = speed + noise * rng.standard_normal(len(t))
+        return SimpleNamespace(t=t, angle=np.cumsum(shaken) / RATE, speed=shaken, acceleration=acceleration)
+
+    steady = [moving(speed, noise * RATE * rng.standard_normal(len(t))) for speed in (20.0, -10.0)]
+    held = Limits.of(steady)
+    assert held.speed == pytest.approx(20.0, rel=0.02)
+    assert held.acceleration == pytest.approx(held.speed / (0.25 * held.duration))
+    gaining = moving(3.0 * t, np.full(len(t), 3.0))
+    assert Limits.of([*steady, gaining]).acceleration == 3.0
+
+
 def test_exact_wider_limits_ask_for_more_step_by_step():
     own = Limits(20.0, 300.0, -10.0, 40.0, 5.0)
     longer, farther, faster = own.wider(100.0)
@@ -121,6 +139,22 @@ def test_exact_models_whose_torques_differ_by_their_zero_are_not_told_apart(fric
     contest = Contest(("one", "the other"), (friction.baseline, replace(friction.baseline, structure=off)))
     found = propose(friction.replay, contest, np.random.default_rng(0))
     assert found is None or found.odds < 0.5
+
+
+def test_exact_speeds_below_those_recorded_count_where_their_direction_is_certain(friction):
+    """Recordings at steady speeds say nothing of slower ones, which their encoder would show as well."""
+    contest = Contest(("coulomb_friction", NOTHING), (friction.search.final, friction.baseline))
+    plant = friction.replay.plant
+    fast = [
+        replace(unit, judged={name: mask & (np.abs(unit.speed) > 7.0) for name, mask in unit.judged.items()})
+        for unit in plant.units
+    ]
+    at_speed = replace(friction.replay, plant=replace(plant, units=fast))
+    slow = [Manoeuvre("slow", (Segment(2.0, 0.5, 1.0), Segment(-2.0, 0.5, 1.0)))]
+    imagined = experiment._imagined(at_speed, contest, slow)
+    judged = np.abs(imagined.plant.units[0].speed[imagined.plant.units[0].judged["motor_torque"]])
+    assert judged.max() == pytest.approx(2.0, rel=1e-3)
+    assert judged.min() >= min(unit.slowest for unit in plant.units)
 
 
 def test_exact_models_that_agree_are_not_told_apart(friction):

@@ -140,16 +140,10 @@ def _imagined(replay: Replay, contest: Contest, manoeuvres: Sequence[Manoeuvre])
     plant = replay.plant
     like = max(plant.units, key=lambda unit: len(unit.measured))
     ratio = contest.fits[0].value("ratio")
-    slowest = _slowest(replay)
+    slowest = min(unit.slowest for unit in plant.units)
     plant = replace(plant, units=[one.unit(plant.band, ratio, like, slowest) for one in manoeuvres])
     layout = lay_out(plant, replay.stated, like=replay.plant.units)
     return Replay(plant, layout, replay.floor, replay.stated).commanded(contest.fits[0])
-
-
-def _slowest(replay: Replay) -> float:
-    """Speed below which the recordings' torque is not judged [rad/s]."""
-    judged = [np.abs(unit.speed[unit.judged["motor_torque"]]) for unit in replay.plant.units]
-    return min((float(own.min()) for own in judged if own.size), default=0.0)
 
 
 def _odds(replay: Replay, contest: Contest, manoeuvres: Sequence[Manoeuvre]) -> Floats:

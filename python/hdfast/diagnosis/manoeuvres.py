@@ -19,6 +19,7 @@ USUAL = 0.999
 PLANNED = 500.0
 ACCELERATIONS = (0.1, 0.3, 1.0)
 LONGER, FASTER, HALF_A_MINUTE = 3.0, 2.0, 30.0
+STEADY_SHARE, FULL_SPEED_SHARE = 0.05, 0.25
 WHOLE_TURN = 2.2 * math.pi  # of the output, and a tenth of it
 
 
@@ -42,13 +43,23 @@ class Limits:
 
     @classmethod
     def of(cls, units: Sequence[Unit]) -> Limits:
-        """The ranges of the recordings at hand; single samples do not widen them."""
+        """The ranges of the recordings at hand; single samples do not widen them.
+
+        At a steady speed noise of the angle is all that accelerates: where no recording does more, full speed is
+        reached in a quarter of the time.
+        """
+        speed = max(float(np.quantile(np.abs(unit.speed), USUAL)) for unit in units)
+        duration = float(np.clip(np.median([unit.t[-1] for unit in units]), SHORTEST, LONGEST))
+        gaining = [unit for unit in units if np.ptp(unit.speed) > STEADY_SHARE * np.max(np.abs(unit.speed))]
         return cls(
-            max(float(np.quantile(np.abs(unit.speed), USUAL)) for unit in units),
-            max(float(np.quantile(np.abs(unit.acceleration), USUAL)) for unit in units),
+            speed,
+            max(
+                (float(np.quantile(np.abs(unit.acceleration), USUAL)) for unit in gaining),
+                default=speed / (FULL_SPEED_SHARE * duration),
+            ),
             min(float(unit.angle.min()) for unit in units),
             max(float(unit.angle.max()) for unit in units),
-            float(np.clip(np.median([unit.t[-1] for unit in units]), SHORTEST, LONGEST)),
+            duration,
         )
 
     def wider(self, ratio: float) -> Iterator[Limits]:
@@ -163,6 +174,7 @@ class Manoeuvre:
                 channel: moving if channel == "motor_torque" else np.ones_like(moving) for channel in like.measured
             },
             resting=np.zeros_like(moving),
+            slowest=slowest,
             command=nothing,
             load_torque=nothing,
             temperature=None if like.temperature is None else np.full_like(t, float(np.mean(like.temperature))),

@@ -48,6 +48,7 @@ class Unit:
         beyond: motor torque above the band of the motion [N m], which no replay explains, shape (n,).
         judged: which samples of a channel count, each (n,).
         resting: samples in the midst of a standstill, (n,).
+        slowest: speed below which the direction of motion is not certain [rad/s].
         command: motor torque on which the actuator acts [N m], shape (n,).
         load_torque: external torque on the load [N m], shape (n,).
         scenario: the prescribed motion with the recorded torques.
@@ -74,6 +75,7 @@ class Unit:
     beyond: Floats = field(repr=False)
     judged: Mapping[str, Mask] = field(repr=False)
     resting: Mask = field(repr=False)
+    slowest: float
     command: Floats = field(repr=False)
     load_torque: Floats = field(repr=False)
     temperature: Floats | None = field(repr=False)
@@ -220,6 +222,7 @@ def prepare(
         command=command,
         judged=judged,
         resting=usable & _eroded(np.abs(speed) <= slowest, forgotten),
+        slowest=slowest,
         load_torque=load,
         temperature=bring(recording["temperature"], band.motion) if "temperature" in recording else None,
         scenario=imposed(t, angle, command, load),

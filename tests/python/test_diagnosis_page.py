@@ -249,6 +249,21 @@ def test_exact_windows_stand_over_the_fitted_part_of_a_recording_alone(found):
     assert [float(line.get_ydata()[0]) for line in axes.lines] == pytest.approx([1.0 - 0.42])
 
 
+def test_exact_recordings_hours_apart_are_drawn_from_their_own_starts(found):
+    """On one clock for all of them each would be a line of no width; what was cut off one stays where it was."""
+    fitted = next(one for one in traces(found.evidence) if one.unit.role == "fit")
+    starts = {"r0.npz": 1.7e9, "r1.npz": 1.7e9 + 7200.0}
+    units = [replace(fitted.unit, name=name, offset=start) for name, start in starts.items()]
+    last = replace(units[1], role="heldout", offset=starts["r1.npz"] + 2.1, before=2.1)
+    windows = [(start + 0.5, start + 1.0, name) for name, start in starts.items()]
+    axes = time_strips([replace(fitted, unit=unit) for unit in (*units, last)], windows).axes[0]
+    long = float(fitted.unit.t[-1])
+    assert axes.get_xlim() == pytest.approx((0.0, 2.1 + long))
+    np.testing.assert_allclose([line.get_xdata() for line in axes.lines], [(0.5, 1.0)] * 2, atol=1e-6)
+    drawn = [image.get_extent()[:2] for image in axes.images]
+    np.testing.assert_allclose(drawn, [(0.0, long), (0.0, long), (2.1, 2.1 + long)], atol=1e-6)
+
+
 def test_exact_the_size_of_an_effect_is_that_of_the_parameter_that_was_fitted():
     """The catalogue's amplitude may be held at 0 beside it, as one of two ripples."""
     sizes = Sizes(

@@ -23,7 +23,7 @@ VARIABLES = ("motor_speed", "transmitted_torque", "load_phase", "motor_phase")
 
 @styled
 def time_strips(found: Sequence[Trace], windows: Sequence[Sequence[Any]]) -> Figure:
-    """Size of the mismatch over time, one row per recording and channel; black bars: the reported windows."""
+    """Size of the mismatch since each start, one row per recording and channel; black bars: the reported windows."""
     first, second = found[0].models
     parts = {f"{first} model": "missing"} | ({f"{second} model": "left"} if second else {})
     figure = Figure(figsize=(WIDTH, 0.8 + 0.3 * len(found)), layout="constrained")
@@ -33,19 +33,23 @@ def time_strips(found: Sequence[Trace], windows: Sequence[Sequence[Any]]) -> Fig
     image: Any = None
     for axes, (title, part) in zip(grid, parts.items(), strict=True):
         for row, trace in enumerate(found):
-            edges = np.linspace(trace.t[0], trace.t[-1], CELLS + 1)
+            edges, start = np.linspace(trace.t[0], trace.t[-1], CELLS + 1), trace.t[0] - trace.unit.before
             image = axes.imshow(
                 level(trace, getattr(trace, part), edges)[None], cmap=heat(), vmin=1.0, vmax=top, aspect="auto",
-                interpolation="none", extent=(edges[0], edges[-1], row + 0.38, row - 0.38),
+                interpolation="none", extent=(edges[0] - start, edges[-1] - start, row + 0.38, row - 0.38),
             )  # fmt: skip
             for begin, end, name in windows if part == "missing" else ():
                 if name == trace.unit.name and trace.unit.role == "fit":
-                    axes.plot([begin, end], [row - 0.42] * 2, color=INK, linewidth=2.0, solid_capstyle="butt")
-        axes.set_xlim(min(trace.t[0] for trace in found), max(trace.t[-1] for trace in found))
+                    ends = [begin - start, end - start]
+                    axes.plot(ends, [row - 0.42] * 2, color=INK, linewidth=2.0, solid_capstyle="butt")
+        begins = [trace.unit.before for trace in found]
+        axes.set_xlim(
+            min(begins), max(begin + float(np.ptp(trace.t)) for begin, trace in zip(begins, found, strict=True))
+        )
         axes.set_ylim(len(found) - 0.45, -0.55)
         axes.grid(visible=False)
         axes.tick_params(axis="y", length=0)
-        label(axes, "time [s]", "", title)
+        label(axes, "time since the start [s]", "", title)
     grid[0].set_yticks(np.arange(len(found)), [_named(trace) for trace in found], fontsize=7.5)
     figure.colorbar(image, ax=grid, label="rms / noise", fraction=0.02, pad=0.01)
     return figure

@@ -299,7 +299,8 @@ def test_exact_a_channel_that_ends_early_is_not_held_out():
     assert ["load_angle" in one.recording for one in kept] == [True, False]
     torque = source(500.0).recording["motor_torque"]
     torque[1300:] = np.nan
-    kept, _ = with_heldout([source(500.0, motor_torque=torque)])
+    kept, said = with_heldout([source(500.0, motor_torque=torque)])
+    assert said.endswith("the last 30 % of each have no motor angle or torque: nothing is proven on other recordings")
     assert [one.role for one in kept] == ["fit"]
 
 

@@ -334,7 +334,10 @@ def with_heldout(sources: Sequence[Source], reason: str = NOTHING_HELD) -> tuple
         first, last = parts(source.recording["t"])
         cut += [_part(source, first, "fit"), _part(source, last, "heldout")]
     cut = [one for one in cut if set(REQUIRED) <= set(one.recording)]
-    return cut, f"{reason}: the last {100 * LAST_SHARE:.0f} % of each were set aside {LESS}"
+    share = f"the last {100 * LAST_SHARE:.0f} % of each"
+    if all(one.role == "fit" for one in cut):
+        return cut, f"{reason}, and {share} have no motor angle or torque: nothing is proven on other recordings"
+    return cut, f"{reason}: {share} were set aside {LESS}"
 
 
 def _part(source: Source, rows: np.ndarray, role: str) -> Source:

@@ -10,7 +10,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 import small_campaign
-from hdfast.diagnosis import diagnose, prove, session
+from hdfast.diagnosis import content, diagnose, prove, session
 from hdfast.diagnosis.accept import sizeable, special
 from hdfast.diagnosis.candidate import Candidate
 from hdfast.diagnosis.extended import extended_model
@@ -280,6 +280,24 @@ def test_exact_effects_of_the_windup_are_those_a_rigid_drive_has_none_of():
     assert effects[0] - effects[1] == set(OF_THE_WINDUP)
     alone = {one.effect for one in library(replace(sizes, channels=("motor_torque",)))}
     assert alone & set(OF_THE_WINDUP) == {"load_side_friction"}
+
+
+def test_exact_what_is_held_fixed_has_a_unit_too():
+    sizes = Sizes(
+        motor_torque=0.1, speed=100.0, stiffness=3e4, ratio=121.0, corner=100.0, elastic=True, loaded=True, warm=True,
+        orders=(), detents=None, turns=50.0, lines=(), tones=(5.0,), channels=("motor_torque", "load_angle"),
+    )  # fmt: skip
+    told = {}
+    for one in library(sizes):
+        units = content._units(one)
+        assert {own.name: own.unit for own in one.free if own.name in units} == {
+            own.name: units[own.name] for own in one.free if own.name in units
+        }
+        told |= {name: units[name] for name in one.fixed}
+    assert told["mesh_stiffness_variation_eps_2"] == told["nonlinear_viscous_drag_power"] == "1"
+    assert told["viscoelastic_tau_short"] == "s"
+    assert told["external_periodic_torque_f_external"] == "Hz"
+    assert told["motor_torque_sensor_offset_drift_offset"] == "N m"
 
 
 @pytest.mark.parametrize("base", ["two_inertia", "one_inertia"])

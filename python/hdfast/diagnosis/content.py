@@ -22,6 +22,9 @@ from hdfast.drive_file import UNKNOWN
 from hdfast.files import json_ready
 from hdfast.health import Health
 from hdfast.model import parse_order
+from hdfast.sensors.channels import CHANNELS
+from hdfast.sensors.contract import CHANNEL_UNIT
+from hdfast.terms import terms
 
 MEMORIES = ("none", "rate_independent", "fading")
 LOUD = 3.0  # times the white noise, beyond which a note says so
@@ -161,12 +164,12 @@ def _effect(one: Standing, verdict: Verdict, sigma: Mapping[str, float]) -> dict
     seen = verdict.session.search.round_of(one.trial)
     prefixes = [f"{channel}_{effect}_" for effect, channel in candidate.sensors] or [f"{candidate.law}_"]
     values = {**candidate.fixed, **{name: final.value(name) for name in final.structure.names}}
-    units = {free.name: free.unit for free in final.structure.free}
+    units = _units(candidate) | {free.name: free.unit for free in final.structure.free}
     parameters: dict[str, Any] = {
         name.removeprefix(prefixes[0]): {
             "value": values[name],
             "sigma": sigma.get(name, 0.0),
-            "unit": units.get(name, ""),
+            "unit": units[name],
         }
         for name in (*candidate.names, *candidate.fixed)
         if name in values
@@ -192,6 +195,16 @@ def order_of(candidate: Candidate) -> dict[str, Any]:
     if not candidate.orders:
         return {}
     return {"order": {"value": float(parse_order(candidate.orders[0])), "sigma": 0.0, "unit": "1"}}
+
+
+def _units(candidate: Candidate) -> dict[str, str]:
+    """Of the parameters of its laws, by long name; a sensor's effect measures in the unit of its channel."""
+    found = {f"{law}_{own.name}": own.unit for law in candidate.terms for own in terms()[law].parameters}
+    for effect, channel in candidate.sensors:
+        for own in terms()[effect].parameters:
+            unit = own.unit.replace(CHANNEL_UNIT, CHANNELS[channel].unit).replace(" per ", "/")
+            found[f"{channel}_{effect}_{own.name}"] = unit
+    return found
 
 
 def _gained(gain: Gain) -> dict[str, Any]:

@@ -96,6 +96,23 @@ def test_exact_an_extended_model_keeps_a_declared_sensor_effect_in_place_of_a_st
     assert again.fixed["load_angle_sensor_delay_tau_y"] == 4e-3
 
 
+def test_exact_a_drift_of_the_torques_zero_grows_with_the_scale_of_its_column(tmp_path):
+    path = small_campaign.write(tmp_path)
+    drift = "parameters = { offset = 0.01, drift = { value = 5e-3, sigma = 0.5 } }"
+    path.write_text(f'{path.read_text()}[[terms]]\neffect = "sensor_offset_drift"\nchannel = "motor_torque"\n{drift}\n')
+    campaign = load_campaign(path)
+    structure = session.baseline(campaign, 0.05, 0.002)
+    values = {one.name: one.value for one in structure.free} | {"torque_scale": 1.1}
+    (tmp_path / "again.toml").write_text(
+        extended_model(campaign, structure, values, dict.fromkeys(structure.names, 1e-3))
+    )
+    again = load_campaign(tmp_path / "again.toml")
+    [effect] = again.drive.effects
+    assert again.columns["motor_torque"].scale == pytest.approx(1.1)
+    assert effect.values == pytest.approx({"offset": 0.011, "drift": 5.5e-3})
+    assert effect.sigma["drift"] == pytest.approx(1.1e-3)
+
+
 def test_exact_an_extended_model_is_read_back_with_its_sensors(tmp_path, monkeypatch):
     """Its nominal model predicts the same recordings as the extended one did."""
     small_campaign.shorten_library(monkeypatch)

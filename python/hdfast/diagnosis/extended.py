@@ -17,6 +17,7 @@ from hdfast.recordings import Campaign
 from hdfast.recordings.columns import ColumnMap
 from hdfast.recordings.priors import EXACT
 from hdfast.sensors import stage_of
+from hdfast.sensors.contract import CHANNEL_UNIT
 from hdfast.terms import terms
 from hdfast.toml_write import dump
 
@@ -34,8 +35,8 @@ def extended_model(
 ) -> str:
     """TOML text: the campaign's sections with refitted values and the terms that were found, no recordings.
 
-    The fitted scale of the motor torque goes into its column, so that the model is compared as it was fitted. A clock
-    of the torque that is off by less than a sample has no place in the file.
+    The fitted scale of the motor torque goes into its column, so that the model is compared as it was fitted, and into
+    what its sensor adds. A clock of the torque that is off by less than a sample has no place in the file.
 
     Args:
         campaign: where the sections come from.
@@ -45,10 +46,10 @@ def extended_model(
         word: what is added to the title.
         unnamed: parameters of a torque without a name, kept as they are.
     """
-    everything = {**structure.fixed, **values}
+    everything = _scaled({**structure.fixed, **values}, structure, values[TORQUE_SCALE])
     sections: dict[str, Any] = {"title": f"{campaign.title}, {word}"}
     drive: dict[str, Any] = {"base": structure.model.base}
-    sigma = {**_unfitted(campaign, structure), **sigma}
+    sigma = {**_unfitted(campaign, structure), **_scaled(sigma, structure, values[TORQUE_SCALE])}
     for row in params(structure.model):
         if row.name in everything and _of_the_drive(row.name, structure):
             drive[row.name] = _stated(everything[row.name], sigma.get(row.name))
@@ -68,6 +69,18 @@ def extended_model(
         sections["terms"] = listed
     sections |= {name: dict(campaign.data[name]) for name in KEPT if name in campaign.data}
     return dump(sections | {"columns": {**campaign.data.get("columns", {}), TORQUE: _torque(campaign, values, sigma)}})
+
+
+def _scaled(numbers: Mapping[str, float], structure: Structure, scale: float) -> dict[str, float]:
+    """Numbers by name, what the sensor of the motor torque adds to it by as much larger as its column becomes."""
+    added = {
+        f"{TORQUE}_{effect}_{own.name}"
+        for effect, channel in structure.sensors
+        if channel == TORQUE
+        for own in terms()[effect].parameters
+        if own.unit.startswith(CHANNEL_UNIT)
+    }
+    return {name: number * scale if name in added else number for name, number in numbers.items()}
 
 
 def _error(labels: Sequence[str], values: Mapping[str, float], sigma: Mapping[str, float]) -> dict[str, list[Any]]:

@@ -18,9 +18,9 @@ import numpy as np
 from hdfast.errors import InputError
 
 CAMPAIGN, INPUT, REPORT = "campaign.toml", "input.toml", "report.html"
-TABLES = (
-    "rows.parquet", "trajectory.parquet", "recording.parquet", "statistics.csv", "statistics.parquet", "worst.csv",
-    "worst.parquet",
+RESERVED = (
+    INPUT, "index.html", "summary.json", "manifest.json", "rows", "rows.parquet", "trajectories.zarr",
+    "trajectory.parquet", "recording.parquet", "statistics.csv", "statistics.parquet", "worst.csv", "worst.parquet",
 )  # fmt: skip
 RESULTS = ("verdict.json", "comparison.json", "calibration.json")
 RESULTS_WITH_INPUT = ("summary.json", "manifest.json", "fit.json")

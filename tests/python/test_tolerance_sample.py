@@ -105,10 +105,16 @@ def test_exact_a_table_with_a_column_twice_is_refused(tmp_path):
         tolerance({"distribution": "empirical", "file": "m.csv"}, folder=tmp_path)
 
 
-def test_exact_a_table_with_the_name_of_a_result_is_refused(tmp_path):
-    (tmp_path / "worst.csv").write_text("J_l\n1\n3\n")
-    with pytest.raises(hdfast.InputError, match=r"file = './worst.csv' is the name of a result"):
-        tolerance({"distribution": "empirical", "file": "./worst.csv"}, folder=tmp_path)
+@pytest.mark.parametrize(
+    "name", ["./worst.csv", "rows/000000000000.parquet", "data/../rows/m.csv", "trajectories.zarr/m.csv", "input.toml"]
+)
+def test_exact_a_table_in_the_place_of_a_result_is_refused(name, tmp_path):
+    (tmp_path / "data").mkdir()
+    place = tmp_path / name
+    place.resolve().parent.mkdir(exist_ok=True)
+    place.write_text("J_l\n1\n2\n")
+    with pytest.raises(hdfast.InputError, match=rf"file = '{name}' is in the place of [a-z.]+, a result of hdfast"):
+        tolerance({"distribution": "empirical", "file": name}, folder=tmp_path)
 
 
 WRONG = [

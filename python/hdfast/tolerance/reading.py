@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import Any
@@ -11,7 +12,7 @@ import numpy as np
 
 from hdfast import checks
 from hdfast.errors import InputError, choose, shorten
-from hdfast.files import TABLES
+from hdfast.files import RESERVED
 from hdfast.tolerance.distributions import Tolerance
 from hdfast.tolerance.laws import LAWS
 
@@ -169,8 +170,9 @@ class _Entry:
         name = self.entry["file"]
         if not isinstance(name, str):
             raise InputError(f"file = {shorten(name)} is not the name of a table")
-        if str(Path(name)) in TABLES:
-            raise InputError(f"file = {name!r} is the name of a result of hdfast (allowed: other names)")
+        first = Path(os.path.normpath(name)).as_posix().split("/", maxsplit=1)[0]
+        if first in RESERVED:
+            raise InputError(f"file = {name!r} is in the place of {first}, a result of hdfast (allowed: other names)")
         path = (self.folder or Path()) / name
         if not path.is_file():
             raise InputError(f"file = {name!r}: no such file beside the configuration")

@@ -133,6 +133,33 @@ def test_exact_other_studies_are_not_mixed(small, tmp_path):
         hdfast.tolerance(small, n=20, out=out, resume=True)
 
 
+def test_regress_two_runs_into_one_folder_are_not_mixed(small, tmp_path):
+    """Each once removed the other's half-written files and wrote the rows of its own file beside the other's."""
+    other, out, refused = config.parse(SMALL.replace("0.1", "0.5")), tmp_path / "out", []
+
+    def begin_another(done, _total):
+        for resume in (False, True):
+            with pytest.raises(hdfast.InputError, match="out': another run is at work there"):
+                hdfast.tolerance(other, n=40, out=out, resume=resume)
+        with pytest.raises(hdfast.InputError, match="another run is at work there"):
+            hdfast.tolerance(other, n=2).report(out)
+        refused.append(done)
+
+    hdfast.tolerance(small, n=40, chunk=20, out=out, progress=begin_another)
+    hdfast.tolerance(small, n=40, chunk=20, out=tmp_path / "alone")
+    assert refused
+    assert contents(out) == contents(tmp_path / "alone")
+
+
+def test_regress_no_report_of_rows_that_another_run_has_added_to_since(small, tmp_path):
+    first = hdfast.tolerance(small, n=20, out=tmp_path / "out")
+    hdfast.tolerance(small, n=40, out=tmp_path / "out", resume=True).report(tmp_path / "out")
+    whole = contents(tmp_path / "out")
+    with pytest.raises(hdfast.InputError, match=r"another run has stored rows there since \(read them with resume"):
+        first.report(tmp_path / "out")
+    assert contents(tmp_path / "out") == whole
+
+
 def test_regress_an_input_with_a_table_runs_from_the_copy_and_a_changed_table_is_noticed(tmp_path, capsys):
     text = SMALL.replace(
         'distribution = "lognormal"\nsigma_log = 0.1', 'distribution = "empirical"\nfile = "data/m.csv"'

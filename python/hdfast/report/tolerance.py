@@ -10,12 +10,12 @@ import pyarrow.csv as pc
 import pyarrow.parquet as pq
 
 from hdfast.catalogue import build_info
-from hdfast.files import json_ready, prepare_inputs, write_atomically, write_json, write_text
+from hdfast.files import alone_in, json_ready, prepare_inputs, write_atomically, write_json, write_text
 from hdfast.report.folder import PAGE, SUMMARY, write_inputs
 from hdfast.report.tolerance_page import page
 from hdfast.tolerance.intervals import Estimate
 from hdfast.tolerance.limits import Verdict
-from hdfast.tolerance.store import MemoryStore
+from hdfast.tolerance.store import FolderStore, MemoryStore
 from hdfast.tolerance.study import Study
 
 STATISTICS, WORST = "statistics", "worst"
@@ -25,20 +25,25 @@ def write_study(study: Study, out: Path) -> Path:
     """Write everything of a study, the summary last; returns the page.
 
     Raises:
-        InputError: the folder cannot be written, or holds another input and no results.
+        InputError: the folder cannot be written, holds another input and no results, or its rows are no longer those of
+            the study: another run is at work there or was.
         FailedRowsError: rows failed and the policy is "refuse".
     """
-    folder = prepare_inputs(out, study.config.inputs)
-    numbers = summary(study)
-    text = page(study)
-    write_inputs(folder, study.config.inputs)
-    _write_table(folder, STATISTICS, statistics_rows(study))
-    _write_table(folder, WORST, study.worst())
-    if isinstance(study.store, MemoryStore):
-        rows = study.store.table()
-        write_atomically(folder / study.store.files, lambda stream: pq.write_table(rows, stream, compression="zstd"))
-    write_text(folder / PAGE, text)
-    write_json(folder / SUMMARY, numbers)
+    with alone_in(out):
+        folder = prepare_inputs(out, study.config.inputs)
+        if isinstance(study.store, FolderStore):
+            study.store.require_unchanged()
+        numbers = summary(study)
+        text = page(study)
+        write_inputs(folder, study.config.inputs)
+        _write_table(folder, STATISTICS, statistics_rows(study))
+        _write_table(folder, WORST, study.worst())
+        if isinstance(study.store, MemoryStore):
+            rows = study.store.table()
+            place = folder / study.store.files
+            write_atomically(place, lambda stream: pq.write_table(rows, stream, compression="zstd"))
+        write_text(folder / PAGE, text)
+        write_json(folder / SUMMARY, numbers)
     return folder / PAGE
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Callable
+from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -12,7 +13,7 @@ from hdfast import checks, config
 from hdfast.catalogue import build_info
 from hdfast.config import Config
 from hdfast.errors import InputError, choose, shorten
-from hdfast.files import prepare_inputs
+from hdfast.files import alone_in, prepare_inputs
 from hdfast.threads import MAX_THREADS
 from hdfast.tolerance.chunks import ranges, run_here
 from hdfast.tolerance.cluster import LOCAL, MAX_WORKERS, run_on_cluster
@@ -64,7 +65,7 @@ def tolerance(
         The study; every statistic is computed when asked for.
 
     Raises:
-        InputError: naming argument, value and allowed range; nothing was run.
+        InputError: naming argument, value and allowed range, or another run is at work in `out`; nothing was run.
         FailedRowsError: from the statistics, when rows failed under "refuse". The rows are kept.
     """
     settings = file if isinstance(file, Config) else config.load(file)
@@ -83,25 +84,26 @@ def tolerance(
     if threads is not None:
         checks.whole("threads", threads, 1, MAX_THREADS)
     task = Task(settings, plan, tuple(study_metrics(settings)), threads)
-    store = _store(task, out, size, resume=resume)
-    if isinstance(store, FolderStore):
-        store.check_rows(rows)
-    todo = [part for part in ranges(rows, store.chunk) if not store.done(*part)]
     if cluster is not None and not isinstance(cluster, str):
         raise InputError(f"cluster = {shorten(cluster)} is neither 'local' nor the address of a scheduler")
     if workers is not None:
         checks.whole("workers", workers, 1, MAX_WORKERS)
         if cluster != LOCAL:
             raise InputError(f"workers = {workers} has a meaning with cluster = {LOCAL!r} only (--cluster)")
-    with meter(progress, rows, rows - sum(stop - start for start, stop in todo)) as watch:
-        if isinstance(store, FolderStore) and todo:
-            store.retract()
-        if cluster is None:
-            run_here(replace(task, progress=watch.within), todo, store, watch.chunk)
-        else:
-            lean = replace(settings, tables={})  # their values are in the plan, and every chunk is sent the task
-            work = replace(task, config=lean, threads=1 if threads is None else threads)
-            run_on_cluster(work, todo, store, watch.chunk, address=cluster or LOCAL, workers=workers)
+    with nullcontext() if out is None else alone_in(out):
+        store = _store(task, out, size, resume=resume)
+        if isinstance(store, FolderStore):
+            store.check_rows(rows)
+        todo = [part for part in ranges(rows, store.chunk) if not store.done(*part)]
+        with meter(progress, rows, rows - sum(stop - start for start, stop in todo)) as watch:
+            if isinstance(store, FolderStore) and todo:
+                store.retract()
+            if cluster is None:
+                run_here(replace(task, progress=watch.within), todo, store, watch.chunk)
+            else:
+                lean = replace(settings, tables={})  # their values are in the plan, and every chunk is sent the task
+                work = replace(task, config=lean, threads=1 if threads is None else threads)
+                run_on_cluster(work, todo, store, watch.chunk, address=cluster or LOCAL, workers=workers)
     return Study(settings, plan, rows, store, policy, task)
 
 

@@ -170,6 +170,19 @@ class FolderStore:
         if stored > rows:
             raise InputError(f"out = {str(self.folder)!r} holds {stored} rows (allowed: n of at least {stored})")
 
+    def require_unchanged(self) -> None:
+        """Refuse to speak for a folder whose rows have become others since.
+
+        Raises:
+            InputError: another run has stored rows there, or the manifest cannot be read.
+        """
+        with self._reading():
+            found = json.loads((self.folder / MANIFEST).read_text(encoding="utf-8"))["chunks"]
+        if found != self._chunks:
+            raise InputError(
+                f"out = {str(self.folder)!r}: another run has stored rows there since (read them with resume, --resume)"
+            )
+
     def retract(self) -> None:
         """Remove what was reported of the rows so far: it does not hold for those to come."""
         remove(self.folder / name for name in REPORTED if self.begun)
@@ -208,26 +221,27 @@ class FolderStore:
             self.entries[piece.start] = entry
             self._write()
 
+    @property
+    def _chunks(self) -> list[dict[str, Any]]:
+        return [self.entries[start] for start in sorted(self.entries)]
+
     def _write(self) -> None:
-        chunks = [self.entries[start] for start in sorted(self.entries)]
         write_json(
             self.folder / MANIFEST,
-            {"format": FORMAT, "fingerprint": self.fingerprint, "chunk": self.chunk, "chunks": chunks},
+            {"format": FORMAT, "fingerprint": self.fingerprint, "chunk": self.chunk, "chunks": self._chunks},
         )
 
     @property
     def poison(self) -> list[tuple[int, str]]:
         """Rows that took their process down, with what happened."""
-        chunks = (self.entries[start] for start in sorted(self.entries))
-        return [(bad["row"], bad["reason"]) for entry in chunks for bad in entry.get("poison", [])]
+        return [(bad["row"], bad["reason"]) for entry in self._chunks for bad in entry.get("poison", [])]
 
     def column(self, name: str) -> Floats:
         """(n,) values in row order; one column is in memory at a time."""
         import pyarrow.parquet as pq
 
         parts = [
-            pq.read_table(self.folder / self.entries[start]["file"], columns=[name]).column(name).to_numpy()
-            for start in sorted(self.entries)
+            pq.read_table(self.folder / entry["file"], columns=[name]).column(name).to_numpy() for entry in self._chunks
         ]
         return np.concatenate(parts)
 
@@ -235,7 +249,7 @@ class FolderStore:
         """(n,) status names in row order."""
         import pyarrow.parquet as pq
 
-        files = [self.folder / self.entries[start]["file"] for start in sorted(self.entries)]
+        files = [self.folder / entry["file"] for entry in self._chunks]
         return np.concatenate([_names(pq.read_table(file, columns=["status"]).column("status")) for file in files])
 
     def rows(self, numbers: list[int]) -> list[dict[str, Any]]:

@@ -18,12 +18,12 @@ import numpy as np
 from hdfast.errors import InputError
 
 CAMPAIGN, INPUT, REPORT = "campaign.toml", "input.toml", "report.html"
-RESERVED = (
-    INPUT, "index.html", "summary.json", "manifest.json", "rows", "rows.parquet", "trajectories.zarr",
-    "trajectory.parquet", "recording.parquet", "statistics.csv", "statistics.parquet", "worst.csv", "worst.parquet",
-)  # fmt: skip
+MANIFEST, SUMMARY = "manifest.json", "summary.json"
+COMPUTED = ("rows.parquet", "trajectory.parquet", "recording.parquet")
+REPORTED = (SUMMARY, "index.html", "statistics.csv", "statistics.parquet", "worst.csv", "worst.parquet")
+RESERVED = (INPUT, MANIFEST, "rows", "trajectories.zarr", *COMPUTED, *REPORTED)
 RESULTS = ("verdict.json", "comparison.json", "calibration.json")
-RESULTS_WITH_INPUT = ("summary.json", "manifest.json", "fit.json")
+RESULTS_WITH_INPUT = (SUMMARY, MANIFEST, "fit.json")
 
 
 def prepare(folder: str | Path) -> Path:
@@ -91,8 +91,16 @@ def prepare_inputs(folder: str | Path, inputs: Mapping[str, bytes]) -> Path:
         inputs: content of each copy by its name in the folder.
 
     Raises:
-        InputError: the folder cannot be written, or holds another file of such a name and no results.
+        InputError: the folder cannot be written, holds another file of such a name and no results, or holds a tolerance
+            study, whose rows would lose their input.
     """
+    if (Path(folder) / MANIFEST).exists():
+        raise InputError(f"out = {str(folder)!r} holds the rows of a tolerance study: name another folder")
+    return prepare_study(folder, inputs)
+
+
+def prepare_study(folder: str | Path, inputs: Mapping[str, bytes]) -> Path:
+    """As `prepare_inputs`, for the rows of a tolerance study, which continue those that the folder may hold."""
     return _prepare_copies(folder, inputs, RESULTS_WITH_INPUT)
 
 
@@ -135,6 +143,21 @@ def remove(paths: Iterable[Path]) -> None:
             path.unlink(missing_ok=True)
         except OSError as error:
             raise InputError(f"{str(path)!r} cannot be replaced: {error.strerror or error}") from error
+
+
+def retract(folder: Path, inputs: Mapping[str, bytes]) -> None:
+    """Remove what was reported earlier, and what came from another input; a folder without results keeps all it holds.
+
+    Args:
+        folder: where results go.
+        inputs: content of each copy by its name in the folder.
+
+    Raises:
+        InputError: a file cannot be removed.
+    """
+    if any((folder / name).exists() for name in (MANIFEST, SUMMARY)):
+        other = [name for name, content in inputs.items() if not _holds(folder / name, content)]
+        remove(folder / name for name in (*REPORTED, *other, *(COMPUTED if other else ())))
 
 
 def write_atomically(path: Path, write: Callable[[BinaryIO], Any]) -> None:

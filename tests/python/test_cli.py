@@ -282,6 +282,48 @@ def test_regress_results_are_not_written_over_files_of_the_users_own(command, na
     assert (own / "input.toml").read_text() == small.read_text()
 
 
+@pytest.mark.parametrize(
+    ("first", "second", "left"),
+    [
+        ("simulate", "sweep", "trajectory.parquet"),
+        ("sweep", "simulate", "rows.parquet"),
+        ("sweep", "tolerance", "rows.parquet"),
+    ],
+)
+def test_regress_results_of_another_file_do_not_stay_beside_those_of_the_copy(first, second, left, small, tmp_path):
+    out = tmp_path / "out"
+    assert main([first, str(small), "--out", str(out), "--quiet"]) == 0
+    assert main([second, str(small), "--out", str(out), "--quiet"]) == 0
+    assert (out / left).exists()
+    if second == "tolerance":
+        (out / "manifest.json").unlink()
+    small.write_text(SMALL.replace("0.6", "0.7"))
+    assert main([second, str(small), "--out", str(out), "--quiet"]) == 0
+    assert not (out / left).exists()
+    assert (out / "input.toml").read_text() == small.read_text()
+
+
+def test_regress_a_study_that_begins_takes_back_the_results_of_another_file_at_once(small, tmp_path):
+    out = tmp_path / "out"
+    assert main(["sweep", str(small), "--out", str(out), "--quiet"]) == 0
+    small.write_text(SMALL.replace("0.6", "0.7"))
+    with pytest.raises(ZeroDivisionError):
+        hdfast.tolerance(small, out=out, progress=lambda done, total: 1 // 0)
+    assert {path.name for path in out.iterdir()} <= {"manifest.json", "rows"}
+
+
+@pytest.mark.parametrize("command", ["sweep", "simulate"])
+def test_regress_the_rows_of_a_study_keep_their_input(command, small, tmp_path, capsys):
+    out = tmp_path / "out"
+    assert main(["tolerance", str(small), "--out", str(out), "--quiet"]) == 0
+    before = {path: path.read_bytes() for path in out.rglob("*") if path.is_file()}
+    assert main([command, str(small), "--out", str(out), "--quiet"]) == 2
+    assert "out' holds the rows of a tolerance study: name another folder" in capsys.readouterr().err
+    with pytest.raises(hdfast.InputError, match="holds the rows of a tolerance study"):
+        hdfast.tolerance(small).report(out)
+    assert {path: path.read_bytes() for path in out.rglob("*") if path.is_file()} == before
+
+
 def test_exact_module_is_the_command():
     found = subprocess.run([sys.executable, "-m", "hdfast", "--version"], capture_output=True, text=True, check=True)
     assert hdfast.__version__ in found.stdout
@@ -353,7 +395,8 @@ def test_exact_interrupt_keeps_finished_rows(small, tmp_path):
     small.write_text(SMALL + 'metrics = ["te_pp"]\n')
     out = tmp_path / "out"
     out.mkdir()
-    (out / "index.html").write_text("of an earlier run")
+    for name in ("index.html", "summary.json"):
+        (out / name).write_text("of an earlier run")
     command = [sys.executable, "-m", "hdfast.cli", "sweep", str(small), "--rows", "100000", "--out", str(out)]
     process = interruptible(
         [*command, "--progress", "--threads", "1"],

@@ -9,20 +9,14 @@ from typing import Any
 
 from hdfast import catalogue
 from hdfast.config import Config
-from hdfast.files import json_ready, prepare, write_atomically, write_bytes, write_json
+from hdfast.files import SUMMARY, json_ready, prepare, retract, write_atomically, write_bytes, write_json
 from hdfast.recordings import save
 from hdfast.report import html, tables
 from hdfast.result import SweepResult
 from hdfast.simulate import Trajectory
 from hdfast.tolerance.limits import Verdict
 
-PAGE, ROWS, TRAJECTORY, RECORDING, SUMMARY = (
-    "index.html",
-    "rows.parquet",
-    "trajectory.parquet",
-    "recording.parquet",
-    "summary.json",
-)
+PAGE, ROWS, TRAJECTORY, RECORDING = "index.html", "rows.parquet", "trajectory.parquet", "recording.parquet"
 
 
 def summary(config: Config, result: SweepResult, verdicts: list[Verdict], seed: int) -> dict[str, Any]:
@@ -99,17 +93,16 @@ def write_sweep(
 ) -> dict[str, Any]:
     """Write everything of a sweep, the summary last, and return the summary.
 
-    Without `nominal`, as after an interruption, there is no page, not even that of an earlier run. An interrupted sweep
-    has no verdicts: the rows that ended first are no random sample.
+    Without `nominal`, as after an interruption, there is no page. An interrupted sweep has no verdicts: the rows that
+    ended first are no random sample.
     """
     numbers = summary(config, result, verdicts, seed)
+    retract(folder, config.inputs)
     write_inputs(folder, config.inputs)
     write_table(folder / ROWS, result.to_arrow(), seed, numbers["version"])
     if nominal is not None:
         page = html.sweep_page(config, result, verdicts, nominal, seed)
         write_atomically(folder / PAGE, lambda stream: stream.write(page.encode()))
-    else:
-        (folder / PAGE).unlink(missing_ok=True)
     write_json(folder / SUMMARY, numbers)
     return numbers
 
@@ -122,11 +115,10 @@ def write_simulate(folder: Path, config: Config, run: Trajectory) -> dict[str, A
     columns = {"t": (run.t, "s"), **{name: (values, run.units[name]) for name, values in run.signals.items()}}
     schema = pa.schema([pa.field(name, pa.float64(), metadata={"unit": unit}) for name, (_, unit) in columns.items()])
     table = pa.Table.from_arrays([pa.array(values) for values, _ in columns.values()], schema=schema)
+    retract(folder, config.inputs)
     write_inputs(folder, config.inputs)
     write_table(folder / TRAJECTORY, table, None, numbers["version"])
-    if run.recorded is None:
-        (folder / RECORDING).unlink(missing_ok=True)
-    else:
+    if run.recorded is not None:
         save(run.recorded, folder / RECORDING)
     page = html.simulate_page(config, run)
     write_atomically(folder / PAGE, lambda stream: stream.write(page.encode()))

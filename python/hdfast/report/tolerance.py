@@ -10,8 +10,18 @@ import pyarrow.csv as pc
 import pyarrow.parquet as pq
 
 from hdfast.catalogue import build_info
-from hdfast.files import alone_in, json_ready, prepare_inputs, write_atomically, write_json, write_text
-from hdfast.report.folder import PAGE, SUMMARY, write_inputs
+from hdfast.files import (
+    SUMMARY,
+    alone_in,
+    json_ready,
+    prepare_inputs,
+    prepare_study,
+    retract,
+    write_atomically,
+    write_json,
+    write_text,
+)
+from hdfast.report.folder import PAGE, write_inputs
 from hdfast.report.tolerance_page import page
 from hdfast.tolerance.intervals import Estimate
 from hdfast.tolerance.limits import Verdict
@@ -30,11 +40,14 @@ def write_study(study: Study, out: Path) -> Path:
         FailedRowsError: rows failed and the policy is "refuse".
     """
     with alone_in(out):
-        folder = prepare_inputs(out, study.config.inputs)
         if isinstance(study.store, FolderStore):
+            folder = prepare_study(out, study.config.inputs)
             study.store.require_unchanged()
+        else:
+            folder = prepare_inputs(out, study.config.inputs)
         numbers = summary(study)
         text = page(study)
+        retract(folder, study.config.inputs)
         write_inputs(folder, study.config.inputs)
         _write_table(folder, STATISTICS, statistics_rows(study))
         _write_table(folder, WORST, study.worst())
@@ -116,11 +129,8 @@ def _estimate(estimate: Estimate) -> list[float]:
 
 
 def _write_table(folder: Path, name: str, rows: list[dict[str, Any]]) -> None:
-    """As Parquet and CSV; without rows not even those of an earlier study are left."""
-    if not rows:
-        for kind in ("parquet", "csv"):
-            (folder / f"{name}.{kind}").unlink(missing_ok=True)
-        return
-    table = pa.Table.from_pylist(rows)
-    write_atomically(folder / f"{name}.parquet", lambda stream: pq.write_table(table, stream))
-    write_atomically(folder / f"{name}.csv", lambda stream: pc.write_csv(table, stream))
+    """As Parquet and CSV, where there are rows."""
+    if rows:
+        table = pa.Table.from_pylist(rows)
+        write_atomically(folder / f"{name}.parquet", lambda stream: pq.write_table(table, stream))
+        write_atomically(folder / f"{name}.csv", lambda stream: pc.write_csv(table, stream))

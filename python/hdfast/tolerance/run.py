@@ -13,7 +13,7 @@ from hdfast import checks, config
 from hdfast.catalogue import build_info
 from hdfast.config import Config
 from hdfast.errors import InputError, choose, shorten
-from hdfast.files import alone_in, prepare_inputs
+from hdfast.files import alone_in, prepare_study, retract
 from hdfast.threads import MAX_THREADS
 from hdfast.tolerance.chunks import ranges, run_here
 from hdfast.tolerance.cluster import LOCAL, MAX_WORKERS, run_on_cluster
@@ -97,7 +97,7 @@ def tolerance(
         todo = [part for part in ranges(rows, store.chunk) if not store.done(*part)]
         with meter(progress, rows, rows - sum(stop - start for start, stop in todo)) as watch:
             if isinstance(store, FolderStore) and todo:
-                store.retract()
+                retract(store.folder, settings.inputs)
             if cluster is None:
                 run_here(replace(task, progress=watch.within), todo, store, watch.chunk)
             else:
@@ -147,7 +147,7 @@ def _store(task: Task, out: str | Path | None, chunk: int, *, resume: bool) -> M
         return store
     wanted = task.config.trajectories
     return FolderStore(
-        prepare_inputs(out, task.config.inputs),
+        prepare_study(out, task.config.inputs),
         fingerprint(task),
         chunk=chunk,
         resume=resume,

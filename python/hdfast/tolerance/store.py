@@ -16,16 +16,13 @@ from numpy.typing import NDArray
 from hdfast import checks
 from hdfast.checks import Floats
 from hdfast.errors import InputError
-from hdfast.files import prepare, remove, write_atomically, write_json
+from hdfast.files import MANIFEST, prepare, write_atomically, write_json
 from hdfast.tolerance.sample import MAX_ROWS
 from hdfast.tolerance.task import Piece
 from hdfast.tolerance.trajectories import TrajectoryStore, checksum
 
 FORMAT = 1
-MANIFEST, ROWS = "manifest.json", "rows"
-REPORTED = (
-    "summary.json", "index.html", "statistics.csv", "statistics.parquet", "worst.csv", "worst.parquet",
-)  # fmt: skip
+ROWS = "rows"
 HALF_WRITTEN = (
     ".*.json-*",
     ".*.html-*",
@@ -125,8 +122,8 @@ class FolderStore:
         self.chunk = chunk
         self.entries: dict[int, dict[str, Any]] = {}
         self._lock = threading.Lock()
-        self.begun = (self.folder / MANIFEST).exists()
-        if self.begun:
+        begun = (self.folder / MANIFEST).exists()
+        if begun:
             if not resume:
                 raise InputError(
                     f"out = {str(folder)!r} holds a study already: continue it with resume (--resume) or take another "
@@ -138,7 +135,7 @@ class FolderStore:
             left.unlink(missing_ok=True)
         self.trajectories = None
         if times is not None:
-            self.trajectories = TrajectoryStore(self.folder, signals, times, self.chunk, "a" if self.begun else "w")
+            self.trajectories = TrajectoryStore(self.folder, signals, times, self.chunk, "a" if begun else "w")
 
     def _read(self) -> None:
         with self._reading():
@@ -182,10 +179,6 @@ class FolderStore:
             raise InputError(
                 f"out = {str(self.folder)!r}: another run has stored rows there since (read them with resume, --resume)"
             )
-
-    def retract(self) -> None:
-        """Remove what was reported of the rows so far: it does not hold for those to come."""
-        remove(self.folder / name for name in REPORTED if self.begun)
 
     def _intact(self, entry: Mapping[str, Any]) -> bool:
         files = {entry["file"]: entry["sha256"], **entry.get("trajectories", {})}

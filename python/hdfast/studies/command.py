@@ -75,6 +75,9 @@ def _drive(path: str) -> dict[str, float]:
         )
     if settings.model.terms:
         raise InputError(f"{path}: terms {', '.join(settings.model.terms)} (allowed for a study: none)")
+    moving = [name for name in settings.drive if settings.table[name].group == "scenario"]
+    if moving:
+        raise InputError(f"{path}: {', '.join(moving)} in [drive] (allowed for a study: none, its motions are its own)")
     inertia = settings.drive.get("J_l", LOADS[0])
     if inertia != LOADS[0]:
         listed = ", ".join(f"{value:g}" for value in LOADS)

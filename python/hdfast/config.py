@@ -10,6 +10,8 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from hdfast import catalogue, checks
 from hdfast.drive_file import DriveFile, Effect, read_drive
 from hdfast.errors import InputError, choose, shorten
@@ -19,6 +21,7 @@ from hdfast.params import ParameterTable, layout
 from hdfast.request import ATOL, MAX_STEPS, RTOL
 from hdfast.scenario import Scenario
 from hdfast.sections import Sections
+from hdfast.segments import KIND, SPEED
 from hdfast.sensors import SensorFacts, SensorStage, stage_of
 from hdfast.sensors.facts import read_sensors
 from hdfast.threads import MAX_THREADS
@@ -37,6 +40,7 @@ RUN_KEYS = (
     "sampling", "replicates", "block", "levels", "failed",
 )  # fmt: skip
 KINDS = ("start_stop", "speed_profile", "torque_profile")
+CONTROLLER = ("K_p", "K_i", "tau_max")
 
 
 @dataclass(frozen=True)
@@ -160,6 +164,7 @@ class _Reader:
         scenario = self.scenario()
         nominal = {row.name: row.default for row in table} | dict(scenario.values) | drive.values
         tolerances = self.tolerances(table, nominal)
+        self.heeded(scenario, {"drive": drive.values, "tolerance": tolerances})
         return Config(
             self.file.title,
             model,
@@ -228,6 +233,17 @@ class _Reader:
                 path, read_tolerance, name, entry, nominal[name], known, Path(self.file.name).parent
             )
         return found
+
+    def heeded(self, scenario: Scenario, stated: Mapping[str, Iterable[str]]) -> None:
+        """Refuse columns of the scenario that change nothing in it."""
+        idle = {"theta_m0": "with initial = 'zero_angle'"} if scenario.initial == "zero_angle" else {}
+        if not np.any(scenario.segments[:, KIND] == SPEED):
+            idle |= dict.fromkeys(CONTROLLER, f"in {scenario.name}, which has no speed controller")
+        for section, names in stated.items():
+            for name in names:
+                if name in idle:
+                    message = f"{name} has no meaning {idle[name]} (allowed: left out of [{section}])"
+                    raise self.file.error((section, name), message)
 
     def tables(self) -> dict[str, bytes]:
         """Content of the tables that the tolerances, which are read already, name."""

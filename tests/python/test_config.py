@@ -61,6 +61,15 @@ def test_exact_scenario_kinds():
     assert config.parse("[scenario]\nstop = 'brake'\ntau_max = inf\n").scenario.values["tau_max"] == math.inf
 
 
+@pytest.mark.parametrize(
+    "speed", ["stop = 'brake'", "start = 'speed_ramp'", "kind = 'speed_profile'\nt = [0, 1]\nrelative = [0, 1]"]
+)
+def test_exact_gains_and_start_angle_vary_where_they_have_a_meaning(speed):
+    tolerances = "[tolerance.{}]\ndistribution = 'uniform'\nlower = 0.1\nupper = 0.2\n"
+    text = f"[drive]\nK_i = 0.3\n[scenario]\n{speed}\n" + "".join(map(tolerances.format, ("K_p", "theta_m0")))
+    assert list(config.parse(text).tolerances) == ["K_p", "theta_m0"]
+
+
 def test_exact_piecewise_drive():
     parsed = config.parse("[drive]\nspring = 'piecewise'\nK1 = 2.5e4\n")
     assert parsed.model.spring == "piecewise"
@@ -115,6 +124,19 @@ WRONG = [
         r"\[tolerance.B_sp\] is lognormal: the nominal B_sp of \[drive\], its median, = -20 must be greater than 0",
     ),
     ("tolerance.J_l = 3\n", 1, "not a section"),
+    ("[drive]\nJ_l = 1\nK_p = 0.3\n", 3, r"K_p has no meaning in start_stop\(torque_step, coast\), which has no speed"),
+    (
+        "[tolerance.tau_max]\ndistribution = 'uniform'\nlower = 1\nupper = 2\n"
+        "[scenario]\nkind = 'torque_profile'\nt = [0, 1]\ntorque = [0, 1]\n",
+        1,
+        r"tau_max has no meaning in torque_profile, which .* \(allowed: left out of \[tolerance\]\)",
+    ),
+    ("[drive]\ntheta_m0 = 1\n[scenario]\ninitial = 'zero_angle'\n", 2, "theta_m0 has no meaning with initial = 'zero"),
+    (
+        "[scenario]\ninitial = 'zero_angle'\n[tolerance.theta_m0]\ndistribution = 'normal'\nsigma = 1\n",
+        3,
+        r"theta_m0 has no meaning with initial = 'zero_angle' \(allowed: left out of \[tolerance\]\)",
+    ),
     ("[spec.te_p]\nupper = 1\n", 1, "did you mean 'te_pp'"),
     ("[spec.te_pp]\nuper = 1\n", 2, "did you mean 'upper'"),
     ("[spec.te_pp]\n", 1, "needs lower, upper or both"),

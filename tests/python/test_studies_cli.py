@@ -108,7 +108,7 @@ def test_against_config_a_study_has_the_kinematic_error_of_the_file(text, tmp_pa
         (["study", "speed", "{impossible}"], "k1 = -1"),
         (["study", "all", "{backward}"], "ratio = -121 is out of range"),
         (["study", "validate", "{stiff}"], "torsional mode at 3097 Hz (allowed for validate: below 1000 Hz)"),
-        (["study", "speed", "{moving}"], "omega_set, K_p in [drive] (allowed for a study: none, its motions"),
+        (["study", "speed", "{moving}"], "omega_set, tau_load in [drive] (allowed for a study: none, its motions"),
         (["study", "stiffness", "{rubbing}"], "terms coulomb_friction (allowed for a study: none)"),
     ],
 )
@@ -126,7 +126,7 @@ def test_exact_wrong_input_ends_with_two(arguments, text, tmp_path, capsys):
     backward.write_text("[drive]\nratio = -121\n")
     stiff.write_text("[drive]\nk1 = 1.7e8\n")
     moving = tmp_path / "moving.toml"
-    moving.write_text("[drive]\nomega_set = 30\nK_p = 0.1\n")
+    moving.write_text("[drive]\nomega_set = 30\ntau_load = 1\n")
     files = {"run": run, "piecewise": piecewise, "heavy": heavy, "rubbing": rubbing}
     files |= {"undamped": undamped, "impossible": impossible, "backward": backward, "stiff": stiff, "moving": moving}
     given = [part.format(**files) for part in arguments]

@@ -411,6 +411,14 @@ def test_regress_a_report_without_limits_leaves_no_worst_rows_of_an_earlier_one(
         assert [(tmp_path / f"worst.{kind}").exists() for kind in ("csv", "parquet")] == [written, written]
 
 
+def test_regress_rare_events_of_a_file_without_tolerances_are_refused_before_any_row(tmp_path, capsys):
+    (tmp_path / "fixed.toml").write_text("[scenario]\nt_end = 0.4\n[spec.te_pp]\nupper = 1\n")
+    out = tmp_path / "out"
+    assert main(["tolerance", str(tmp_path / "fixed.toml"), "--rare", "te_pp", "--quiet", "--out", str(out)]) == 2
+    assert "--rare = 'te_pp' needs parameters that vary: the file has no [tolerance.<name>]" in capsys.readouterr().err
+    assert not out.exists()
+
+
 def test_exact_rare_event_is_in_the_report(study):
     found = study.rare("te_pp", rows=100, replicates=2, smallest=1e-5)
     assert study.rare_events == {"te_pp": found}

@@ -10,7 +10,7 @@ from typing import Any
 
 from hdfast.checks import MAX_SEED
 from hdfast.config import Config, load
-from hdfast.errors import choose
+from hdfast.errors import InputError, choose
 from hdfast.printing import json_text, text_table
 from hdfast.threads import MAX_THREADS
 from hdfast.tolerance.cluster import MAX_WORKERS
@@ -75,6 +75,8 @@ def run(options: argparse.Namespace) -> int:
     note_equal_rows(settings, options)
     for metric in options.rare:
         choose("--rare", metric, settings.specs)
+        if not settings.tolerances:
+            raise InputError(f"--rare = {metric!r} needs parameters that vary: the file has no [tolerance.<name>]")
     try:
         study = tolerance(
             settings,

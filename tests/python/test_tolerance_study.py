@@ -217,6 +217,15 @@ def test_regress_the_percentile_followed_is_named_by_metric(study):
     assert "change of P1 [" not in tolerance_page.effects(study).figures[0].svg
 
 
+def test_regress_no_evidence_of_an_effect_is_no_advice_to_relax():
+    """A limit so far away that hardly any drive tells what a wider spread does to the yield."""
+    far = config.parse(SMALL.replace("upper = 3e-4", "upper = 3.6e-4"))
+    section = tolerance_page.effects(hdfast.tolerance(far, n=50))
+    assert "+0.00 (-" in section.tables[0]
+    assert "do not tell a change from none, and a change as large as its ends is not excluded" in section.texts[0]
+    assert "relax" not in " ".join(section.texts)
+
+
 def test_exact_command_writes_the_folder(small, tmp_path, capsys):
     out = tmp_path / "out"
     assert main(["tolerance", str(small), "--rows", "200", "--out", str(out), "--chunk", "64"]) == 0

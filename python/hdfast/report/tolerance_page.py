@@ -166,8 +166,8 @@ def effects(study: Study) -> Section:
         rows.append([name, *(_change(found[factor].yields.get(JOINT)) for factor in sorted(found))])
     header = ["tolerance", "held at its middle", "spread halved", "spread times 1.5"]
     texts = [
-        f"The same {EFFECT_ROWS:,} drives simulated again with one spread changed. An interval that includes 0 says "
-        "that this tolerance may be relaxed or need not be tightened."
+        f"The same {EFFECT_ROWS:,} drives simulated again with one spread changed. Where an interval includes 0 these "
+        "drives do not tell a change from none, and a change as large as its ends is not excluded."
     ]
     missing = max(effect.missing for effect in study.effects)
     if missing:

@@ -40,6 +40,23 @@ def percent(share: float, digits: int = 1) -> str:
     return f"{100.0 * share:.{digits}f} %" if math.isfinite(share) else "-"
 
 
+def share_text(share: float, digits: int = 2) -> str:
+    """A share in percent, 100 only where it is all; "not known" where there is none."""
+    return "not known" if math.isnan(share) else f"{_percentage(share, digits)} %"
+
+
+def interval_text(interval: tuple[float, float], digits: int = 2) -> str:
+    """The same of both ends of an interval of a share."""
+    low, high = interval
+    return "not known" if math.isnan(low) else f"{_percentage(low, digits)} .. {_percentage(high, digits)} %"
+
+
+def _percentage(share: float, digits: int) -> str:
+    """With as many digits more as it takes not to round up to 100."""
+    text = f"{100.0 * share:.{digits}f}"
+    return _percentage(share, digits + 1) if share < 1.0 and float(text) == 100.0 and digits < 15 else text
+
+
 def moment(t: float) -> str:
     """A time [s], also one on a clock that counts from 1970, to six digits or to the millisecond."""
     return f"{t:.6g}" if abs(t) < 1e3 else f"{t:.3f}"

@@ -6,6 +6,7 @@ from dataclasses import replace
 import hdfast
 import numpy as np
 import pytest
+from hdfast.printing import interval_text, share_text
 from hdfast.tolerance import indices, intervals, limits, statistics
 from hdfast.tolerance.intervals import Groups
 from hdfast.tolerance.policy import FailedRowsError, gate
@@ -317,3 +318,14 @@ def test_regress_a_yield_as_asked_for_is_met():
         assert limits.Verdict(spec, percent, 100, (0.0, 1.0)).met
         assert not limits.Verdict(spec, percent - 1, 100, (0.0, 1.0)).met
     assert not limits.Verdict(spec, 0, 0, (math.nan, math.nan)).met
+
+
+def test_regress_a_yield_is_not_rounded_up_to_all_rows():
+    """One row of 50,000 out of limits was printed as 100 % beside "not met"."""
+    assert [share_text(share) for share in (49_999 / 50_000, 1.0, 0.9741, math.nan)] == [
+        "99.998 %", "100.00 %", "97.41 %", "not known",
+    ]  # fmt: skip
+    assert share_text(1.0 - 2.0**-53) == "99.99999999999999 %"
+    assert interval_text((0.99986, 0.9999994)) == "99.99 .. 99.9999 %"
+    assert interval_text((0.9999, 1.0), 3) == "99.990 .. 100.000 %"
+    assert interval_text((math.nan, math.nan)) == "not known"

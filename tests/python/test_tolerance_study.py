@@ -144,6 +144,7 @@ def test_exact_worst_case_sampling_judges_every_corner(small):
     assert corners.yields["te_pp"].outcome == "met"
     assert math.isnan(corners.yields["te_pp"].interval[0])
     assert "no random sample" in tolerance_page.page(corners)
+    assert re.search(r"te_pp +100\.00 % +not known +met", repr(corners))
     tight = config.parse(SMALL.replace("upper = 3e-4", "upper = 2e-4"))
     assert hdfast.tolerance(tight, sampling="corners").yields["te_pp"].outcome == "not met"
 
@@ -198,6 +199,7 @@ def test_regress_a_study_without_a_usable_row_has_a_page_that_says_so(small, tmp
     page = (tmp_path / "out" / "index.html").read_text()
     assert "No row is left" in page
     assert "200 rows left out" in page
+    assert "nan" not in re.split("<h2>", page)[1]
 
 
 def test_regress_shares_that_are_not_known_have_no_bar(study):

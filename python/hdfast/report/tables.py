@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from hdfast.config import Config
+from hdfast.printing import interval_text, share_text
 from hdfast.result import PERCENTILES, SweepResult
 from hdfast.tolerance.limits import Verdict
 
@@ -41,18 +42,13 @@ def spec_rows(verdicts: list[Verdict], units: dict[str, str]) -> list[list[str]]
             units[verdict.spec.metric],
             number(verdict.spec.lower),
             number(verdict.spec.upper),
-            f"{100 * verdict.yield_:.2f} %",
-            _interval(verdict),
+            share_text(verdict.yield_),
+            interval_text(verdict.interval),
             f"{100 * verdict.spec.min_yield:g} %",
             "yes" if verdict.met else "NO",
         ]
         for verdict in verdicts
     ]
-
-
-def _interval(verdict: Verdict) -> str:
-    low, high = verdict.interval
-    return "not known" if math.isnan(low) else f"{100 * low:.2f} .. {100 * high:.2f} %"
 
 
 def tolerance_rows(config: Config) -> list[list[str]]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from hdfast.errors import InputError
-from hdfast.printing import html_table
+from hdfast.printing import html_table, interval_text, share_text
 from hdfast.report import tables, tolerance_plots
 from hdfast.report.html import Section, picture, render
 from hdfast.report.tables import number
@@ -92,10 +92,10 @@ def _spec_row(study: Study, name: str, verdict: Verdict) -> list[str]:
     return [
         name,
         verdict.outcome + (f", {verdict.missing} rows left out" if verdict.missing else ""),
-        f"{100 * verdict.yield_:.3f} %",
-        _span(verdict.interval[0] * 100, verdict.interval[1] * 100),
+        share_text(verdict.yield_, 3),
+        interval_text(verdict.interval, 3),
         f"{100 * verdict.spec.min_yield:g} %",
-        f"{verdict.ppm.value:.0f} ({_span(verdict.ppm.low, verdict.ppm.high, '.0f')})",
+        f"{verdict.ppm.value:.0f} ({_span(verdict.ppm.low, verdict.ppm.high, '.0f')})" if verdict.rows else "not known",
         "" if joint else number(verdict.spec.lower),
         "" if joint else number(verdict.spec.upper),
         "" if joint else study.units[name],
@@ -104,7 +104,7 @@ def _spec_row(study: Study, name: str, verdict: Verdict) -> list[str]:
     ]
 
 
-def _span(low: float, high: float, style: str = ".3f") -> str:
+def _span(low: float, high: float, style: str) -> str:
     return "not known" if math.isnan(low) else f"{low:{style}} .. {high:{style}}"
 
 

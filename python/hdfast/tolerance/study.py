@@ -15,7 +15,7 @@ from hdfast import catalogue, checks
 from hdfast.checks import Floats
 from hdfast.config import Config
 from hdfast.errors import choose
-from hdfast.printing import text_table
+from hdfast.printing import interval_text, share_text, text_table
 from hdfast.tolerance import convergence
 from hdfast.tolerance.chunks import Store
 from hdfast.tolerance.further import FurtherRuns
@@ -232,7 +232,7 @@ class Study(FurtherRuns):
         counts = ", ".join(f"{name} {count:,}" for name, count in self.status_counts.items())
         head = f"Study: {self.n:,} rows ({counts}), {self.plan.sampling}, seed {self.plan.seed}"
         rows = [
-            [name, f"{100 * v.yield_:.4g} %", f"{100 * v.interval[0]:.4g} .. {100 * v.interval[1]:.4g} %", v.outcome]
-            for name, v in self.yields.items()
+            [name, share_text(verdict.yield_), interval_text(verdict.interval), verdict.outcome]
+            for name, verdict in self.yields.items()
         ]
         return head + ("\n" + text_table(["specification", "yield", "95 % interval", "outcome"], rows) if rows else "")

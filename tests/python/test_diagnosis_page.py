@@ -26,6 +26,7 @@ from hdfast.report.diagnosis_screen import TAGS, cards
 from hdfast.report.diagnosis_swings import missing_tones, swings_section
 from hdfast.report.diagnosis_tables import amplitude, plus_minus, trial_table, words
 from hdfast.report.diagnosis_views import spectrum, telling, traces, traces_of
+from hdfast.report.plots import svg
 
 
 @pytest.fixture(scope="module")
@@ -279,6 +280,20 @@ def test_exact_the_size_of_an_effect_is_that_of_the_parameter_that_was_fitted():
         assert name == one.amplitude.removeprefix(own)
         assert entry["sigma"] > 0.0
     assert amplitude({"effect": "unknown", "parameters": {}}) is None
+
+
+def test_regress_the_name_of_a_recording_is_no_formula(found):
+    """Between dollar signs Matplotlib reads mathematics, and fails at what is none."""
+    name = "run$_$1"
+    every = [replace(one, unit=replace(one.unit, name=name)) for one in traces(found.evidence)]
+    channel, whole = every[0].channel, (every[0].t[0], every[0].t[-1])
+    columns = {"t": np.arange(10.0), "motor_angle": np.arange(10.0), "motor_torque": np.arange(10.0)}
+    for figure in (
+        time_strips(every, []), diagnosis_details.phase_planes(every, channel),
+        diagnosis_details.recordings(every, channel), diagnosis_details.raw([(name, columns)]),
+        diagnosis_plots.overlay(every[0], whole),
+    ):  # fmt: skip
+        assert svg(figure).startswith("<svg")
 
 
 def test_exact_every_verdict_has_a_tag():

@@ -10,7 +10,7 @@ import numpy as np
 
 from hdfast.checks import Floats
 from hdfast.report.diagnosis_views import Trace, middle, spectrum, states
-from hdfast.report.look import label, legend
+from hdfast.report.look import label, legend, literal
 from hdfast.report.plots import BLUE, GREY, INK, ORANGE, RED, scaled
 
 MEASURED = "#a9b1b8"
@@ -39,7 +39,7 @@ def draw_overlay(upper: Any, lower: Any, trace: Trace, window: tuple[float, floa
     if second:
         lower.plot(t, trace.left[inside] * factor, color=BLUE, linewidth=1.0)
     lower.axhline(0.0, color=INK, linewidth=0.6)
-    label(lower, f"time in {trace.unit.name} [s]", f"left over [{unit}]")
+    label(lower, f"time in {literal(trace.unit.name)} [s]", f"left over [{unit}]")
     lower.set_xlim(*window)
 
 

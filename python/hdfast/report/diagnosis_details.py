@@ -13,7 +13,7 @@ from hdfast.checks import Floats
 from hdfast.report.diagnosis_axes import CHANNELS, MEASURED, UNITS, draw_dependence, draw_orders, draw_spectrum
 from hdfast.report.diagnosis_plots import NOISY_TOP, heat
 from hdfast.report.diagnosis_views import Trace, level
-from hdfast.report.look import label, legend
+from hdfast.report.look import label, legend, literal
 from hdfast.report.plots import BLUE, GREY, INK, ORANGE, RED, scaled, styled
 from hdfast.scenario_parts import PER_RPM
 
@@ -57,7 +57,7 @@ def time_strips(found: Sequence[Trace], windows: Sequence[Sequence[Any]]) -> Fig
 
 def _named(trace: Trace) -> str:
     held = ", held out" if trace.unit.role == "heldout" else ""
-    return f"{trace.unit.name}{held}: {CHANNELS[trace.channel]}"
+    return f"{literal(trace.unit.name)}{held}: {CHANNELS[trace.channel]}"
 
 
 @styled
@@ -102,7 +102,7 @@ def phase_planes(found: Sequence[Trace], channel: str) -> Figure:
         axes.plot(speed[::every], trace.measured[::every] * factor, color=MEASURED, linewidth=2.4, label="measured")
         first = trace.baseline[::every] * factor
         axes.plot(speed[::every], first, color=ORANGE, linewidth=0.9, label=f"{trace.models[0]} model")
-        axes.set_title(trace.unit.name, loc="left")
+        axes.set_title(literal(trace.unit.name), loc="left")
         axes.set_ylabel(f"{CHANNELS[channel]} [{unit}]")
     for axes in grid.flat[len(own) :]:
         axes.axis("off")
@@ -166,7 +166,7 @@ def recordings(found: Sequence[Trace], channel: str) -> Figure:
         axes.plot(t, trace.baseline[::every] * factor, color=ORANGE, linewidth=0.9, label=f"{first} model")
         if second:
             axes.plot(t, trace.extended[::every] * factor, color=BLUE, linewidth=0.9, label=f"{second} model")
-        axes.set_title(trace.unit.name + (", held out" if trace.unit.role == "heldout" else ""), loc="left")
+        axes.set_title(literal(trace.unit.name) + (", held out" if trace.unit.role == "heldout" else ""), loc="left")
         axes.set_ylabel(f"[{unit}]")
     for axes in grid.flat[len(own) :]:
         axes.axis("off")
@@ -189,7 +189,7 @@ def raw(columns: Sequence[tuple[str, Mapping[str, Floats]]]) -> Figure:
                 axes.plot(t[::every], table[channel][::every], color=BLUE, linewidth=0.9)
             else:
                 axes.text(0.5, 0.5, "not recorded", ha="center", va="center", transform=axes.transAxes, color=GREY)
-            axes.set_title(f"{name}: {channel.replace('_', ' ')}", loc="left")
+            axes.set_title(f"{literal(name)}: {channel.replace('_', ' ')}", loc="left")
             axes.set_ylabel(f"[{unit}]")
     for axes in grid[-1]:
         axes.set_xlabel("time [s]")

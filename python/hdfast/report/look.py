@@ -11,6 +11,11 @@ SERIES = (BLUE, ORANGE, GREEN, VIOLET, RED, GREY, INK)
 DASHES = ("-", "--", "-.", ":")  # a curve that lies on another one is still seen
 
 
+def literal(name: str) -> str:
+    """A name that is drawn as it is: Matplotlib reads what stands between two dollar signs as mathematics."""
+    return name.replace("$", r"\$")
+
+
 def label(axes: Any, x: str, y: str, title: str = "") -> None:
     """Axis labels with units, and a title on the left."""
     axes.set_xlabel(x)

@@ -11,8 +11,8 @@ import pytest
 from hdfast.identify.estimate import Estimates, estimate
 from hdfast.identify.fit import Fit
 from hdfast.params import params
-from hdfast.studies import STUDIES
-from hdfast.studies.claims import CONTRADICTORY, OPEN, PARTLY, REPRODUCED, trend
+from hdfast.studies import STUDIES, cases
+from hdfast.studies.claims import CONTRADICTORY, OPEN, PARTLY, REPRODUCED, trend, verdict
 from hdfast.studies.claims_list import CLAIMS
 from hdfast.studies.validation_claims import largest_error
 
@@ -143,6 +143,13 @@ def test_exact_a_claim_has_a_reason_and_needs_numbers_to_be_reproduced():
         for claim in study(name).claims:
             assert bool(claim.findings) == (claim.verdict != OPEN)
             assert claim.reason
+
+
+def test_regress_the_reason_of_a_claim_is_that_of_the_default_drive():
+    claim = next(claim for claim in CLAIMS if claim.item == "S14 start f")
+    for drive, said in (({}, ""), ({"J_m": 3.0002e-4}, ""), ({"J_m": 3e-5}, "default drive: ")):
+        grid = cases.run("J_m", (0.5, 1.25), (0.5, 1.25), cases=("a", "b"), loads=(0.5, 12.0), drive=drive)
+        assert verdict(claim, {"J_m": grid}).reason == said + claim.reason
 
 
 @pytest.mark.parametrize(

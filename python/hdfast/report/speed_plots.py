@@ -88,7 +88,7 @@ def time_frequency(study: Study) -> Figure:
 
 @styled
 def speed_jump(study: Study) -> Figure:
-    """Ripple while the speed rises and falls slowly: one curve, no jump."""
+    """Ripple while the speed rises and falls slowly: one curve where the motion does not jump."""
     jump = study.curves["jump"]
     figure = Figure(figsize=(9.6, 2.7), layout="constrained")
     axes = figure.add_subplot()

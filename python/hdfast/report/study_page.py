@@ -14,6 +14,7 @@ from hdfast.report import folder, html, identify_plots, speed_plots, study_plots
 from hdfast.report.html import Picture, Section
 from hdfast.studies.cases import Grid
 from hdfast.studies.claims import HEADER, Verdict
+from hdfast.studies.jump import gap
 from hdfast.studies.study import Study
 
 CLAIMS = "claims.json"
@@ -73,7 +74,11 @@ def _speed(study: Study) -> list[Picture]:
             "angle. Lines move with the speed, the mode stays.",
         ),
         html.picture(speed_plots.phase_planes(study.curves["run"], 3.0), "Phase planes of start and run at 300 r/min."),
-        html.picture(speed_plots.speed_jump(study), "A slow rise and fall of the speed: no jump."),
+        html.picture(
+            speed_plots.speed_jump(study),
+            "A slow rise and fall of the speed, which part where the motion jumps: by no more than "
+            f"{100 * gap(study.curves['jump']):.2g} %.",
+        ),
     ]
 
 

@@ -106,6 +106,7 @@ class Grid:
         loads: load inertias [kg m^2] (j,).
         cases: keys of `CASES` (c,).
         result: the sweep; row (c, j, v) in C order.
+        own: parameters of the drive that differ from the defaults, which are known to about a thousandth.
         rings: rings after a brake found so far, by row.
     """
 
@@ -115,6 +116,7 @@ class Grid:
     loads: tuple[float, ...]
     cases: tuple[str, ...]
     result: SweepResult
+    own: tuple[str, ...]
     rings: dict[int, tuple[float, float, float]] = field(default_factory=dict, repr=False)
 
     def of(self, metric: str, case: str, load: float = LOADS[0]) -> Floats:
@@ -220,7 +222,8 @@ def run(
         rtol=1e-7,
         **sampled,
     )
-    return Grid(parameter, grid, marked, tuple(loads), tuple(cases), result)
+    own = tuple(row.name for row in table if not math.isclose(base[row.name], row.default, rel_tol=1e-3, abs_tol=1e-12))
+    return Grid(parameter, grid, marked, tuple(loads), tuple(cases), result, own)
 
 
 def _vary(columns: dict[str, Any], parameter: str, values: Floats, base: Mapping[str, float]) -> None:

@@ -58,9 +58,14 @@ def decide(study: str, grids: Mapping[str, Grid]) -> list[Verdict]:
 
 
 def verdict(claim: Claim, grids: Mapping[str, Grid]) -> Verdict:
-    """Decide one claim: all, some or none of the scenarios agree with the article's sign."""
-    findings = [finding(claim, look, grids[claim.parameter]) for look in claim.looks]
-    return Verdict(claim.item, claim.text, word(findings), findings, claim.reason)
+    """Decide one claim: all, some or none of the scenarios agree with the article's sign.
+
+    Its reason was found on the default drive, which is said where the sweep is of another.
+    """
+    grid = grids[claim.parameter]
+    findings = [finding(claim, look, grid) for look in claim.looks]
+    reason = f"default drive: {claim.reason}" if claim.reason and grid.own else claim.reason
+    return Verdict(claim.item, claim.text, word(findings), findings, reason)
 
 
 def word(findings: Sequence[Finding]) -> str:

@@ -35,20 +35,23 @@ def write_study(study: Study, out: Path) -> Path:
     """Write everything of a study, the summary last; returns the page.
 
     Raises:
-        InputError: the folder cannot be written, holds another input and no results, or its rows are no longer those of
-            the study: another run is at work there or was.
+        InputError: the folder cannot be written, or holds another input and no results; of a study with a folder it is
+            another one, or its rows have become others: another run is at work there or was.
         FailedRowsError: rows failed and the policy is "refuse".
     """
+    inputs = study.config.inputs
+    if isinstance(study.store, FolderStore):
+        study.store.require_own(out)
     with alone_in(out):
         if isinstance(study.store, FolderStore):
-            folder = prepare_study(out, study.config.inputs)
             study.store.require_unchanged()
+            folder = prepare_study(out, inputs)
         else:
-            folder = prepare_inputs(out, study.config.inputs)
+            folder = prepare_inputs(out, inputs)
         numbers = summary(study)
         text = page(study)
-        retract(folder, study.config.inputs)
-        write_inputs(folder, study.config.inputs)
+        retract(folder, inputs)
+        write_inputs(folder, inputs)
         _write_table(folder, STATISTICS, statistics_rows(study))
         _write_table(folder, WORST, study.worst())
         if isinstance(study.store, MemoryStore):

@@ -167,6 +167,15 @@ class FolderStore:
         if stored > rows:
             raise InputError(f"out = {str(self.folder)!r} holds {stored} rows (allowed: n of at least {stored})")
 
+    def require_own(self, folder: Path) -> None:
+        """Refuse to speak of these rows in another folder.
+
+        Raises:
+            InputError: it is another one.
+        """
+        if folder.resolve() != self.folder.resolve():
+            raise InputError(f"out = {str(folder)!r}: the study has its rows elsewhere (allowed: {str(self.folder)!r})")
+
     def require_unchanged(self) -> None:
         """Refuse to speak for a folder whose rows have become others since.
 

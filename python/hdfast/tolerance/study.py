@@ -223,7 +223,11 @@ class Study(FurtherRuns):
         return all(verdict.outcome == "met" for verdict in self.verdicts)
 
     def report(self, out: str | Path) -> Path:
-        """Write the page, tables, summary and exact input into a folder; returns the page."""
+        """Write the page, tables, summary and exact input into a folder; returns the page.
+
+        Args:
+            out: the folder; of a study that was run with `out` that one.
+        """
         from hdfast.report.tolerance import write_study
 
         return write_study(self, Path(out))

@@ -228,6 +228,15 @@ def test_regress_no_evidence_of_an_effect_is_no_advice_to_relax():
     assert "relax" not in " ".join(section.texts)
 
 
+def test_regress_an_allocation_says_how_sure_its_yields_are():
+    """The cheapest spreads have hardly more than the yield asked for."""
+    study = hdfast.tolerance(config.parse(SMALL.replace("upper = 3e-4", "upper = 2e-4")), n=20)
+    text = " ".join(tolerance_page.allocation(study).texts)
+    assert re.search(r"te_pp 9[\d.]+ % \([\d.]+ \.\. [\d.]+ %, undecided\), peak_windup", text)
+    assert "as asked for in these rows" in text
+    assert "it is undecided whether all drives have" in text
+
+
 def test_exact_command_writes_the_folder(small, tmp_path, capsys):
     out = tmp_path / "out"
     assert main(["tolerance", str(small), "--rows", "200", "--out", str(out), "--chunk", "64"]) == 0

@@ -198,12 +198,18 @@ def allocation(study: Study) -> Section:
         ]
         for tolerance in study.plan.tolerances
     ]
-    yields = ", ".join(f"{verdict.spec.metric} {100 * verdict.yield_:.2f} %" for verdict in found.verdicts)
-    reached = "as asked for" if found.reached else "short of what is asked for within these bounds"
+    yields = ", ".join(
+        f"{verdict.spec.metric} {share_text(verdict.yield_)} ({interval_text(verdict.interval)}, {verdict.outcome})"
+        for verdict in found.verdicts
+    )
+    reached = "as asked for in these rows" if found.reached else "short of what is asked for within these bounds"
     texts = [
         "Halving a spread is taken to double its cost (1 where the tolerance names none); factors "
         f"stay between 0.25 and 2. The cost falls to {100 * found.cost:.0f} % of what it is now. A simulation of "
         f"{EFFECT_ROWS:,} drives with these spreads has the yields {yields}: {reached}.",
+        "The search ends at the first spreads with which these drives have yields as asked for. Where the interval of "
+        "one includes what is asked for, it is undecided whether all drives have: a study with these spreads and "
+        "another seed tells.",
         "The search ran on a quadratic surface of each metric, which explains "
         + ", ".join(f"{100 * fit:.1f} % of {metric}" for metric, fit in found.fit.items())
         + ".",

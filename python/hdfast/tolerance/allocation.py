@@ -32,7 +32,8 @@ class Allocation:
         factors: factor on the spread of each tolerance; below 1 tighten, above 1 relax.
         cost: of the new tolerances relative to the present ones.
         verdicts: yields of a simulation with the new tolerances, one per specification.
-        reached: True when that simulation has at least the yields aimed at.
+        reached: True when that simulation has at least the yields aimed at. Its rows ended the search, so that other
+            rows may fall short where the interval of a verdict includes the yield aimed at.
         fit: R squared of the quadratic surface of each metric that led there; a poor one means a poor optimum.
     """
 

@@ -91,10 +91,8 @@ def effective_rows(hits: NDArray[np.bool_], groups: Groups, confidence: float = 
     these each group counts as one row (n^2 / sum of squared sizes, Kish 1965), which is also the least there can be.
     """
     rows, sizes = len(hits), np.bincount(groups.index).astype(float)
-    least, telling = 0.0, len(sizes)
-    if groups.alike:
-        rarer = hits if 2 * np.count_nonzero(hits) < rows else ~hits
-        least, telling = rows**2 / float(np.sum(sizes**2)), groups.take(rarer).count
+    least = rows**2 / float(np.sum(sizes**2)) if groups.alike else 0.0
+    telling = groups_that_tell(hits, groups)
     if telling < 2:
         return least
     spread = mean_spread(hits.astype(float), groups)
@@ -102,6 +100,13 @@ def effective_rows(hits: NDArray[np.bool_], groups: Groups, confidence: float = 
         return float(rows)
     ratio = student(rows, confidence) / student(telling, confidence) * float(np.std(hits)) / spread
     return min(max(ratio**2, least), float(rows))
+
+
+def groups_that_tell(hits: NDArray[np.bool_], groups: Groups) -> int:
+    """How many groups say how sure the share of True is: where rows are alike, those that hold the rarer outcome."""
+    if not groups.alike:
+        return groups.count
+    return groups.take(hits if 2 * np.count_nonzero(hits) < len(hits) else ~hits).count
 
 
 def mean(values: Floats, groups: Groups | None = None, confidence: float = CONFIDENCE) -> Estimate:
@@ -152,7 +157,8 @@ def percentile(
 
     Returns:
         The percentile (Hyndman and Fan type 7, as NumPy); a limit is infinite when n is too small for it. With groups
-        the limits are those percentiles whose share lies at the ends of the interval of the share (Woodruff 1952).
+        the limits are those percentiles whose share lies at the ends of the interval of the share (Woodruff 1952), with
+        as many degrees of freedom as there are groups to tell of it less one.
     """
     if not len(values):
         return Estimate(math.nan, math.nan, math.nan)
@@ -161,11 +167,10 @@ def percentile(
     if groups is None:
         low, high = _order_ranks(len(values), share_below, confidence)
     else:
-        # one of the two has no spread where the value is the largest or smallest of all, as that of failed rows is
-        spread = max(mean_spread(held.astype(float), groups) for held in (values <= value, values < value))
-        if math.isnan(spread):
+        if groups.count < 2:
             return Estimate(value, math.nan, math.nan)
-        reach = student(groups.count, confidence) * spread
+        # one of the two has no spread where the value is the largest or smallest of all, as that of failed rows is
+        reach = max(_reach(held, groups, confidence) for held in (values <= value, values < value))
         low = math.floor(len(values) * (share_below - reach))
         high = math.ceil(len(values) * (share_below + reach)) + 1
     return Estimate(
@@ -173,6 +178,15 @@ def percentile(
         float(ordered[low - 1]) if low >= 1 else -math.inf,
         float(ordered[high - 1]) if high <= len(values) else math.inf,
     )
+
+
+def _reach(hits: NDArray[np.bool_], groups: Groups, confidence: float) -> float:
+    """How far the share of True may be off; with fewer than two groups to tell, the wider side of its interval."""
+    telling = groups_that_tell(hits, groups)
+    if telling < 2:
+        found = share(hits, groups, confidence)
+        return max(found.value - found.low, found.high - found.value)
+    return student(telling, confidence) * mean_spread(hits.astype(float), groups)
 
 
 def _type7(ordered: Floats, share_below: float) -> float:

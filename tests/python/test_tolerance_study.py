@@ -219,6 +219,15 @@ def test_regress_the_percentile_followed_is_named_by_metric(study):
     assert "change of P1 [" not in tolerance_page.effects(study).figures[0].svg
 
 
+def test_regress_extremes_assume_neither_correlation_nor_independence(study):
+    text = SMALL + "[correlation]\npairs = [['J_l', 'k1', 0.5]]\n"
+    corners = hdfast.tolerance(config.parse(text), sampling="corners")
+    for found, random in ((corners, False), (study, True)):
+        said = " ".join(tolerance_page.assumptions(found).texts)
+        assert ("copula" in said or "independent of" in said) == random
+        assert ("the same whatever [correlation] and [batches] say" in said) != random
+
+
 def test_regress_no_evidence_of_an_effect_is_no_advice_to_relax():
     """A limit so far away that hardly any drive tells what a wider spread does to the yield."""
     far = config.parse(SMALL.replace("upper = 3e-4", "upper = 3.6e-4"))

@@ -307,7 +307,9 @@ def assumptions(study: Study) -> Section:
         "normal one; Ppk comes from percentiles and does not.",
         f"Rows that failed or lack a metric: policy '{study.policy}'.",
     ]
-    if plan.correlation is not None:
+    if not plan.design.random:
+        texts.append("The extremes are the same whatever [correlation] and [batches] say.")
+    elif plan.correlation is not None:
         kind = "rank correlation" if plan.correlation.kind == "rank" else "correlation of the normal scores"
         pairs = "; ".join(f"{a} and {b}: {value:g}" for a, b, value in plan.correlation.pairs)
         texts.append(f"Gaussian copula, {kind}: {pairs}. All other parameters are independent.")

@@ -70,3 +70,9 @@ def test_exact_an_order_of_no_turn_leaves_the_phase_it_is_known_for() -> None:
     assert facts_of("cogging", 3.37, 121.0) == FACTS["cogging"]
     assert facts_of("gravity_unbalance", None, 121.0) == FACTS["gravity_unbalance"]
     assert facts_of("torque_ripple", 24.0, 121.0) == FACTS["torque_ripple"]
+
+
+@pytest.mark.parametrize("ratio", [1.0, -1.0])
+def test_exact_without_a_gear_an_order_is_that_of_the_motor(ratio: float) -> None:
+    for order in (1.0, 2.0):
+        assert facts_of("torque_ripple", order, ratio) == FACTS["torque_ripple"]

@@ -67,12 +67,14 @@ def facts_of(effect: str, order: float | None, ratio: float) -> Facts:
 
 
 def turn_of(order: float, ratio: float) -> str | None:
-    """The phase of which an order is a whole multiple: of the motor, of the lobe past the flexspline, of the load."""
-    turns = {"motor_phase": 1.0, "lobe_phase": abs(1.0 - 1.0 / ratio), "load_phase": 1.0 / abs(ratio)}
+    """The phase of which an order is a whole multiple: of the motor, of the lobe past the flexspline, of the load.
 
-    def away(name: str) -> float:
-        turn = turns[name]
-        return abs(order / (turn * max(round(order / turn), 1)) - 1.0)
-
-    near = min(("load_phase",) if order < 0.5 else ("motor_phase", "lobe_phase"), key=away)
-    return near if away(near) < SAME_TURN else None
+    Where motor and load turn together, no lobe passes.
+    """
+    if order < 0.5:
+        turns = {"load_phase": 1.0 / abs(ratio)}
+    else:
+        turns = {"motor_phase": 1.0, "lobe_phase": abs(1.0 - 1.0 / ratio)}
+    away = {name: abs(order / (turn * max(round(order / turn), 1)) - 1.0) for name, turn in turns.items() if turn > 0.0}
+    near = min(away, key=lambda name: away[name])
+    return near if away[near] < SAME_TURN else None

@@ -22,8 +22,7 @@ from hdfast.drive_file import UNKNOWN
 from hdfast.files import json_ready
 from hdfast.health import Health
 from hdfast.model import parse_order
-from hdfast.sensors.channels import CHANNELS
-from hdfast.sensors.contract import CHANNEL_UNIT
+from hdfast.sensors.names import table
 from hdfast.terms import terms
 
 MEMORIES = ("none", "rate_independent", "fading")
@@ -199,12 +198,9 @@ def order_of(candidate: Candidate) -> dict[str, Any]:
 
 def _units(candidate: Candidate) -> dict[str, str]:
     """Of the parameters of its laws, by long name; a sensor's effect measures in the unit of its channel."""
-    found = {f"{law}_{own.name}": own.unit for law in candidate.terms for own in terms()[law].parameters}
-    for effect, channel in candidate.sensors:
-        for own in terms()[effect].parameters:
-            unit = own.unit.replace(CHANNEL_UNIT, CHANNELS[channel].unit).replace(" per ", "/")
-            found[f"{channel}_{effect}_{own.name}"] = unit
-    return found
+    of_laws = {f"{law}_{own.name}": own.unit for law in candidate.terms for own in terms()[law].parameters}
+    rows, behind = table(candidate.sensors)
+    return of_laws | {"_".join(key): rows[name].unit.replace(" per ", "/") for name, key in behind.items()}
 
 
 def _gained(gain: Gain) -> dict[str, Any]:
@@ -218,10 +214,9 @@ def _gained(gain: Gain) -> dict[str, Any]:
 
 
 def _unknown_effect(unknown: Unknown, alike: Sequence[str]) -> dict[str, Any]:
-    curve, told = unknown.curve, {}
+    curve, feature, told = unknown.curve, unknown.feature, {}
     if curve is not None:
-        told = {unknown.feature.name: curve[0].tolist(), "torque_N_m": curve[1].tolist()}
-        told["torque_at"] = unknown.feature.place
+        told = {feature.name: curve[0].tolist(), "torque_N_m": curve[1].tolist(), "torque_at": feature.place}
     return {
         "effect": UNKNOWN,
         "place": unknown.place,

@@ -12,7 +12,7 @@ from hdfast.errors import InputError
 from hdfast.recordings import Campaign
 from hdfast.recordings.campaign import LOAD_SIDE
 from hdfast.recordings.clock import period
-from hdfast.sensors import SensorFacts
+from hdfast.sensors import SensorFacts, stage_of
 
 MOTOR, TORQUE, LOAD = "motor_angle", "motor_torque", "load_torque"
 #: What a replay is made with, and read as much earlier as it is late.
@@ -43,10 +43,10 @@ def lateness(campaign: Campaign, interval: float) -> dict[str, float]:
 
 
 def delays(campaign: Campaign) -> dict[str, float]:
-    """Delay of each channel that one is known of [s]: as its effect is declared, else as its sensor is stated."""
-    stated = {name: own.delay_s for name, own in campaign.sensors.items() if own.delay_s}
-    effects = campaign.drive.effects
-    return stated | {one.channel: one.values["tau_y"] for one in effects if one.channel and one.effect == DELAY}
+    """Delay of each channel that one is known of [s], stated or declared."""
+    facts = {name: replace(own, averaged=None) for name, own in campaign.sensors.items()}
+    stage = stage_of(facts, campaign.drive.effects)
+    return {name: float(stage.value(f"{name}_{DELAY}_tau_y")) for effect, name in stage.effects if effect == DELAY}
 
 
 def apart(campaign: Campaign) -> set[str]:

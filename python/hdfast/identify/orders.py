@@ -176,7 +176,8 @@ def design(runs: Sequence[Run], orders: Sequence[float], folds: int) -> Design:
     fold = []
     for run in runs:
         revolution = np.floor(np.abs(run.angle - run.angle[0]) / TURN).astype(np.int64)
-        fold.append(np.minimum(revolution * folds // run.whole, folds - 1) if run.whole > 1 else 0 * revolution + folds)
+        shared = np.minimum(revolution * folds // run.whole, folds - 1)
+        fold.append(shared if run.whole > 1 else np.full_like(revolution, folds))
     index = [np.full(len(run.angle), j) for j, run in enumerate(runs)]
     return Design(runs, matrices, names, listed, folds, _normal(matrices, runs, fold), _normal(matrices, runs, index))
 

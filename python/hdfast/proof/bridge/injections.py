@@ -39,7 +39,6 @@ class Injection:
         needs: one of these has to be in the model.
         least_ratio: of the gear.
         swallowed: amplitude that the recordings' own nuisance may have, for a machine.
-        alone: whether it would show on a recorded load side as well, so that none may be recorded.
         depends_on: state variables.
         memory: kind of memory.
         value: of the parameter, for a machine and an amplitude.
@@ -56,17 +55,16 @@ class Injection:
     needs: tuple[str, ...] = ()
     least_ratio: float = 0.0
     swallowed: Callable[[Machine], float] = lambda _: 0.0
-    alone: bool = False
     depends_on: tuple[str, ...] = ()
     memory: str = "none"
     value: Callable[[Machine, float], float] = lambda _, amplitude: amplitude
 
     def applies(self, machine: Machine) -> bool:
-        """Whether the machine records the channel and no other that would show the effect, and has what it needs.
+        """Whether the machine records the channel, does not state the effect, and has what it needs.
 
-        The effect must not be stated already.
+        What acts on the load would turn a recorded output as well.
         """
-        if self.alone and any(set(LOAD_SIDE) & set(one.columns) for one in machine.recordings):
+        if self.place == "load" and any(set(LOAD_SIDE) & set(one.columns) for one in machine.recordings):
             return False
         recorded = all(self.channel in one.columns for one in machine.recordings)
         needed = not self.needs or bool(set(self.needs) & set(machine.terms))
@@ -166,7 +164,7 @@ INJECTIONS = (
     Injection(
         "gravity_unbalance", "load", "motor_torque", "T_gravity", lambda m: 0.05 * _torque(m) * abs(m.ratio), _ratio,
         lambda one, size, s: size / s["ratio"] * np.sin(one.angle / s["ratio"] + s["psi"]), least_ratio=5.0,
-        alone=True, depends_on=("load_phase",),
+        depends_on=("load_phase",),
     ),
     Injection(
         "nonlinear_viscous", "motor", "motor_torque", "drag_torque",

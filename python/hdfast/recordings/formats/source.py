@@ -54,9 +54,10 @@ class Source:
 def _interpolated(raster: Floats, t: Floats, values: Any) -> Floats:
     """Values (n,) of times t on a raster (m,); NaN outside t and within its gaps."""
     found: Floats = np.interp(raster, t, values, left=np.nan, right=np.nan)
-    if t.size > 1:
+    steps = np.diff(t)
+    if steps.size and np.max(steps) > GAP * np.min(steps):
         after = np.clip(np.searchsorted(t, raster), 1, t.size - 1)
-        wide = np.diff(t) > GAP * usual_steps(t)
+        wide = steps > GAP * usual_steps(t)
         found[wide[after - 1] & (t[after - 1] < raster) & (raster < t[after])] = np.nan
     return found
 

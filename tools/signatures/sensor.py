@@ -143,7 +143,7 @@ SENSOR = {
         SECONDS, TE, _te("ratio_error", "motor_angle", {"ratio_error": 1e-3}, 15.0, 16.0, 50.0),
     ),
     "clock_skew": Signature(
-        "Two speeds, load encoder on a clock fast by 50 parts per million: a ramp in time in proportion to the speed.",
+        "Two speeds, load encoder on a clock slow by 50 parts per million: a ramp in time in proportion to the speed.",
         SECONDS, TE, _skewed,
     ),
     "sensor_lowpass": Signature(

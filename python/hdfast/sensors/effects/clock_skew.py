@@ -11,12 +11,12 @@ class ClockSkew(Clock):
 
     info = sensor_term(
         "clock_skew",
-        description="Channel sampled by a clock of its own, fast by a factor and started apart.",
+        description="Channel sampled by a clock of its own, slow by a factor and started late.",
         equation="y(t) = x((1 + eps) t + t_0)",
         source="quartz oscillators: 10 to 100 parts per million",
         parameters=(
-            SensorParameter("skew", "eps", "1", 5e-5, -1e-4, 1e-4, "relative error of the clock", (-0.5, 0.5)),
-            SensorParameter("clock_offset", "t_0", "s", 0.0, -1e-2, 1e-2, "time apart at t = 0", (-1e3, 1e3)),
+            SensorParameter("skew", "eps", "1", 5e-5, -1e-4, 1e-4, "how slow the clock is", (-0.5, 0.5)),
+            SensorParameter("clock_offset", "t_0", "s", 0.0, -1e-2, 1e-2, "how late it is at t = 0", (-1e3, 1e3)),
         ),
         channels=ANY,
     )

@@ -162,6 +162,12 @@ def test_exact_mean_has_the_gain_of_a_window_and_half_its_delay(share):
     assert np.max(np.abs(found - expected)[:95]) < 1e-8
 
 
+def test_exact_mean_over_the_usual_interval_where_readings_are_lost():
+    at = np.concatenate([np.arange(0.0, 0.5, 0.01), np.arange(0.6, 1.0, 0.01)])
+    found = read("sensor_averaging", 10.0 * T, at=at)
+    np.testing.assert_allclose(found, 10.0 * (at - 0.005), atol=1e-12)
+
+
 @oracle("sensor_offset_drift")
 def test_exact_drift_is_a_line_in_time():
     off = read("sensor_offset_drift", np.cos(T), channel="output_torque", offset=0.3, drift=-0.02) - np.cos(T)

@@ -45,7 +45,7 @@ class Instants:
     Attributes:
         s: times at which the quantity is looked at [s], shape (M, K).
         index: number of the reading behind each sample, shape (M, K); a held value repeats it.
-        interval: time between two readings [s], shape (M, 1).
+        interval: usual time between two readings [s], shape (M, 1).
     """
 
     s: Number

@@ -34,7 +34,7 @@ class SensorFacts:
         noise: standard deviation, in the unit of the channel.
         lowpass_hz: corner of a first-order filter [Hz].
         delay_s: lag of the channel [s].
-        averaged: each value is the mean over the time since the one before.
+        averaged: each value is the mean over the usual (median) time between two of them.
         mounted_on: the body that carries the sensor.
     """
 

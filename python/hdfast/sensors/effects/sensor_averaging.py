@@ -11,8 +11,8 @@ class SensorAveraging(Sampling):
 
     info = sensor_term(
         "sensor_averaging",
-        description="Mean over the time since the last reading, or a share of it, in place of a single look.",
-        equation="y_k = (1/T) integral of x over [t_k - T, t_k], T = share of the sampling interval",
+        description="Mean over the usual time between readings, or a share of it, in place of a single look.",
+        equation="y_k = (1/T) integral of x over [t_k - T, t_k], T = share of the usual sampling interval",
         source="integrating converters; gain sin(pi f T)/(pi f T), delay T/2",
         parameters=(
             SensorParameter("window_share", "share", "1", 1.0, 0.1, 4.0, "window per sampling interval", (0.0, 1e4)),

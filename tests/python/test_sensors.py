@@ -8,6 +8,7 @@ from pathlib import Path
 import hdfast
 import numpy as np
 import pytest
+import scipy
 from hdfast.errors import InputError
 from hdfast.sensors import CHANNELS, SensorStage, encoder
 from hypothesis import given, settings
@@ -125,6 +126,28 @@ def test_against_central_difference_delay_has_the_slope_of_the_signal():
     late, early = (read("sensor_delay", x, tau_y=delay) for delay in (1e-3 + 1e-6, 1e-3 - 1e-6))
     slope = -TURN * 5.0 * np.cos(TURN * 5.0 * (T - 1e-3))
     assert np.max(np.abs((late - early) / 2e-6 - slope)[100:-100]) < 1e-4
+
+
+def test_exact_step_of_a_torque_is_read_late_without_overshoot():
+    step = np.where(T >= 0.01, 0.1, 0.0)
+    expected = np.where(T > 0.0105, 0.1, np.where(T > 0.0095, 0.05, 0.0))
+    stage = SensorStage([("sensor_delay", "motor_torque")], {"tau_y": 5e-4})
+    late, change = stage.linearise(T, {"motor_torque": step}, {"motor_torque": step[:, None]})
+    np.testing.assert_allclose(late["motor_torque"], expected, atol=1e-15)
+    np.testing.assert_allclose(change["motor_torque"][:, 0], expected, atol=1e-15)
+    ring = 0.02 * np.sin(TURN * 20.0 * T)
+    found = read("sensor_delay", step + ring, channel="motor_torque", tau_y=5e-4)
+    assert np.max(np.abs(found - expected - 0.02 * np.sin(TURN * 20.0 * (T - 5e-4)))[1:]) < 1e-5
+    slow = read("sensor_lowpass", step, channel="motor_torque", tau_s=5e-3)
+    assert np.all(np.diff(slow) >= 0.0)
+    assert slow[9] == 0.0
+
+
+@pytest.mark.parametrize("frequency", [1.0, 40.0, 100.0, 170.0, 250.0, 330.0])
+def test_against_scipy_torque_that_does_not_jump_is_one_spline(frequency):
+    x = np.sin(TURN * frequency * T + 0.3) + 0.5 * np.sin(TURN * 7.0 * T)
+    found = read("sensor_delay", x, channel="output_torque", tau_y=3e-4)[1:]
+    np.testing.assert_allclose(found, scipy.interpolate.CubicSpline(T, x)(T[1:] - 3e-4), atol=1e-12)
 
 
 @oracle("clock_skew")

@@ -27,7 +27,8 @@ class Curve:
     def __init__(self, t: Floats, x: Number, *, moving: bool) -> None:
         self.t = t
         self._spline = Spline(t, value(x), moving=moving)
-        self._tangents = Spline(t, x.slopes, moving=moving) if isinstance(x, Dual) else None
+        jumps = self._spline.jumps
+        self._tangents = Spline(t, x.slopes, moving=moving, jumps=jumps) if isinstance(x, Dual) else None
         self.x = self._of(attrgetter("x"))
         self.rates = self._of(attrgetter("rates"))
         self.start_rate = self._of(attrgetter("start_rate"))

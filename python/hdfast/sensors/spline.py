@@ -10,6 +10,8 @@ from numpy.typing import NDArray
 
 from hdfast.checks import Floats
 
+STEEPER = 4.0  # than the two pieces before and the two after; a sine is at most 3 times as steep, at an end
+
 
 class Spline:
     """The C2 cubic spline (not-a-knot) through samples of many rows, continued beyond both ends.
@@ -20,10 +22,11 @@ class Spline:
     Args:
         t: knots [s], shape (T,), strictly increasing, T of at least 4.
         x: samples, shape (..., T).
-        moving: continue beyond the ends at the speed there; else hold the value.
+        moving: continue beyond the ends at the speed there; else hold the value, and pass jumps in a straight line.
+        jumps: pieces over which what is held jumps, shape (..., T-1); default those far steeper than the ones around.
     """
 
-    def __init__(self, t: Floats, x: Floats, *, moving: bool) -> None:
+    def __init__(self, t: Floats, x: Floats, *, moving: bool, jumps: NDArray[np.bool_] | None = None) -> None:
         self.t = t
         known = np.isfinite(x)
         self._end = np.where(known.all(axis=-1), np.inf, t[np.maximum(known.sum(axis=-1) - 1, 0)])
@@ -31,6 +34,11 @@ class Spline:
         self.x = x if known.all() else _held(x, known)
         h = np.diff(t)
         slope = np.diff(self.x, axis=-1) / h
+        self.jumps = _jumps(slope) if jumps is None and not moving else jumps
+        straight: Floats | float = 0.0
+        if self.jumps is not None and self.jumps.any():
+            straight = np.where(self.jumps, slope - _around(slope), 0.0)
+            slope = slope - straight
         self.rates = _knot_rates(h, slope)
         before, after = self.rates[..., :-1], self.rates[..., 1:]
         c2 = (3.0 * slope - 2.0 * before - after) / h
@@ -41,7 +49,7 @@ class Spline:
         self._anchor = np.concatenate([t[:1], t])
         self._c = (
             np.concatenate([self.x[..., :1], self.x], axis=-1),
-            np.concatenate([ends[..., :1], before, ends[..., 1:]], axis=-1),
+            np.concatenate([ends[..., :1], before + straight, ends[..., 1:]], axis=-1),
             np.concatenate([zero, c2, zero], axis=-1),
             np.concatenate([zero, c3, zero], axis=-1),
         )
@@ -87,6 +95,22 @@ def _held(x: Floats, known: NDArray[np.bool_]) -> Floats:
     last = np.where(known.any(axis=-1), known.sum(axis=-1) - 1, 0)
     value = np.nan_to_num(np.take_along_axis(x, last[..., None], axis=-1))
     return np.asarray(np.where(known, x, value))
+
+
+def _jumps(slope: Floats) -> NDArray[np.bool_]:
+    steep = np.abs(slope)
+    held = np.zeros((*slope.shape[:-1], 2))
+    near = np.concatenate([held, steep, held], axis=-1)
+    pairs = np.maximum(near[..., :-1], near[..., 1:])
+    return np.asarray(steep > STEEPER * np.maximum(pairs[..., :-3], pairs[..., 3:]))
+
+
+def _around(slope: Floats) -> Floats:
+    """Mean slope of the pieces before and after, 0 beyond the ends."""
+    held = np.zeros((*slope.shape[:-1], 1))
+    return np.asarray(
+        0.5 * np.concatenate([held, slope[..., :-1]], axis=-1) + 0.5 * np.concatenate([slope[..., 1:], held], axis=-1)
+    )
 
 
 def _knot_rates(h: Floats, slope: Floats) -> Floats:

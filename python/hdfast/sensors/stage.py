@@ -31,9 +31,9 @@ class SensorStage:
     """Sensor effects on the channels of a recording.
 
     Whatever the order of the list, a signal passes them as in a test rig: geometry of the scale, filter, clock (skew,
-    conversion, jitter, delay), averaging, drift, noise, rounding. Between samples a signal is its cubic spline; before
-    the first sample an angle moves on at its first speed and a torque holds its value. A stage without effects changes
-    no bit.
+    conversion, jitter, delay), averaging, drift, noise, rounding. Between samples a signal is its cubic spline, and a
+    torque that jumps goes straight; before the first sample an angle moves on at its first speed and a torque holds
+    its value. A stage without effects changes no bit.
 
     Args:
         effects: pairs (effect id, channel); see `hdfast.terms()` and `hdfast.sensors.CHANNELS`.

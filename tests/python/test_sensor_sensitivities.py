@@ -64,6 +64,25 @@ def test_exact_eccentricity_is_linearised_where_the_shaft_is():
     np.testing.assert_allclose(found, np.stack([(1.0 + line) * SINE, (1.0 + line) * T, line], axis=1), atol=1e-12)
 
 
+def test_exact_line_faster_than_samples_behind_a_filter():
+    """1024 Hz, read 2500 times per second; the derivative of a settled response by hand."""
+    speed, tau, size = np.pi, 5e-3, 2.0 * np.pi / 2048.0
+    effects = [("encoder_interpolation_error", "load_angle"), ("sensor_lowpass", "load_angle")]
+    stage = SensorStage(effects, {"tau_s": tau, "pitch_share": 1e-2})
+    found = stage.linearise(T, {"load_angle": speed * T}, wrt=["pitch_share", "psi", "tau_s", "lines"])[1]["load_angle"]
+    rate = 2048.0 * speed
+    response = 1.0 / (1.0 + 1j * rate * tau)
+    line = size * np.exp(1j * rate * T)
+    expected = [
+        np.imag(response * line),
+        np.real(1e-2 * response * line),
+        np.imag(-1j * rate * response**2 * 1e-2 * line) - speed,
+        1e-2 * np.imag((1j * speed * T - 1.0 / 2048.0 - 1j * speed * tau * response) * response * line),
+    ]
+    for column, own in enumerate(expected):
+        np.testing.assert_allclose(found[:, column], own, atol=1e-8 * np.max(np.abs(own)))
+
+
 def test_exact_rounding_is_left_out_and_noise_is_a_factor():
     """Steps may lie anywhere: on average a rounded reading follows the unrounded one and not its steps."""
     effects = [("sensor_delay", "load_angle"), ("sensor_noise", "load_angle"), ("quantisation", "load_angle")]
@@ -137,6 +156,11 @@ def assert_derivatives(effects, channel, seed):
 def test_against_differences_of_every_effect(effect):
     for seed, channel in enumerate({"load_angle", "motor_torque"} & set(EFFECTS[effect].channels)):
         assert_derivatives([effect], channel, seed)
+
+
+def test_against_differences_of_a_line_apart_from_the_curve():
+    effects = ["encoder_interpolation_error", "ratio_error", "sensor_lowpass", "sampling_jitter", "sensor_averaging"]
+    assert_derivatives(effects, "load_angle", 3)
 
 
 @given(st.lists(st.sampled_from(list(EFFECTS)), unique=True, min_size=2, max_size=6), st.integers(0, 1000))

@@ -12,8 +12,9 @@ from numpy.typing import NDArray
 
 from hdfast.checks import Floats
 from hdfast.sensors.channels import ANGLES
-from hdfast.sensors.curve import Curve
+from hdfast.sensors.curve import Course, Curve
 from hdfast.sensors.dual import Number
+from hdfast.sensors.ripple import Ripple
 from hdfast.terms import Term, TermParameter
 
 CHANNEL_UNIT = "unit of the channel"
@@ -74,12 +75,29 @@ class Geometry(SensorEffect):
         """What the scale shows at x, shape (M, T)."""
 
 
+class Graduation(Geometry):
+    """Geometry that repeats with every line of the scale: as fast a sine as the shaft is, whatever the samples."""
+
+    @abstractmethod
+    def line(self, x: Number, p: Values) -> tuple[Number, Number]:
+        """Amplitude (M, 1) and phase [rad], shape (M, T), of the sine that it adds at x."""
+
+    def reading(self, x: Number, p: Values) -> Number:
+        """What the scale shows at x, shape (M, T)."""
+        amplitude, phase = self.line(x, p)
+        return x + amplitude * np.sin(phase)
+
+
 class Filter(SensorEffect):
-    """Continuous dynamics before sampling."""
+    """Continuous dynamics before sampling, linear; a channel has one at most."""
 
     @abstractmethod
     def response(self, curve: Curve, p: Values) -> Number:
         """The filtered quantity at the knots of the curve, shape (M, T)."""
+
+    @abstractmethod
+    def remainder(self, ripple: Ripple, p: Values) -> Course:
+        """What is left of a ripple behind the filter."""
 
 
 class Clock(SensorEffect):
@@ -94,7 +112,7 @@ class Sampling(SensorEffect):
     """How one number is taken from the quantity around an instant."""
 
     @abstractmethod
-    def sample(self, curve: Curve, instants: Instants, p: Values) -> Number:
+    def sample(self, course: Course, instants: Instants, p: Values) -> Number:
         """The numbers, shape (M, K)."""
 
 

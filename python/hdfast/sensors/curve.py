@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable
 from operator import attrgetter, methodcaller
 
@@ -10,7 +11,25 @@ from hdfast.sensors.dual import Dual, Number, select, slopes, value
 from hdfast.sensors.spline import Spline
 
 
-class Curve:
+class Course(ABC):
+    """What a quantity does in continuous time."""
+
+    @abstractmethod
+    def at(self, s: Number) -> Number:
+        """Values at the times s [s], shape (M, K)."""
+
+    @abstractmethod
+    def area(self, s: Number) -> Number:
+        """Integrals up to the times s from one time that all share."""
+
+    def mean(self, s: Number, window: Number) -> Number:
+        """Mean over [s - window, s], exactly, shape (M, K); the value at s where the window is zero."""
+        width = select(window > 0.0, window, 1.0)
+        area = self.area(s) - self.area(s - width)
+        return select(window > 0.0, area / width, self.at(s - window / 2.0))
+
+
+class Curve(Course):
     """The spline through the samples of M rows, and the splines through their derivatives.
 
     Args:
@@ -41,11 +60,13 @@ class Curve:
         """Values at the times s [s], shape (M, K)."""
         return self._along(s, Spline.at, Spline.rate)
 
+    def area(self, s: Number) -> Number:
+        """Integrals from the first knot to the times s."""
+        return self._along(s, Spline.area, Spline.at)
+
     def mean(self, s: Number, window: Number) -> Number:
         """Mean over [s - window, s], exactly, shape (M, K); the value at s where the window is zero."""
-        width = select(window > 0.0, window, 1.0)
-        area = self._along(s, Spline.area, Spline.at) - self._along(s - width, Spline.area, Spline.at)
-        return self.until_end(s, select(window > 0.0, area / width, self.at(s - window / 2.0)))
+        return self.until_end(s, super().mean(s, window))
 
     def until_end(self, s: Number, y: Number) -> Number:
         """What belongs to the times s, NaN where a row has ended."""

@@ -17,6 +17,7 @@ PARTIALS: dict[np.ufunc, Callable[..., tuple[Any, ...]]] = {
     np.multiply: lambda _, a, b: (b, a),
     np.divide: lambda y, _, b: (1.0 / b, -y / b),
     np.sin: lambda _, a: (np.cos(a),),
+    np.cos: lambda _, a: (-np.sin(a),),
     np.negative: lambda *_: (-1.0,),
     np.exp: lambda y, _: (y,),
     np.expm1: lambda y, _: (y + 1.0,),
@@ -51,7 +52,7 @@ class Dual(NDArrayOperatorsMixin):
 
     def __getitem__(self, key: Any) -> Dual:
         """Along the last axis: `[..., k]`."""
-        return Dual(self.value[key], self.slopes[key])
+        return Dual(self.value[key], _full(self)[key])
 
 
 Number: TypeAlias = Floats | Dual
@@ -80,6 +81,16 @@ def select(condition: NDArray[np.bool_], a: Any, b: Any) -> Number:
     return Dual(values, np.where(condition, slopes(a), slopes(b)))
 
 
+def along(function: Callable[[Floats], Floats], x: Number) -> Number:
+    """A function that is linear along the last axis."""
+    return Dual(function(x.value), function(_full(x))) if isinstance(x, Dual) else function(x)
+
+
+def take(x: Number, place: NDArray[np.int64]) -> Number:
+    """Numbers (M, K) of x (M, T) at the places (M, K) along the last axis."""
+    return along(lambda a: np.take_along_axis(a, place.reshape((1,) * (a.ndim - place.ndim) + place.shape), axis=-1), x)
+
+
 def recurrence(first: Number, factor: Number, term: Number) -> Number:
     """The sequence y_0 = first (M, 1), y_(k+1) = factor_k y_k + term_k along the last axis, shape (M, T)."""
     y = _sequence(value(first), value(factor), value(term))
@@ -87,6 +98,11 @@ def recurrence(first: Number, factor: Number, term: Number) -> Number:
         return y
     change = slopes(factor) * y[..., :-1] + slopes(term)
     return Dual(y, _sequence(slopes(first), value(factor), change))
+
+
+def _full(x: Dual) -> Floats:
+    """The derivatives, shape (W, M, T)."""
+    return np.broadcast_to(x.slopes, (len(x.slopes), *x.value.shape))
 
 
 def _sequence(first: Floats, factor: Floats, term: Floats) -> Floats:

@@ -4,14 +4,28 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
 from hdfast.checks import Floats
 from hdfast.errors import InputError
-from hdfast.sensors.contract import Clock, Draw, Filter, Geometry, Instants, Readout, Sampling, SensorEffect, Values
-from hdfast.sensors.curve import Curve
+from hdfast.sensors.contract import (
+    Clock,
+    Counts,
+    Draw,
+    Filter,
+    Geometry,
+    Graduation,
+    Instants,
+    Readout,
+    Sampling,
+    SensorEffect,
+    Values,
+)
+from hdfast.sensors.curve import Course, Curve
 from hdfast.sensors.dual import Number, value
+from hdfast.sensors.ripple import Ripple
 
 FEWEST = 4
 
@@ -35,21 +49,56 @@ def read(steps: Sequence[Step], t: Floats, x: Number, at: Floats, *, moving: boo
         at: times of the readings [s].
         moving: before the first sample the quantity moves on at its speed; else it holds its value.
     """
+    place = _place(t, at)
+    between = place is None or any(isinstance(step.effect, Filter | Clock | Sampling) for step in steps)
+    x, ripple, behind = _scaled(steps, t, x, moving, between=between)
+    fast: Course | None = ripple
     for step in steps:
-        if isinstance(step.effect, Geometry):
-            x = step.effect.reading(x, step.values)
-        elif isinstance(step.effect, Filter):
+        if isinstance(step.effect, Filter):
             curve = _curve(t, x, moving)
             x = curve.until_end(t, step.effect.response(curve, step.values))
+            fast = ripple and step.effect.remainder(ripple, step.values)
     instants = _instants(len(value(x)), at)
     for step in steps:
         if isinstance(step.effect, Clock):
             instants = step.effect.instants(instants, step.values, step.draw)
-    y = _sample(steps, t, x, at, instants, moving)
+    if place is None or any(isinstance(step.effect, Clock | Sampling) for step in steps):
+        y = _sample(steps, _curve(t, x, moving), instants)
+    else:
+        y = x[..., place]
+    if fast is not None:
+        y = _shown(behind, y + _sample(steps, fast, instants))
     for step in steps:
         if isinstance(step.effect, Readout):
             y = step.effect.readout(y, instants, step.values, step.draw)
     return y
+
+
+def _place(t: Floats, at: Floats) -> Counts | None:
+    """Where the times `at` are among t; None unless all are."""
+    place = np.minimum(np.searchsorted(t, at), len(t) - 1)
+    return place if np.array_equal(t[place], at) else None
+
+
+def _scaled(
+    steps: Sequence[Step], t: Floats, x: Number, moving: bool, *, between: bool
+) -> tuple[Number, Ripple | None, Sequence[Step]]:
+    """What the scale shows; if looked at between the times t, what its lines add is apart, with the effects after it.
+
+    Those that change the scale are factors, which are the same before filter, clock and averaging as behind.
+    """
+    for k, step in enumerate(steps):
+        if between and isinstance(step.effect, Graduation):
+            return x, Ripple(_curve(t, x, moving), partial(step.effect.line, p=step.values)), steps[k + 1 :]
+        x = _shown([step], x)
+    return x, None, []
+
+
+def _shown(steps: Sequence[Step], x: Number) -> Number:
+    for step in steps:
+        if isinstance(step.effect, Geometry):
+            x = step.effect.reading(x, step.values)
+    return x
 
 
 def _instants(rows: int, at: Floats) -> Instants:
@@ -59,14 +108,11 @@ def _instants(rows: int, at: Floats) -> Instants:
     return Instants(np.broadcast_to(at, shape), index, np.full((rows, 1), interval))
 
 
-def _sample(steps: Sequence[Step], t: Floats, x: Number, at: Floats, instants: Instants, moving: bool) -> Number:
+def _sample(steps: Sequence[Step], course: Course, instants: Instants) -> Number:
     for step in steps:
         if isinstance(step.effect, Sampling):
-            return step.effect.sample(_curve(t, x, moving), instants, step.values)
-    place = np.minimum(np.searchsorted(t, at), len(t) - 1)
-    if np.array_equal(t[place], at) and not any(isinstance(step.effect, Clock) for step in steps):
-        return x[..., place]
-    return _curve(t, x, moving).at(instants.s)
+            return step.effect.sample(course, instants, step.values)
+    return course.at(instants.s)
 
 
 def _curve(t: Floats, x: Number, moving: bool) -> Curve:

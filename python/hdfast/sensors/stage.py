@@ -33,7 +33,7 @@ class SensorStage:
     Whatever the order of the list, a signal passes them as in a test rig: geometry of the scale, filter, clock (skew,
     conversion, jitter, delay), averaging, drift, noise, rounding. Between samples a signal is its cubic spline, and a
     torque that jumps goes straight; before the first sample an angle moves on at its first speed and a torque holds
-    its value. A stage without effects changes no bit.
+    its value. What the lines of an encoder add may be faster than the samples. A stage without effects changes no bit.
 
     Args:
         effects: pairs (effect id, channel); see `hdfast.terms()` and `hdfast.sensors.CHANNELS`.

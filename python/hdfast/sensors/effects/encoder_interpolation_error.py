@@ -2,11 +2,11 @@
 
 import numpy as np
 
-from hdfast.sensors.contract import Geometry, SensorParameter, Values, phase, sensor_term
+from hdfast.sensors.contract import Graduation, SensorParameter, Values, phase, sensor_term
 from hdfast.sensors.dual import Number
 
 
-class EncoderInterpolationError(Geometry):
+class EncoderInterpolationError(Graduation):
     """See `info`."""
 
     info = sensor_term(
@@ -21,8 +21,7 @@ class EncoderInterpolationError(Geometry):
         ),
     )
 
-    def reading(self, x: Number, p: Values) -> Number:
+    def line(self, x: Number, p: Values) -> tuple[Number, Number]:
         """One line at order Z of the shaft."""
         lines = p["lines"]
-        error: Number = p["pitch_share"] * (2.0 * np.pi / lines) * np.sin(lines * x + p["psi"])
-        return x + error
+        return p["pitch_share"] * (2.0 * np.pi / lines), lines * x + p["psi"]

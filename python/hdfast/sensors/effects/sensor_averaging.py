@@ -2,7 +2,7 @@
 
 from hdfast.sensors.channels import ANY
 from hdfast.sensors.contract import Instants, Sampling, SensorParameter, Values, sensor_term
-from hdfast.sensors.curve import Curve
+from hdfast.sensors.curve import Course
 from hdfast.sensors.dual import Number
 
 
@@ -20,6 +20,6 @@ class SensorAveraging(Sampling):
         channels=ANY,
     )
 
-    def sample(self, curve: Curve, instants: Instants, p: Values) -> Number:
-        """The exact mean of the curve."""
-        return curve.mean(instants.s, p["window_share"] * instants.interval)
+    def sample(self, course: Course, instants: Instants, p: Values) -> Number:
+        """The exact mean."""
+        return course.mean(instants.s, p["window_share"] * instants.interval)

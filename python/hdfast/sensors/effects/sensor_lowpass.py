@@ -4,8 +4,9 @@ import numpy as np
 
 from hdfast.sensors.channels import ANY
 from hdfast.sensors.contract import CHANNEL_UNIT, Filter, SensorParameter, Values, sensor_term
-from hdfast.sensors.curve import Curve
-from hdfast.sensors.dual import Number, recurrence, select
+from hdfast.sensors.curve import Course, Curve
+from hdfast.sensors.dual import Number, recurrence, select, take
+from hdfast.sensors.ripple import Ripple
 
 
 class SensorLowpass(Filter):
@@ -31,6 +32,41 @@ class SensorLowpass(Filter):
         drive = sum(others, start=first)
         y = recurrence(curve.x[..., :1] - tau * curve.start_rate, np.exp(-z), drive)
         return select(tau > 0.0, y, curve.x - tau * curve.rates)
+
+    def remainder(self, ripple: Ripple, p: Values) -> Course:
+        """Settled on the speed before the first sample."""
+        return _Remainder(ripple, p["tau_s"])
+
+
+class _Remainder(Course):
+    """In each piece of a ripple the response to its sine, and what the change of speed before left, dying out."""
+
+    def __init__(self, ripple: Ripple, tau: Number) -> None:
+        self._ripple, self._tau = ripple, tau
+        settled = self._settled(ripple.phase[..., :-1], ripple.rate)
+        fading = self._fading(ripple.lengths)
+        drive = self._settled(ripple.phase[..., 1:], ripple.rate) - fading * settled
+        y = recurrence(settled[..., :1], fading, drive)
+        self._left = y[..., :-1] - settled
+
+    def at(self, s: Number) -> Number:
+        """Values at the times s [s], shape (M, K)."""
+        place, since = self._ripple.find(s)
+        rate, left = take(self._ripple.rate, place), take(self._left, place)
+        settled = self._settled(take(self._ripple.phase, place) + rate * since, rate)
+        return settled + self._fading(select(place > 0, since, 0.0)) * left
+
+    def area(self, s: Number) -> Number:
+        """By the filter's equation, y = x - tau_s dy/dt."""
+        return self._ripple.area(s) - self._tau * self.at(s)
+
+    def _settled(self, phase: Number, rate: Number) -> Number:
+        lag = rate * self._tau
+        return self._ripple.amplitude * (np.sin(phase) - lag * np.cos(phase)) / (1.0 + lag * lag)
+
+    def _fading(self, since: Number) -> Number:
+        filtered = self._tau > 0.0
+        return select(filtered, np.exp(-since / select(filtered, self._tau, 1.0)), 0.0)
 
 
 def _moments(z: Number) -> list[Number]:

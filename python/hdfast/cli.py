@@ -190,7 +190,7 @@ def _sweep(options: argparse.Namespace) -> int:
             print()
             print(text_table(tables.SPEC_HEADER, tables.spec_rows(verdicts, result.units), right=(2, 3, 4, 5, 6)))
         if out is not None:
-            print(f"\n{out / folder.PAGE}\n{out / folder.ROWS}\n{out / files.SUMMARY}")
+            print(f"\n{out / files.PAGE}\n{out / folder.ROWS}\n{out / files.SUMMARY}")
     return DONE if all(verdict.met for verdict in verdicts) else NOT_MET
 
 
@@ -234,7 +234,7 @@ def _simulate(options: argparse.Namespace) -> int:
         print(f"{settings.title}\n{run.message}\n\n{text_table(['metric', 'value', 'unit'], rows, right=(1,))}")
         if out is not None:
             recording = [] if run.recorded is None else [folder.RECORDING]
-            print("", *(out / name for name in (folder.PAGE, folder.TRAJECTORY, *recording, files.SUMMARY)), sep="\n")
+            print("", *(out / name for name in (files.PAGE, folder.TRAJECTORY, *recording, files.SUMMARY)), sep="\n")
     return DONE if run.status == catalogue.FINISHED else NOT_MET
 
 

@@ -17,13 +17,14 @@ import numpy as np
 
 from hdfast.errors import InputError
 
-CAMPAIGN, INPUT, REPORT = "campaign.toml", "input.toml", "report.html"
-MANIFEST, SUMMARY = "manifest.json", "summary.json"
+CAMPAIGN, INPUT, PAGE, REPORT = "campaign.toml", "input.toml", "index.html", "report.html"
+COMPARISON, CALIBRATION, VERDICT = "comparison.json", "calibration.json", "verdict.json"
+TRUTH, FIT, MANIFEST, SUMMARY = "truth.json", "fit.json", "manifest.json", "summary.json"
 COMPUTED = ("rows.parquet", "trajectory.parquet", "recording.parquet")
-REPORTED = (SUMMARY, "index.html", "statistics.csv", "statistics.parquet", "worst.csv", "worst.parquet")
+REPORTED = (SUMMARY, PAGE, "statistics.csv", "statistics.parquet", "worst.csv", "worst.parquet")
 RESERVED = (INPUT, MANIFEST, "rows", "trajectories.zarr", *COMPUTED, *REPORTED)
-RESULTS = ("verdict.json", "comparison.json", "calibration.json")
-RESULTS_WITH_INPUT = (SUMMARY, MANIFEST, "fit.json")
+SWEPT = (SUMMARY, MANIFEST)  # sweep, simulate and tolerance take turns in a folder
+TELLING = (COMPARISON, CALIBRATION, VERDICT, TRUTH, FIT, *SWEPT)  # of which command the results in a folder are
 
 
 def prepare(folder: str | Path) -> Path:
@@ -67,53 +68,66 @@ def alone_in(folder: str | Path) -> Iterator[Path]:
         os.close(held)
 
 
-def prepare_results(folder: str | Path, campaign: str, own: Sequence[str] = RESULTS, home: Path | None = None) -> Path:
+def prepare_results(folder: str | Path, campaign: str, own: Sequence[str], home: Path | None = None) -> Path:
     """As `prepare`, for results beside a copy of their campaign file; one that is no copy is not written over.
 
     Args:
         folder: where results go.
         campaign: text of the campaign file.
-        own: files of which one tells that the folder holds earlier results.
+        own: what the command writes beside the copy, one of `TELLING` among it.
         home: folder of the campaign file that is read; what it holds is never a copy.
 
     Raises:
-        InputError: the folder cannot be written, or holds another campaign file that is no copy beside results.
+        InputError: the folder cannot be written, holds another campaign file that is no copy beside results, or results
+            of another command.
     """
-    at_home = home is not None and Path(folder).resolve() == home.resolve()
-    return _prepare_copies(folder, {CAMPAIGN: campaign.encode()}, () if at_home else own)
+    copies = {CAMPAIGN: campaign.encode()}
+    if home is not None and Path(folder).resolve() == home.resolve():
+        _require_copies(folder, copies)
+    return _prepare_copies(folder, copies, own)
 
 
-def prepare_inputs(folder: str | Path, inputs: Mapping[str, bytes]) -> Path:
+def prepare_inputs(folder: str | Path, inputs: Mapping[str, bytes], own: Sequence[str] = SWEPT) -> Path:
     """As `prepare`, for results with a copy of what they came from; a foreign file that differs is not written over.
 
     Args:
         folder: where results go.
         inputs: content of each copy by its name in the folder.
+        own: what the command writes beside the copies, one of `TELLING` among it.
 
     Raises:
-        InputError: the folder cannot be written, holds another file of such a name and no results, or holds a tolerance
-            study, whose rows would lose their input.
+        InputError: the folder cannot be written, holds another file of such a name and no results, results of another
+            command, or a tolerance study, whose rows would lose their input.
     """
     if (Path(folder) / MANIFEST).exists():
         raise InputError(f"out = {str(folder)!r} holds the rows of a tolerance study: name another folder")
-    return prepare_study(folder, inputs)
+    return _prepare_copies(folder, inputs, own)
 
 
 def prepare_study(folder: str | Path, inputs: Mapping[str, bytes]) -> Path:
     """As `prepare_inputs`, for the rows of a tolerance study, which continue those that the folder may hold."""
-    return _prepare_copies(folder, inputs, RESULTS_WITH_INPUT)
+    return _prepare_copies(folder, inputs, SWEPT)
 
 
 def _prepare_copies(folder: str | Path, copies: Mapping[str, bytes], own: Sequence[str]) -> Path:
-    """As `prepare`; without one of its own files the folder may hold nothing else under the names of the copies."""
-    path = Path(folder)
-    if not any((path / name).exists() for name in own):
-        for name, content in copies.items():
-            if (path / name).exists() and not _holds(path / name, content):
-                raise InputError(
-                    f"out = {str(folder)!r} holds another {name}, which would be replaced: name another folder"
-                )
+    """As `prepare`; results there are the command's own, and what has the name of a copy is one where there are any."""
+    there = [name for name in TELLING if (Path(folder) / name).exists()]
+    for name in there:
+        if name not in own:
+            raise InputError(f"out = {str(folder)!r} holds results of another command ({name}): name another folder")
+    if not there:
+        _require_copies(folder, copies)
     return prepare(folder)
+
+
+def _require_copies(folder: str | Path, copies: Mapping[str, bytes]) -> None:
+    """Refuse a folder that holds anything else under the names of the copies."""
+    for name, content in copies.items():
+        path = Path(folder) / name
+        if path.exists() and not _holds(path, content):
+            raise InputError(
+                f"out = {str(folder)!r} holds another {name}, which would be replaced: name another folder"
+            )
 
 
 def _holds(path: Path, content: bytes) -> bool:

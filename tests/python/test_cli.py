@@ -260,6 +260,17 @@ def test_regress_bench_does_not_write_over_a_campaign_file_that_it_did_not_make(
     assert [(file.name, file.read_text()) for file in own.iterdir()] == [("campaign.toml", "# my own campaign")]
 
 
+def test_regress_bench_leaves_no_recordings_of_an_earlier_one_and_all_other_files(small, tmp_path):
+    own = tmp_path / "own"
+    assert main(["bench", "coastdown", str(small), "--out", str(own), "--quiet"]) == 0
+    first = {file.name for file in own.glob("*.parquet")}
+    (own / "mine.parquet").write_text("my own")
+    assert first
+    assert main(["bench", "coastdown", str(small), "--out", str(own), "--format", "csv", "--quiet"]) == 0
+    assert [file.name for file in own.glob("*.parquet")] == ["mine.parquet"]
+    assert {file.stem for file in own.glob("*.csv")} == {Path(name).stem for name in first}
+
+
 @pytest.mark.parametrize("command", ["sweep", "simulate", "tolerance"])
 @pytest.mark.parametrize("name", ["input.toml", "data/measured.csv"])
 def test_regress_results_are_not_written_over_files_of_the_users_own(command, name, small, tmp_path, capsys):

@@ -213,6 +213,21 @@ def test_exact_another_campaign_is_not_written_over(command, path, tmp_path, cap
     assert (rig / "campaign.toml").read_text() == "[drive]\nratio = 80\n"
 
 
+def test_exact_results_of_one_campaign_do_not_stay_beside_another(path, tmp_path, capsys, undrawn):
+    """Another campaign replaces what its own command left; what another command left is refused as it is."""
+    out = tmp_path / "out"
+    assert main(["calibrate", str(path), "--out", str(out), "--quiet"]) == 0
+    before = {file.name: file.read_bytes() for file in out.iterdir()}
+    for command in ("compare", "diagnose"):
+        assert main([command, str(small_campaign.write(tmp_path)), "--out", str(out), "--quiet"]) == 2
+        assert "out' holds results of another command (calibration.json)" in capsys.readouterr().err
+        assert {file.name: file.read_bytes() for file in out.iterdir()} == before
+    assert main(["calibrate", str(tmp_path / "campaign.toml"), "--out", str(out), "--quiet"]) == 0
+    after = {file.name: file.read_bytes() for file in out.iterdir()}
+    assert after.keys() == before.keys()
+    assert not set(after.values()) & set(before.values()) - {before["campaign.toml"]}
+
+
 def test_exact_unusable_recordings_are_refused_with_the_reason(tmp_path):
     path = small_campaign.write(tmp_path)
     for number in range(4):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 
 import pytest
@@ -54,6 +55,20 @@ def test_exact_a_model_joins_the_drive_of_the_campaign_key_by_key(campaign, tmp_
     assert {name: found.drive[name] for name in known} == known
     assert found.drive["B_m"] == pytest.approx(1.2e-3 - 3e-4 - 0.2 / 121.0**2, rel=0.01)
     assert found.model.spring == "piecewise"
+
+
+@pytest.mark.parametrize("cut", [False, True])
+def test_regress_results_leave_nothing_of_earlier_ones(cut, campaign, tmp_path, capsys, monkeypatch):
+    """Recordings alone have no input.toml; a run that is cut short has no fit.json."""
+    out = tmp_path / "out"
+    coast(campaign("fit", "fit"), capsys, "--out", str(out))
+    assert (out / "input.toml").exists()
+    if cut:
+        monkeypatch.setattr("hdfast.report.identify_page.page", lambda fit: 1 // 0)
+    with pytest.raises(ZeroDivisionError) if cut else contextlib.nullcontext():
+        coast(str(tmp_path / "r2.parquet"), capsys, "--out", str(out))
+    written = {"model.toml", "points.parquet"} | (set() if cut else {"index.html", "fit.json"})
+    assert {file.name for file in out.iterdir()} == written
 
 
 ORDERS = "[kinematic_error]\norders = [1, 2]\n"

@@ -11,8 +11,12 @@ import matplotlib as mpl
 import numpy as np
 import pytest
 from hdfast import config, files
+from hdfast.bench import folder as bench_folder
+from hdfast.calibration.calibrate import RESULTS as CALIBRATION
+from hdfast.comparison.compare import RESULTS as COMPARISON
+from hdfast.diagnosis.diagnose import RESULTS as DIAGNOSIS
 from hdfast.errors import InputError
-from hdfast.report import folder, html, plots, tables
+from hdfast.report import folder, html, identify_page, plots, tables
 from hdfast.tolerance.limits import judge
 from hdfast.tolerance.simulation import simulate_rows
 from matplotlib.figure import Figure
@@ -216,6 +220,7 @@ def test_exact_files_appear_whole_or_not_at_all(tmp_path):
     [
         ("[drive]\nratio = 80\n", None, False),
         ("[drive]\nratio = 80\n", "verdict.json", True),
+        ("[drive]\nratio = 80\n", "report.html", False),
         ("[drive]\nratio = 121\n", None, True),
         ("\ufeff[drive]\r\nratio = 121\r\n", None, True),
         (None, None, True),
@@ -227,18 +232,42 @@ def test_exact_results_replace_a_copy_of_a_campaign_and_no_other(there, result, 
     if result is not None:
         (tmp_path / result).write_text("{}")
     if allowed:
-        assert files.prepare_results(tmp_path, "[drive]\nratio = 121\n") == tmp_path
+        assert files.prepare_results(tmp_path, "[drive]\nratio = 121\n", DIAGNOSIS) == tmp_path
     else:
         with pytest.raises(InputError, match=r"holds another campaign\.toml"):
-            files.prepare_results(tmp_path, "[drive]\nratio = 121\n")
+            files.prepare_results(tmp_path, "[drive]\nratio = 121\n", DIAGNOSIS)
 
 
 def test_exact_a_campaign_beside_the_one_that_is_read_is_not_written_over(tmp_path):
     (tmp_path / "campaign.toml").write_text("[drive]\nratio = 80\n")
     (tmp_path / "verdict.json").write_text("{}")
     with pytest.raises(InputError, match=r"holds another campaign\.toml"):
-        files.prepare_results(tmp_path, "[drive]\nratio = 121\n", home=tmp_path / ".")
-    assert files.prepare_results(tmp_path, "[drive]\nratio = 121\n", home=tmp_path / "elsewhere") == tmp_path
+        files.prepare_results(tmp_path, "[drive]\nratio = 121\n", DIAGNOSIS, tmp_path / ".")
+    assert files.prepare_results(tmp_path, "[drive]\nratio = 121\n", DIAGNOSIS, tmp_path / "elsewhere") == tmp_path
+
+
+OWN = {
+    "compare": COMPARISON,
+    "calibrate": CALIBRATION,
+    "diagnose": DIAGNOSIS,
+    "bench": bench_folder.RESULTS,
+    "identify": identify_page.RESULTS,
+    "sweep": files.SWEPT,
+}
+
+
+@pytest.mark.parametrize("command", OWN)
+def test_exact_a_folder_holds_the_results_of_one_command(command, tmp_path):
+    """The page or the copies of another would be lost."""
+    own = OWN[command]
+    assert set(own) & set(files.TELLING)
+    for name in set(files.TELLING) - {*own, files.MANIFEST}:
+        (tmp_path / name).write_text("{}")
+        for prepare, content in ((files.prepare_results, ""), (files.prepare_inputs, {})):
+            with pytest.raises(InputError, match=rf"holds results of another command \({name}\): name another folder"):
+                prepare(tmp_path, content, own)
+        (tmp_path / name).unlink()
+    assert files.prepare_results(tmp_path, "", own) == files.prepare_inputs(tmp_path, {}, own) == tmp_path
 
 
 def test_exact_files_have_the_permissions_of_the_process(tmp_path):

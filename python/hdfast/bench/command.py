@@ -14,6 +14,7 @@ from hdfast.bench.rig import SENSORS, rig
 from hdfast.checks import MAX_SEED
 from hdfast.config import Config, load
 from hdfast.errors import InputError
+from hdfast.files import TRUTH
 from hdfast.model import Model
 from hdfast.printing import json_text
 from hdfast.recordings import Recording
@@ -126,7 +127,7 @@ def run(options: argparse.Namespace) -> int:
     elif not options.quiet:
         lines = [f"{item.name}: {len(item['t'])} samples, {', '.join(item.columns)}" for item in recordings]
         lines += [f"in the file, not in this test: {', '.join(absent)}"] if absent else []
-        print("\n".join([*lines, "", str(page), str(path), str(path.parent / folder.TRUTH)]))
+        print("\n".join([*lines, "", str(page), str(path), str(path.parent / TRUTH)]))
     return 0
 
 

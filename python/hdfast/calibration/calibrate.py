@@ -24,6 +24,8 @@ from hdfast.printing import percent
 from hdfast.recordings import Campaign, load_campaign
 
 MODELS = ("given", "calibrated")
+MODEL = "model.toml"
+RESULTS = (files.CALIBRATION, MODEL, files.REPORT)
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,17 +105,18 @@ class Calibration:
         """Write the page, model.toml, the numbers and a copy of the campaign; returns the page's path.
 
         Raises:
-            InputError: the folder cannot be written, or holds another campaign file that is no copy of one.
+            InputError: the folder cannot be written, holds another campaign file that is no copy of one, or results of
+                another command.
         """
         from hdfast.report.calibration_page import page
 
         campaign = self.setup.campaign
-        path = files.prepare_results(folder, campaign.text, home=campaign.folder)
-        files.remove(path / name for name in ("calibration.json", "model.toml", files.REPORT))
+        path = files.prepare_results(folder, campaign.text, RESULTS, campaign.folder)
+        files.remove(path / name for name in RESULTS)
         files.write_text(path / files.CAMPAIGN, campaign.text)
-        files.write_text(path / "model.toml", self.model)
+        files.write_text(path / MODEL, self.model)
         files.write_text(path / files.REPORT, page(self))
-        files.write_json(path / "calibration.json", self.to_dict())
+        files.write_json(path / files.CALIBRATION, self.to_dict())
         return path / files.REPORT
 
     def __repr__(self) -> str:

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from typing import Any
 
 from hdfast import files
-from hdfast.calibration.calibrate import calibrate
+from hdfast.calibration.calibrate import RESULTS, calibrate
 from hdfast.printing import json_text, text_table
 from hdfast.recordings import load_campaign
 from hdfast.threads import MAX_THREADS
@@ -31,7 +31,7 @@ def run(options: argparse.Namespace) -> int:
     """Run the command; 0 when the drive was fitted."""
     campaign = load_campaign(options.campaign)
     if options.out:
-        files.prepare_results(options.out, campaign.text, home=campaign.folder)
+        files.prepare_results(options.out, campaign.text, RESULTS, campaign.folder)
     found = calibrate(campaign, threads=options.threads)
     page = found.report(options.out) if options.out else None
     if options.json:

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from typing import Any
 
 from hdfast import files
-from hdfast.comparison.compare import compare
+from hdfast.comparison.compare import RESULTS, compare
 from hdfast.printing import json_text, percent, text_table
 from hdfast.recordings import load_campaign
 from hdfast.threads import MAX_THREADS
@@ -31,7 +31,7 @@ def run(options: argparse.Namespace) -> int:
     """Run the command; 0 however large the mismatch is."""
     campaign = load_campaign(options.campaign)
     if options.out:
-        files.prepare_results(options.out, campaign.text, home=campaign.folder)
+        files.prepare_results(options.out, campaign.text, RESULTS, campaign.folder)
     found = compare(campaign, threads=options.threads)
     page = found.report(options.out) if options.out else None
     if options.json:

@@ -18,6 +18,7 @@ from hdfast.diagnosis.session import Setup, nominal, set_up_usable
 from hdfast.printing import percent
 from hdfast.recordings import Campaign, load_campaign
 
+RESULTS = (files.COMPARISON, files.REPORT)
 ERROR = "rms over the spread of what was measured"
 WORSE = (
     "the model is further off than no model at all: check units, signs and ratio in [columns] and [drive], "
@@ -76,16 +77,17 @@ class Comparison:
         """Write the page, the numbers and a copy of the campaign; returns the page's path.
 
         Raises:
-            InputError: the folder cannot be written, or holds another campaign file that is no copy of one.
+            InputError: the folder cannot be written, holds another campaign file that is no copy of one, or results of
+                another command.
         """
         from hdfast.report.comparison_page import page
 
         campaign = self.setup.campaign
-        path = files.prepare_results(folder, campaign.text, home=campaign.folder)
-        files.remove(path / name for name in ("comparison.json", files.REPORT))
+        path = files.prepare_results(folder, campaign.text, RESULTS, campaign.folder)
+        files.remove(path / name for name in RESULTS)
         files.write_text(path / files.CAMPAIGN, campaign.text)
         files.write_text(path / files.REPORT, page(self))
-        files.write_json(path / "comparison.json", self.to_dict())
+        files.write_json(path / files.COMPARISON, self.to_dict())
         return path / files.REPORT
 
     def __repr__(self) -> str:

@@ -9,7 +9,7 @@ from typing import Any
 
 from hdfast import files
 from hdfast.checks import MAX_SEED
-from hdfast.diagnosis.diagnose import diagnose
+from hdfast.diagnosis.diagnose import RESULTS, diagnose
 from hdfast.printing import json_text
 from hdfast.recordings import load_campaign
 from hdfast.threads import MAX_THREADS
@@ -37,7 +37,7 @@ def run(options: argparse.Namespace) -> int:
     """Run the command; 1 when the recordings were rejected."""
     campaign = load_campaign(options.campaign)
     if options.out:
-        files.prepare_results(options.out, campaign.text, home=campaign.folder)
+        files.prepare_results(options.out, campaign.text, RESULTS, campaign.folder)
     found = diagnose(
         campaign, seed=options.seed, threads=options.threads, progress=not options.quiet and sys.stderr.isatty()
     )

@@ -19,7 +19,8 @@ from hdfast.diagnosis.verdict import Verdict, conclude
 from hdfast.health import Health, check
 from hdfast.recordings import Campaign, load_campaign
 
-VERDICT, MODEL = "verdict.json", "extended_model.toml"
+MODEL = "extended_model.toml"
+RESULTS = (files.VERDICT, MODEL, files.REPORT)
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,7 +74,8 @@ class Diagnosis:
         """Write report.html beside what `save` writes; returns the page's path.
 
         Raises:
-            InputError: the folder cannot be written, or holds another campaign file that is no copy of one.
+            InputError: the folder cannot be written, holds another campaign file that is no copy of one, or results of
+                another command.
         """
         from hdfast.report.diagnosis_page import page
 
@@ -88,14 +90,15 @@ class Diagnosis:
         What is there of an earlier diagnosis goes first, its page as well.
 
         Raises:
-            InputError: the folder cannot be written, or holds another campaign file that is no copy of one.
+            InputError: the folder cannot be written, holds another campaign file that is no copy of one, or results of
+                another command.
         """
-        path = files.prepare_results(folder, self.campaign.text, home=self.campaign.folder)
-        files.remove(path / name for name in (VERDICT, MODEL, files.REPORT))
+        path = files.prepare_results(folder, self.campaign.text, RESULTS, self.campaign.folder)
+        files.remove(path / name for name in RESULTS)
         files.write_text(path / files.CAMPAIGN, self.campaign.text)
         with threadpool_limits(1):
             files.write_text(path / MODEL, self.model)
-        files.write_json(path / VERDICT, self.to_dict())
+        files.write_json(path / files.VERDICT, self.to_dict())
         return path
 
     def __repr__(self) -> str:

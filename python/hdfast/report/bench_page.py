@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from hdfast.files import write_text
+from hdfast.files import PAGE, write_text
 from hdfast.printing import html_table
 from hdfast.recordings import COLUMNS, Recording
-from hdfast.report import folder, html
+from hdfast.report import html
 from hdfast.report.look import label
 from hdfast.report.plots import BLUE, styled
 
@@ -43,5 +43,5 @@ def write(kind: str, recordings: Sequence[Recording], truth: Mapping[str, Any], 
         html.Section("The truth behind them (SI units)", tables=[html_table(["name", "value"], rows, (1,))]),
     ]
     page = html.render(f"Virtual bench: {kind}", "Recordings of a known drive.", [], sections, source, None)
-    write_text(target / folder.PAGE, page)
-    return target / folder.PAGE
+    write_text(target / PAGE, page)
+    return target / PAGE

@@ -9,14 +9,14 @@ from typing import Any
 
 from hdfast import catalogue
 from hdfast.config import Config
-from hdfast.files import SUMMARY, json_ready, prepare, retract, write_atomically, write_bytes, write_json
+from hdfast.files import PAGE, SUMMARY, json_ready, prepare, retract, write_atomically, write_bytes, write_json
 from hdfast.recordings import save
 from hdfast.report import html, tables
 from hdfast.result import SweepResult
 from hdfast.simulate import Trajectory
 from hdfast.tolerance.limits import Verdict
 
-PAGE, ROWS, TRAJECTORY, RECORDING = "index.html", "rows.parquet", "trajectory.parquet", "recording.parquet"
+ROWS, TRAJECTORY, RECORDING = "rows.parquet", "trajectory.parquet", "recording.parquet"
 
 
 def summary(config: Config, result: SweepResult, verdicts: list[Verdict], seed: int) -> dict[str, Any]:

@@ -7,13 +7,14 @@ from pathlib import Path
 from typing import Any
 
 from hdfast import catalogue
-from hdfast.files import INPUT, json_ready, prepare_inputs, write_json, write_text
+from hdfast.files import FIT, INPUT, PAGE, json_ready, prepare_inputs, remove, write_json, write_text
 from hdfast.identify import estimate
 from hdfast.identify.fit import Fit
 from hdfast.printing import html_table
 from hdfast.report import folder, html, identify_plots
 
-MODEL, NUMBERS, POINTS = "model.toml", "fit.json", "points.parquet"
+MODEL, POINTS = "model.toml", "points.parquet"
+RESULTS = (FIT, MODEL, POINTS, PAGE)
 
 
 def summary(fit: Fit) -> dict[str, Any]:
@@ -63,12 +64,14 @@ def write(fit: Fit, out: str | Path) -> Path:
     import pyarrow as pa
 
     inputs = {INPUT: fit.source.encode()} if fit.source else {}
-    target = prepare_inputs(out, inputs)
+    target = prepare_inputs(out, inputs, RESULTS)
+    if (target / FIT).exists():
+        remove(target / name for name in (*RESULTS, INPUT))
     write_text(target / MODEL, fit.model_text())
     fields = [pa.field(name, pa.float64(), metadata={"unit": unit}) for name, (unit, _) in fit.points.items()]
     table = pa.Table.from_arrays([pa.array(values) for _, values in fit.points.values()], schema=pa.schema(fields))
     folder.write_table(target / POINTS, table, None, catalogue.build_info()["version"])
-    write_text(target / folder.PAGE, page(fit))
+    write_text(target / PAGE, page(fit))
     folder.write_inputs(target, inputs)
-    write_json(target / NUMBERS, summary(fit))
-    return target / folder.PAGE
+    write_json(target / FIT, summary(fit))
+    return target / PAGE

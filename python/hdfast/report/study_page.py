@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from hdfast import catalogue
-from hdfast.files import prepare, write_json, write_text
+from hdfast.files import PAGE, prepare, write_json, write_text
 from hdfast.printing import html_table
 from hdfast.report import folder, html, identify_plots, speed_plots, study_plots
 from hdfast.report.html import Picture, Section
@@ -128,9 +128,9 @@ def write(study: Study, out: str | Path) -> Path:
     version = catalogue.build_info()["version"]
     for name, grid in study.grids.items():
         folder.write_table(target / f"rows_{name}.parquet", grid.result.to_arrow(), None, version)
-    write_text(target / folder.PAGE, page(study))
+    write_text(target / PAGE, page(study))
     write_json(target / CLAIMS, {"study": study.name, "version": version, "claims": claims_json(study.claims)})
-    return target / folder.PAGE
+    return target / PAGE
 
 
 def write_overview(studies: Sequence[Study], out: str | Path) -> Path:
@@ -140,13 +140,13 @@ def write_overview(studies: Sequence[Study], out: str | Path) -> Path:
     for study in studies:
         study.report(target / study.name)
         table = html_table(HEADER, [claim.row() for claim in study.claims])
-        sections.append(Section(study.title, texts=[f"Pictures: {study.name}/{folder.PAGE}"], tables=[table]))
+        sections.append(Section(study.title, texts=[f"Pictures: {study.name}/{PAGE}"], tables=[table]))
     every = [claim for study in studies for claim in study.claims]
     counts: dict[str, int] = {}
     for claim in every:
         counts[claim.verdict] = counts.get(claim.verdict, 0) + 1
     facts = [(word, str(number)) for word, number in counts.items()]
     lead = "Every claim of the article, decided by computation."
-    write_text(target / folder.PAGE, html.render("Studies", lead, facts, sections, "", None))
+    write_text(target / PAGE, html.render("Studies", lead, facts, sections, "", None))
     write_json(target / CLAIMS, {"version": catalogue.build_info()["version"], "claims": claims_json(every)})
-    return target / folder.PAGE
+    return target / PAGE

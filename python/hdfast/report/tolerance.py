@@ -11,6 +11,7 @@ import pyarrow.parquet as pq
 
 from hdfast.catalogue import build_info
 from hdfast.files import (
+    PAGE,
     SUMMARY,
     alone_in,
     json_ready,
@@ -21,7 +22,7 @@ from hdfast.files import (
     write_json,
     write_text,
 )
-from hdfast.report.folder import PAGE, write_inputs
+from hdfast.report.folder import write_inputs
 from hdfast.report.tolerance_page import page
 from hdfast.tolerance.intervals import Estimate
 from hdfast.tolerance.limits import Verdict

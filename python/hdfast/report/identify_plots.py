@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Iterator
 from itertools import cycle
 
 import numpy as np
 from matplotlib.figure import Figure
 
 from hdfast import spring
+from hdfast.checks import Floats
 from hdfast.identify.coastdown import coast
 from hdfast.identify.fit import Fit
-from hdfast.identify.friction import law_torque
+from hdfast.identify.friction import LOAD_SHARE, law_torque
+from hdfast.identify.orders import Run
 from hdfast.identify.starting_torque import ORDER
 from hdfast.report.look import DASHES, GREEN, SERIES, label, legend
 from hdfast.report.plots import BLUE, GREY, INK, ORANGE, RED, styled
@@ -18,6 +22,9 @@ from hdfast.report.speed_plots import draw_rmse
 from hdfast.scenario_parts import PER_RPM
 
 TURN = 2.0 * np.pi
+NEAR = 0.01  # loads this close, as a share of the largest, are one series
+MOST_LOADS = 12
+ROW, COLUMNS, ROWS = 0.17, 3, 3  # height [in] of a row of a legend, entries in it, rows that any figure has room for
 
 
 @styled
@@ -89,8 +96,7 @@ def error_series(fit: Fit) -> Figure:
     """Measured transmission error over a motor revolution with the series, and the amplitudes with intervals."""
     figure = Figure(figsize=(9.6, 3.6), layout="constrained")
     left, right = figure.subplots(1, 2)
-    for run, color, offset in zip(fit.curves["runs"], (BLUE, ORANGE), _offsets(fit), strict=False):
-        name = "forward" if run.direction > 0 else "backward"
+    for (run, color, name), offset in zip(_runs(fit), _offsets(fit), strict=True):
         every = max(1, len(run.angle) // 6000)
         values = (run.error - offset)[::every]
         left.plot((run.angle % TURN)[::every], values * 1e6, ".", ms=1.2, color=color, label=name, rasterized=True)
@@ -117,6 +123,14 @@ def error_series(fit: Fit) -> Figure:
     return figure
 
 
+def _runs(fit: Fit) -> Iterator[tuple[Run, str, str]]:
+    """Every run with its colour and its name, numbered within a direction that has several."""
+    names = ["forward" if run.direction > 0 else "backward" for run in fit.curves["runs"]]
+    for j, (run, color) in enumerate(zip(fit.curves["runs"], cycle(SERIES), strict=False)):
+        number = f" {names[: j + 1].count(names[j])}" if names.count(names[j]) > 1 else ""
+        yield run, color, names[j] + number
+
+
 def _offsets(fit: Fit) -> list[float]:
     nuisances = fit.curves["found"].nuisances
     return [nuisances[f"offset_{i}"] for i in range(len(fit.curves["runs"]))]
@@ -127,11 +141,10 @@ def residual_spectrum(fit: Fit) -> Figure:
     """What the series leaves, over order."""
     figure = Figure(figsize=(9.6, 2.8), layout="constrained")
     axes = figure.add_subplot()
-    for run, residual, color in zip(fit.curves["runs"], fit.curves["found"].residuals, (BLUE, ORANGE), strict=False):
+    for (run, color, name), residual in zip(_runs(fit), fit.curves["found"].residuals, strict=True):
         size = 2.0 * np.abs(np.fft.rfft(residual)) / len(residual)
         orders = np.arange(len(size)) / run.revolutions
         shown = (orders > 0) & (orders < 25)
-        name = "forward" if run.direction > 0 else "backward"
         axes.plot(orders[shown], size[shown] * 1e6, color=color, linewidth=0.7, label=name)
     axes.set_yscale("log")
     label(axes, "order [per motor revolution]", "residual amplitude [µrad]")
@@ -143,14 +156,15 @@ def residual_spectrum(fit: Fit) -> Figure:
 def friction_ladder(fit: Fit) -> Figure:
     """Torque over speed with the fitted law, both directions, and the residual."""
     means, law, ratio = fit.curves["means"], fit.curves["law"], fit.curves["ratio"]
-    figure = Figure(figsize=(9.6, 3.8), layout="constrained")
+    loads = _loads(means.load, LOAD_SHARE * ratio * float(np.max(np.abs(means.torque))))
+    figure = Figure(figsize=(9.6, _height(3.8, len(loads))), layout="constrained")
     left, right = figure.subplots(1, 2, width_ratios=(3, 2))
     fitted = law_torque(law, means.speed, means.load, means.temperature, ratio)
     fast = float(np.max(np.abs(means.speed)))
     warm = np.array([float(np.nanmean(means.temperature)) if np.isfinite(means.temperature).any() else np.nan])
-    for load, color, mark in zip(np.unique(np.round(means.load)), SERIES, cycle("os^v"), strict=False):
-        chosen = np.round(means.load) == load
-        name = f"load {load:g} N m"
+    for (low, high, name), color, mark in zip(loads, cycle(SERIES), cycle("os^v"), strict=False):
+        chosen = (means.load >= low) & (means.load <= high)
+        load = float(np.mean(means.load[chosen]))
         left.plot(means.speed[chosen] * PER_RPM, means.torque[chosen] * 1e3, mark, ms=3.0, color=color, label=name)
         for sign in (1.0, -1.0):
             speed = sign * np.geomspace(1e-3 * fast, fast, 200)
@@ -170,6 +184,38 @@ def friction_ladder(fit: Fit) -> Figure:
     label(right, "motor speed [r/min]", "residual [mN m]")
     legend(left)
     return figure
+
+
+def _loads(load: Floats, least: float) -> list[tuple[float, float, str]]:
+    """Lowest and highest [N m] of loads that are one series, and its name; wider series where they would be too many.
+
+    Args:
+        load: of every constant speed (n,) [N m].
+        least: difference [N m] below which no load counts as another one.
+    """
+    apart = same = max(least, NEAR * float(np.max(np.abs(load))))
+    while True:
+        found: list[tuple[float, float]] = []
+        for value in np.unique(load).tolist():
+            if found and value - found[-1][0] <= apart:
+                found[-1] = (found[-1][0], value)
+            else:
+                found.append((value, value))
+        if len(found) <= MOST_LOADS:
+            return [(low, high, f"load {_load_text(low, high, same)} N m") for low, high in found]
+        apart *= 2.0
+
+
+def _load_text(low: float, high: float, same: float) -> str:
+    """The one load of a series or its ends, to the decimal that tells loads apart."""
+    ends = (low, high) if high - low > same else (0.5 * (low + high),)
+    digits = max(0, math.ceil(-math.log10(same)))
+    return " to ".join(f"{round(end, digits) + 0.0:g}" for end in ends)
+
+
+def _height(least: float, entries: int) -> float:
+    """Height [in] of a figure whose legend must not take the room of its axes."""
+    return least + ROW * max(0, -(-entries // COLUMNS) - ROWS)
 
 
 @styled
@@ -197,9 +243,9 @@ def starts(fit: Fit) -> Figure:
 @styled
 def coasts(fit: Fit) -> Figure:
     """Angle over time of every coast, and the residual."""
-    figure = Figure(figsize=(9.6, 3.4), layout="constrained")
+    figure = Figure(figsize=(9.6, _height(3.4, len(fit.curves["runs"]))), layout="constrained")
     left, right = figure.subplots(1, 2)
-    for (t, angle), start, color in zip(fit.curves["runs"], fit.curves["starts"], SERIES, strict=False):
+    for (t, angle), start, color in zip(fit.curves["runs"], fit.curves["starts"], cycle(SERIES), strict=False):
         fitted = start[0] + coast(t, float(start[1]), fit.curves["law"])
         left.plot(t, angle, ".", ms=2.5, color=color, label=f"from {start[1] * PER_RPM:.0f} r/min")
         left.plot(t, fitted, color=INK, linewidth=0.8)
@@ -228,7 +274,11 @@ FIGURES = {
         (residual_spectrum, "What is left: a line standing out is an order that is missing from the list."),
     ),
     "friction": (
-        (friction_ladder, "Friction torque at constant speeds, less the share of the load; lines: fitted law."),
+        (
+            friction_ladder,
+            "Friction torque at constant speeds, less the share of the load; lines: fitted law at the mean load of the "
+            "points of their colour.",
+        ),
     ),
     "starting_torque": (
         (starts, "Torque at which the motor left rest, over its angle and as a distribution; lines: mean and ripple."),

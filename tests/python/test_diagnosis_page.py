@@ -24,7 +24,7 @@ from hdfast.report import diagnosis_details, diagnosis_page, diagnosis_plots, di
 from hdfast.report.diagnosis_details import pulls, time_strips
 from hdfast.report.diagnosis_screen import TAGS, cards
 from hdfast.report.diagnosis_swings import missing_tones, swings_section
-from hdfast.report.diagnosis_tables import amplitude, plus_minus, trial_table, words
+from hdfast.report.diagnosis_tables import amplitude, plus_minus, spoken, trial_table, words
 from hdfast.report.diagnosis_views import spectrum, telling, traces, traces_of
 from hdfast.report.plots import svg
 
@@ -207,12 +207,27 @@ def test_exact_an_undecided_page_begins_with_what_to_record_next(found, undrawn)
 
 
 def test_exact_files_keep_their_names(found, undrawn):
-    sentence = "motor_speed is not the rate of motor_angle"
-    finding = {"file": "motor_speed_ladder.csv", "check": "clock", "severity": "note", "sentence": sentence}
-    content = {**found.content, "health": [finding | {"t0": None, "t1": None}]}
-    text = words_of(diagnosis_page.page(replace(found, content=content)))
-    assert "motor_speed_ladder.csv" in text
-    assert sentence.replace("motor_speed", "motor speed") in text
+    """Also one that is the id of an effect; its clock, from 1970, is told to the millisecond."""
+    names = ("motor_speed_ladder.csv", "coulomb_friction")
+    recordings = [replace(one, name=name) for one, name in zip(found.campaign.recordings, names, strict=False)]
+    sentence = "motor_speed is not the rate of motor_angle, as in coulomb_friction"
+    finding = {"file": names[0], "check": "clock", "severity": "note", "sentence": sentence}
+    note = f"{names[0]}: hides load_side_friction"
+    content = {**found.content, "health": [finding | {"t0": 1.7e9 + 0.999, "t1": 1.7e9 + 1.1}], "notes": [note]}
+    changed = replace(found, content=content, campaign=replace(found.campaign, recordings=recordings))
+    text = words_of(diagnosis_page.page(changed))
+    assert "motor speed is not the rate of motor_angle, as in coulomb_friction" in text
+    assert "motor_speed_ladder.csv: hides load-side friction" in text
+    assert "1700000000.999" in text
+    assert "1700000001.100" in text
+
+
+def test_regress_only_whole_words_are_spoken():
+    assert spoken("motor_speed_01: backlash -> torque_ripple") == "motor_speed_01: backlash → torque ripple"
+    assert (
+        spoken("day.motor_speed depends on motor_speed", ["day.motor_speed"])
+        == "day.motor_speed depends on motor speed"
+    )
 
 
 def test_exact_numbers_are_written_where_the_page_fails(quiet, tmp_path, monkeypatch):

@@ -12,7 +12,7 @@ import numpy as np
 from hdfast.diagnosis.structure import NUISANCE
 from hdfast.diagnosis.verdict import Verdict
 from hdfast.health.finding import NOTE, REJECT, WARNING
-from hdfast.printing import html_table
+from hdfast.printing import html_table, moment
 from hdfast.report import diagnosis_details as details
 from hdfast.report.diagnosis_screen import TAGS, Card, cards, headline
 from hdfast.report.diagnosis_swings import missing_tones, swings_section
@@ -40,7 +40,7 @@ SEVERITIES = (REJECT, WARNING, NOTE)
 
 def page(diagnosis: Diagnosis) -> str:
     """The page as HTML; the same diagnosis gives the same bytes."""
-    content, verdict = diagnosis.content, diagnosis.evidence
+    content, verdict = _told(diagnosis), diagnosis.evidence
     tag, color = TAGS[content["verdict"]]
     campaign = diagnosis.campaign
     parts = [campaign.title] if campaign.title else []
@@ -70,6 +70,18 @@ def page(diagnosis: Diagnosis) -> str:
         sections=[section for section in sections if section.texts or section.figures or section.tables],
         source=campaign.text,
     )
+
+
+def _told(diagnosis: Diagnosis) -> dict[str, Any]:
+    """The content with the sentences that may name a recording in words."""
+    content = diagnosis.content
+    names = [one.name for one in diagnosis.campaign.recordings]
+    return {
+        **content,
+        "sentence": spoken(content["sentence"], names),
+        "notes": [spoken(note, names) for note in content["notes"]],
+        "health": [row | {"sentence": spoken(row["sentence"], names)} for row in content["health"]],
+    }
 
 
 def _sections(content: Mapping[str, Any], verdict: Verdict, found: list[Trace]) -> list[Section]:
@@ -187,17 +199,16 @@ def _health(content: Mapping[str, Any]) -> Section:
     header = ["recording", "check", "severity", "what was found", "from [s]", "to [s]"]
     keys = ("file", "check", "severity", "sentence", "t0", "t1")
     listed = sorted(content["health"], key=lambda row: SEVERITIES.index(row["severity"]))
-    told = [row | {"sentence": spoken(row["sentence"])} for row in listed]
-    rows = [["" if row[key] is None else _cell(row[key]) for key in keys] for row in told]
+    rows = [["" if row[key] is None else _cell(row[key]) for key in keys] for row in listed]
     return Section("Health of the recordings", tables=[html_table(header, rows)] if rows else [])
 
 
 def _cell(value: Any) -> str:
-    return f"{value:.4g}" if isinstance(value, float) else str(value)
+    return moment(value) if isinstance(value, float) else str(value)
 
 
 def _notes(content: Mapping[str, Any]) -> Section:
-    return Section("Notes", texts=[spoken(note) for note in content["notes"]])
+    return Section("Notes", texts=content["notes"])
 
 
 def _rejected(diagnosis: Diagnosis) -> Section:

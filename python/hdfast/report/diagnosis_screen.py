@@ -16,7 +16,7 @@ from hdfast.diagnosis.unknown import Unknown
 from hdfast.diagnosis.verdict import Verdict
 from hdfast.report import diagnosis_plots as plots
 from hdfast.report.diagnosis_swings import missing_tones
-from hdfast.report.diagnosis_tables import amplitude, plus_minus, spoken, words
+from hdfast.report.diagnosis_tables import amplitude, plus_minus, words
 from hdfast.report.diagnosis_views import Trace, telling
 from hdfast.report.html import Picture, picture
 from hdfast.report.look import GREEN, VIOLET
@@ -79,7 +79,7 @@ def headline(content: Mapping[str, Any]) -> str:
             f"No evidence of left-out physics: the calibrated nominal model predicts the recordings kept for the "
             f"proof to {100 * before:.3g} %; white sensor noise alone makes {100 * (floor or 0.0):.2g} %."
         )
-    return spoken(content["sentence"])
+    return str(content["sentence"])
 
 
 def _at(place: str) -> str:
@@ -273,6 +273,6 @@ def _better(content: Mapping[str, Any], verdict: Verdict) -> Card:
     rests_elsewhere = proof is not None and proof.holds and not proof.shows
     if extended and proof is not None and len(groups[0][1]) == 2 and not rests_elsewhere:
         texts.append(f"Proof: a gain of {proof.gain.ratio:.1f} standard errors.")
-    texts += [spoken(note) for note in content["notes"]]
+    texts += content["notes"]
     title = "How much better" if extended else "How well it predicts"
     return Card(title, "four", texts=texts, figures=[picture(plots.errors(groups), "")])

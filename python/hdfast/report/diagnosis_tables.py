@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+import re
+from collections.abc import Collection, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -57,11 +58,13 @@ def words(effect: str) -> str:
     return WORDS.get(effect, effect.replace("_", " "))
 
 
-def spoken(sentence: str) -> str:
-    """A sentence with the ids of effects and of state variables as words."""
-    for effect in sorted([*terms().ids, *WORDS, *VARIABLES], key=len, reverse=True):
-        sentence = sentence.replace(effect, words(effect)) if "_" in effect else sentence
-    return sentence.replace(" -> ", " → ")
+def spoken(sentence: str, names: Collection[str] = ()) -> str:
+    """A sentence with the ids of effects and of state variables as words; the names of recordings stay as they are."""
+    ids = [one for one in (*terms().ids, *WORDS, *VARIABLES) if "_" in one]
+    kept = sorted({*names, *ids}, key=len, reverse=True)
+    known = "|".join(re.escape(one) for one in kept)
+    told = re.sub(rf"(?<!\w)({known})(?!\w)", lambda one: one[0] if one[0] in names else words(one[0]), sentence)
+    return told.replace(" -> ", " → ")
 
 
 def plus_minus(value: float | None, sigma: float | None, unit: str) -> str:

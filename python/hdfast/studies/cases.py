@@ -22,6 +22,7 @@ from hdfast.studies.ring import ring
 from hdfast.sweep import sweep
 
 LOADS = (0.5, 2.0, 12.0)
+RTOL = 1e-7
 
 
 @dataclass(frozen=True)
@@ -219,7 +220,7 @@ def run(
         metrics=asked,
         initial_state=state,
         threads=threads,
-        rtol=1e-7,
+        rtol=RTOL,
         **sampled,
     )
     own = tuple(row.name for row in table if not math.isclose(base[row.name], row.default, rel_tol=1e-3, abs_tol=1e-12))

@@ -17,7 +17,7 @@ from hdfast.scenario_parts import RPM
 from hdfast.simulate import Trajectory
 from hdfast.studies import trends
 from hdfast.studies.cases import LOADS
-from hdfast.studies.claims import CONTRADICTORY, OPEN, PARTLY, REPRODUCED, Finding, Verdict, trend
+from hdfast.studies.claims import CONTRADICTORY, OPEN, REPRODUCED, Finding, Verdict, trend, word
 from hdfast.studies.validation_runs import NOISE, POINTS, Runs, te
 
 DRY = (0.02, 0.05)  # N m; the catalogue's starting torque is 0.069 N m
@@ -54,17 +54,12 @@ def decide(runs: Runs) -> list[Verdict]:
     ]
 
 
-def _word(findings: list[Finding]) -> str:
-    agreeing = sum(item.agrees for item in findings)
-    return REPRODUCED if agreeing == len(findings) else PARTLY if agreeing else CONTRADICTORY
-
-
 def _model(stop: Trajectory) -> Verdict:
     """Energy that start, run and stop leave unaccounted for, as a share of what was supplied."""
     share = float(stop.metrics["energy_residual"])
     findings = [Finding("energy unaccounted for over start, run and stop", "const", share, abs(share) < BALANCED)]
     reason = "equations derived anew from the energies the article names, as its printed ones are not known"
-    return Verdict("S1", "a Lagrange model of two inertias holds the drive", _word(findings), findings, reason)
+    return Verdict("S1", "a Lagrange model of two inertias holds the drive", word(findings), findings, reason)
 
 
 def _loop(runs: Runs) -> Verdict:
@@ -80,7 +75,7 @@ def _loop(runs: Runs) -> Verdict:
     half = runs.loop.estimates.named("hysteresis_torque").value
     reason = f"no polynomial holds the loop: ±{half:.2g} N m between the branches; the article's coefficients are lost"
     return Verdict(
-        "S3", "torque over windup stiffens and a fifth-order polynomial holds it", _word(findings), findings, reason
+        "S3", "torque over windup stiffens and a fifth-order polynomial holds it", word(findings), findings, reason
     )
 
 
@@ -92,7 +87,7 @@ def _over_speed(runs: Runs, metric: str) -> Verdict:
         change = float(values[-1] / values[0] - 1.0)
         findings.append(Finding(f"J_l {load:g}", "up" if rising else "mixed", change, rising))
     text = f"TE {name} rises from 15 to 50 to 100 r/min"
-    return Verdict(f"S7, S8 {name}", text, _word(findings), findings, SIZES[metric])
+    return Verdict(f"S7, S8 {name}", text, word(findings), findings, SIZES[metric])
 
 
 def largest_error(fit: Fit, p: Mapping[str, float]) -> float:

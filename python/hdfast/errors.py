@@ -2,12 +2,22 @@
 
 from __future__ import annotations
 
+import copyreg
 import difflib
 from collections.abc import Iterable
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from hdfast.result import SweepResult
+
+
+class Carrying:
+    """Beside an exception whose class takes more than a message: what it carries comes along from another process."""
+
+    args: tuple[Any, ...]
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return copyreg.__newobj__, (type(self), *self.args), self.__dict__  # type: ignore[attr-defined]
 
 
 class InputError(ValueError):
@@ -18,7 +28,7 @@ class ParameterError(InputError):
     """A parameter name is unknown, given twice, or its column cannot be used."""
 
 
-class RowError(InputError):
+class RowError(Carrying, InputError):
     """With `strict=True`: the first row that cannot be simulated.
 
     Attributes:
@@ -48,7 +58,7 @@ class MissingPackageError(ImportError):
     """An optional package is needed for this call."""
 
 
-class Interrupted(KeyboardInterrupt):
+class Interrupted(Carrying, KeyboardInterrupt):
     """Ctrl-C ended the sweep; rows that had finished are kept.
 
     Attributes:

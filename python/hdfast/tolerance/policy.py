@@ -8,11 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hdfast.checks import Floats
+from hdfast.errors import Carrying
 
 POLICIES = ("refuse", "exclude", "worst")
 
 
-class FailedRowsError(RuntimeError):
+class FailedRowsError(Carrying, RuntimeError):
     """Rows failed or lack a metric and nobody said what that means.
 
     Attributes:

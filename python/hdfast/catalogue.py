@@ -70,6 +70,11 @@ def statuses() -> dict[int, Status]:
     return {code: Status(code, name, remedy) for code, name, remedy in _core.statuses()}
 
 
+def status_code(name: str) -> int:
+    """The code of an outcome."""
+    return next(code for code, status in statuses().items() if status.name == name)
+
+
 @cache
 def methods() -> dict[str, dict[str, Any]]:
     """Integration methods by name: order, order of the dense output, stages, whether they know terms."""

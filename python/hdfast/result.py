@@ -40,7 +40,8 @@ class SweepResult:
         metrics: arrays (M,) by name; NaN where a row did not get there.
         units: unit of every metric, signal and channel by name.
         samples: arrays (M, T) by signal name, NaN beyond a row's grid or end; empty without t_eval.
-        recorded: what the sensors read, arrays (M, T) by channel; empty without sensors.
+        recorded: what the sensors read, arrays (M, T) by channel; empty without sensors. Of a row that Ctrl-C cancels
+            before it has passed them, neither samples nor readings are kept.
         t_eval: the sample times [s] of each grid.
         states: names of the S states.
         final_state: (M, S) last accepted state, columns as `states`.
@@ -70,6 +71,8 @@ class SweepResult:
         self.metrics: dict[str, Floats] = dict(zip((m.name for m in request.metrics), raw["metrics"], strict=True))
         self.recorded: dict[str, Floats] = {}
         self.recorded_sensitivities: dict[str, Floats] = {}
+        self.status: NDArray[np.uint8] = raw["status"]
+        self.interrupted: bool = raw["interrupted"]
         self._take(raw["samples"], raw["samples_sensitivities"])
         self.units = {item.name: item.unit for item in (*request.signals, *request.metrics)}
         self.units |= {name: CHANNELS[name].unit for name in self.recorded}
@@ -81,13 +84,11 @@ class SweepResult:
         self.final_state_sensitivities: Floats = request.sensitivities.of_motion(
             self.final_state, raw["final_state_sensitivities"]
         )
-        self.status: NDArray[np.uint8] = raw["status"]
         self.method: NDArray[np.str_] = np.array(list(catalogue.methods()))[raw["method"]]
         self.detail: NDArray[np.int32] = raw["detail"]
         self.steps: NDArray[np.uint32] = raw["steps"]
         self.rejected: NDArray[np.uint32] = raw["rejected"]
         self.time: Floats = raw["time"]
-        self.interrupted: bool = raw["interrupted"]
         self.seconds: float = raw["seconds"]
         self.threads: int = raw["threads"]
         self.simd: str = raw["simd"]
@@ -97,7 +98,11 @@ class SweepResult:
         names = [signal.name for signal in request.signals]
         if request.observation is not None:
             own = list(directions.sensors.values())
-            found = request.observation.take(samples, slopes, request.grids, request.grid_index, own)
+            cancelled = catalogue.status_code(catalogue.CANCELLED)
+            whole = self.status != cancelled
+            found = request.observation.take(samples, slopes, request.grids, request.grid_index, own, whole)
+            self.status[whole & ~found.taken] = cancelled
+            self.interrupted |= not found.taken[whole].all()
             samples, slopes = ([each[name] for name in names] for each in (found.samples, found.slopes))
             self.recorded = found.recorded
             self.recorded_sensitivities = {

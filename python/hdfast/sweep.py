@@ -140,7 +140,7 @@ def run(
             progress=report,
         )
     result = SweepResult(request, raw)
-    if raw["interrupted"]:
+    if result.interrupted:
         raise Interrupted(result)
     if strict:
         _raise_for_bad_row(result)

@@ -186,3 +186,48 @@ def test_exact_a_bench_follows_its_drive_between_slow_readings():
     true = hdfast.simulate(drive, scenario=scenario, t_eval=t - late, signals=["theta_l"], metrics=[], rtol=1e-8)
     np.testing.assert_allclose(made["load_angle"][2:], true["theta_l"], atol=1e-7)
     np.testing.assert_array_equal(np.diff(made["t"]).round(9), 0.02)
+
+
+STAGE = SensorStage([("sensor_delay", "load_angle")])
+BRIEF = {"t_eval": np.linspace(0.0, 0.5, 501), "signals": ["te"], "metrics": [], "sensors": STAGE, "threads": 1}
+
+
+def interrupted_while_read(monkeypatch, rows, portions, **options):
+    """The result of a sweep whose sensors an interrupt stops after so many portions, and the rows that reached them."""
+    reached, linearise = [], SensorStage.linearise
+
+    def stopping(self, *arguments, **named):
+        if len(reached) == portions:
+            raise KeyboardInterrupt
+        reached.append(named["rows"])
+        return linearise(self, *arguments, **named)
+
+    monkeypatch.setattr(SensorStage, "linearise", stopping)
+    with pytest.raises(hdfast.Interrupted) as caught:
+        hdfast.sweep(rows, **BRIEF, **options)
+    return caught.value.result, np.concatenate(reached) if reached else np.array([], dtype=int)
+
+
+def test_exact_an_interrupt_while_the_sensors_read_keeps_the_rows_that_were_read(monkeypatch):
+    rows = {"J_l": np.linspace(0.4, 0.6, 300)}
+    whole = hdfast.sweep(rows, **BRIEF)
+    result, read = interrupted_while_read(monkeypatch, rows, portions=2)
+    assert result.interrupted
+    assert 0 < len(read) < 300
+    assert np.flatnonzero(result.finished).tolist() == read.tolist()
+    assert result.status_counts() == {"finished": len(read), "cancelled": 300 - len(read)}
+    for name, values in {**result.samples, **result.recorded}.items():
+        assert np.array_equal(values[read], whole[name][read])
+        assert np.isnan(np.delete(values, read, axis=0)).all()
+
+
+def test_exact_rows_that_an_interrupt_cancels_do_not_pass_the_sensors(monkeypatch):
+    def stop(done, total):
+        raise KeyboardInterrupt
+
+    result, read = interrupted_while_read(
+        monkeypatch, {"J_l": np.linspace(0.4, 0.6, 3_000)}, portions=3_000, progress=stop
+    )
+    assert set(result.status_counts()) <= {"finished", "cancelled"}
+    assert np.flatnonzero(result.finished).tolist() == read.tolist()
+    assert len(read) < 3_000

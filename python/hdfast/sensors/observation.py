@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hdfast import catalogue
 from hdfast.catalogue import Quantity
@@ -16,6 +18,7 @@ from hdfast.sensors.channels import CHANNELS
 from hdfast.sensors.stage import SensorStage
 
 SOURCES = {name: channel.signal for name, channel in CHANNELS.items() if channel.signal}
+PORTION = 2**16  # numbers of one signal that pass the sensors at once, and that an interrupt may lose
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,12 +30,14 @@ class Observed:
         slopes: their derivatives along D directions, (M, K, D) by signal.
         recorded: readings, (M, K) by channel.
         recorded_slopes: their derivatives along D directions and with respect to the stage's parameters, (M, K, D + W).
+        taken: (M,) True where a row passed the sensors before an interrupt; the others are NaN in all of these.
     """
 
     samples: dict[str, Floats]
     slopes: dict[str, Floats]
     recorded: dict[str, Floats]
     recorded_slopes: dict[str, Floats]
+    taken: NDArray[np.bool_]
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,8 +63,9 @@ class Observation:
         grids: Sequence[Floats],
         index: Any,
         wrt: Sequence[str],
+        whole: NDArray[np.bool_],
     ) -> Observed:
-        """What is seen and read at the times asked for, from samples at `self.grids`.
+        """What is seen and read at the times asked for, from samples at `self.grids`; Ctrl-C ends the reading.
 
         Args:
             samples: one array (M, T) per signal.
@@ -67,6 +73,7 @@ class Observation:
             grids: the times asked for [s].
             index: (M,) which grid a row takes; None for the first.
             wrt: parameters of the stage with respect to which the readings are differentiated.
+            whole: (M,) True for the rows that pass the sensors.
         """
         names = [signal.name for signal in self.signals]
         count, directions = len(samples[0]), slopes[0].shape[-1]
@@ -76,31 +83,44 @@ class Observation:
             slopes={name: np.full((*shape, directions), np.nan) for name in names},
             recorded={name: np.full(shape, np.nan) for name in SOURCES},
             recorded_slopes={name: np.full((*shape, directions + len(wrt)), np.nan) for name in SOURCES},
+            taken=np.zeros(count, dtype=np.bool_),
         )
-        for number, (fine, at) in enumerate(zip(self.grids, grids, strict=True)):
-            rows = np.arange(count) if index is None else np.flatnonzero(index == number)
-            part = {name: own[rows, : len(fine)] for name, own in zip(names, samples, strict=True)}
-            moving = {name: own[rows, : len(fine)] for name, own in zip(names, slopes, strict=True)}
-            given = {name: value if np.ndim(value) == 0 else value[rows] for name, value in self.values.items()}
-            read, derived = self.stage.linearise(
-                fine,
-                {channel: part[signal] for channel, signal in SOURCES.items()},
-                {channel: moving[signal] for channel, signal in SOURCES.items()},
-                given,
-                wrt=wrt,
-                at=at,
-                rows=rows,
-            )
-            place = np.searchsorted(fine, at)
-            for into, own in (
-                (found.samples, {name: values[:, place] for name, values in part.items()}),
-                (found.slopes, {name: values[:, place] for name, values in moving.items()}),
-                (found.recorded, read),
-                (found.recorded_slopes, derived),
-            ):
-                for name, values in own.items():
-                    into[name][rows, : len(at)] = values
+        numbers = np.zeros(count, dtype=np.uint32) if index is None else index
+        with suppress(KeyboardInterrupt):
+            for number, rows in self._portions(numbers, whole, 1 + directions + len(wrt)):
+                fine, at = self.grids[number], grids[number]
+                part = {name: own[rows, : len(fine)] for name, own in zip(names, samples, strict=True)}
+                moving = {name: own[rows, : len(fine)] for name, own in zip(names, slopes, strict=True)}
+                given = {name: value if np.ndim(value) == 0 else value[rows] for name, value in self.values.items()}
+                read, derived = self.stage.linearise(
+                    fine,
+                    {channel: part[signal] for channel, signal in SOURCES.items()},
+                    {channel: moving[signal] for channel, signal in SOURCES.items()},
+                    given,
+                    wrt=wrt,
+                    at=at,
+                    rows=rows,
+                )
+                place = np.searchsorted(fine, at)
+                for into, own in (
+                    (found.samples, {name: values[:, place] for name, values in part.items()}),
+                    (found.slopes, {name: values[:, place] for name, values in moving.items()}),
+                    (found.recorded, read),
+                    (found.recorded_slopes, derived),
+                ):
+                    for name, values in own.items():
+                        into[name][rows, : len(at)] = values
+                found.taken[rows] = True
         return found
+
+    def _portions(
+        self, numbers: NDArray[np.uint32], whole: NDArray[np.bool_], width: int
+    ) -> Iterator[tuple[int, NDArray[np.int64]]]:
+        """Rows that share a grid, by its number, few at once."""
+        for number, fine in enumerate(self.grids):
+            rows = np.flatnonzero(whole & (numbers == number))
+            size = max(1, PORTION // (len(fine) * width))
+            yield from ((number, rows[start : start + size]) for start in range(0, len(rows), size))
 
 
 def observe(stage: Any, values: Mapping[str, Any], chosen: Sequence[Quantity], grids: Sequence[Floats]) -> Observation:

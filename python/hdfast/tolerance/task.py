@@ -63,10 +63,11 @@ class Task:
 
     def poisoned(self, row: int, reason: str) -> Piece:
         """The outcome of a row that cannot be run without losing the process: status "internal", no metrics."""
-        code = next(code for code, status in catalogue.statuses().items() if status.name == POISON)
         nothing = {name: np.full(1, np.nan) for name in self.metrics}
         drawn = columns(self.config, self.plan, row, row + 1)
-        table = self._table(drawn, nothing, np.array([code], dtype=np.uint8), np.zeros(1, dtype=np.uint32))
+        table = self._table(
+            drawn, nothing, np.array([catalogue.status_code(POISON)], dtype=np.uint8), np.zeros(1, dtype=np.uint32)
+        )
         wanted = self.config.trajectories
         samples = {}
         if wanted is not None:

@@ -13,6 +13,7 @@ from hdfast.model import parse_order
 
 FINISHED = "finished"
 CANCELLED = "cancelled"
+MAX_STEPS = "max_steps"
 ON_DEMAND = {"order_": "rad", "speed_order_": "rad/s"}
 AUTO_METHOD = "dop853"
 

@@ -29,7 +29,7 @@ class ParameterError(InputError):
 
 
 class RowError(Carrying, InputError):
-    """With `strict=True`: the first row that cannot be simulated.
+    """With `strict=True`: the first row that cannot be simulated, found before any is run to its end.
 
     Attributes:
         row: index of the row.

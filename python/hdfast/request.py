@@ -75,6 +75,11 @@ class Request:
         grids = [grid.copy() for grid in self.grids]
         return replace(self, rows=replace(self.rows, columns=columns), grids=grids, observation=seen)
 
+    def bare(self) -> Request:
+        """The same rows, of which nothing is asked but how they end."""
+        nothing = Directions((), {}, {})
+        return replace(self, grids=[], grid_index=None, signals=[], metrics=[], sensitivities=nothing, observation=None)
+
     @property
     def sensor_values(self) -> list[tuple[Parameter, Any]]:
         """Parameters of the sensors, none without, each with its number or its (M,) values."""

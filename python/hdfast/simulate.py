@@ -16,7 +16,6 @@ from hdfast.recordings import Recording
 from hdfast.request import prepare_row
 from hdfast.result import SweepResult
 from hdfast.scenario import Scenario, chosen_scenario
-from hdfast.sensitivities import Directions
 from hdfast.sweep import run
 
 GRID_STEP = 1e-3
@@ -72,12 +71,9 @@ class Trajectory:
     def sampled(self, t: Any, signals: Sequence[str]) -> dict[str, Floats]:
         """Signals of the same run at other times [s], shape (T,) each; no metrics, no sensors."""
         request = replace(
-            self.result.request,
+            self.result.request.bare(),
             grids=[np.ascontiguousarray(checks.times("t", t, self.scenario.t_end))],
             signals=catalogue.choose_signals(signals, ()),
-            metrics=[],
-            observation=None,
-            sensitivities=Directions((), {}, {}),
         )
         return {name: values[0] for name, values in run(request, threads=1).samples.items()}
 

@@ -6,6 +6,7 @@ import math
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -74,7 +75,8 @@ def sweep(
             name its parameters.
         threads: number of threads; default HDFAST_NUM_THREADS, RAYON_NUM_THREADS, then the CPUs this process may use.
         progress: True shows a bar on stderr; a function is called with (rows done, rows in total).
-        strict: raise for the first row that cannot be simulated instead of giving it the status "bad_parameters".
+        strict: raise for the first row that cannot be simulated, before any is run to its end, instead of giving it the
+                status "bad_parameters".
 
     Returns:
         The result; rows that failed carry their status, NaN metrics and a message.
@@ -111,39 +113,43 @@ def run(
     """Hand a checked call to the core."""
     count = resolve_threads(threads)
     catalogue.build_info()
-    observation = request.observation
+    if strict:
+        _raise_for_bad_row(request, count)
     with _reporter(progress, request.rows.count) as report:
-        raw = _core.sweep(
-            base=request.model.base,
-            spring=request.model.spring,
-            orders=request.model.order_values,
-            terms=list(request.model.terms),
-            defaults=request.defaults,
-            columns=[(request.table.column(name), column) for name, column in request.rows.columns.items()],
-            rows=request.rows.count,
-            programs=[program(scenario) for scenario in request.scenarios],
-            program_index=request.scenario_index,
-            initial=request.scenarios[0].initial,
-            initial_state=request.initial_state,
-            grids=observation.grids if observation else request.grids,
-            grid_index=request.grid_index,
-            signals=[signal.name for signal in (observation.signals if observation else request.signals)],
-            metrics=[metric.name for metric in request.metrics],
-            directions=list(request.sensitivities.drive.values()),
-            method=request.method,
-            find_stiff=request.find_stiff,
-            rtol=request.rtol,
-            atol=request.atol,
-            max_steps=request.max_steps,
-            max_step=request.max_step,
-            threads=count,
-            progress=report,
-        )
+        return _result(request, count, report)
+
+
+def _result(request: Request, threads: int, report: Progress | None = None) -> SweepResult:
+    observation = request.observation
+    raw = _core.sweep(
+        base=request.model.base,
+        spring=request.model.spring,
+        orders=request.model.order_values,
+        terms=list(request.model.terms),
+        defaults=request.defaults,
+        columns=[(request.table.column(name), column) for name, column in request.rows.columns.items()],
+        rows=request.rows.count,
+        programs=[program(scenario) for scenario in request.scenarios],
+        program_index=request.scenario_index,
+        initial=request.scenarios[0].initial,
+        initial_state=request.initial_state,
+        grids=observation.grids if observation else request.grids,
+        grid_index=request.grid_index,
+        signals=[signal.name for signal in (observation.signals if observation else request.signals)],
+        metrics=[metric.name for metric in request.metrics],
+        directions=list(request.sensitivities.drive.values()),
+        method=request.method,
+        find_stiff=request.find_stiff,
+        rtol=request.rtol,
+        atol=request.atol,
+        max_steps=request.max_steps,
+        max_step=request.max_step,
+        threads=threads,
+        progress=report,
+    )
     result = SweepResult(request, raw)
     if result.interrupted:
         raise Interrupted(result)
-    if strict:
-        _raise_for_bad_row(result)
     return result
 
 
@@ -161,7 +167,14 @@ def program(scenario: Scenario) -> _core.Program:
     )
 
 
-def _raise_for_bad_row(result: SweepResult) -> None:
+def _raise_for_bad_row(request: Request, threads: int) -> None:
+    """One step of each row, about a hundredth of a sweep, tells which cannot be simulated."""
+    try:
+        result = _result(replace(request.bare(), max_steps=1), threads)
+    except Interrupted as stop:
+        begun = stop.result.status == catalogue.status_code(catalogue.MAX_STEPS)
+        stop.result.status[begun] = catalogue.status_code(catalogue.CANCELLED)
+        raise
     bad = np.flatnonzero(result.detail >= 0)
     if not bad.size:
         return

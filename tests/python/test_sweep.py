@@ -10,6 +10,7 @@ import hdfast
 import numpy as np
 import pyarrow as pa
 import pytest
+from hdfast import _core
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -144,6 +145,28 @@ def test_exact_bad_rows_are_data_and_strict_raises(rows):
     with pytest.raises(hdfast.RowError, match=r"row 2: J_m = -1 kg m\^2") as caught:
         run(bad, strict=True)
     assert (caught.value.row, caught.value.parameter) == (2, "J_m")
+
+
+def test_exact_strict_raises_before_a_row_is_run():
+    told = []
+
+    def run_strictly(inertias):
+        options = {"metrics": ["te_pp"], "sensitivities": ["J_l"], "t_eval": [0.1], "threads": 1}
+        return run({"J_l": inertias}, strict=True, progress=lambda done, total: told.append(done), **options)
+
+    with pytest.raises(hdfast.RowError, match="row 50: J_l = -1"):
+        run_strictly(np.where(np.arange(51) == 50, -1.0, 0.5))
+    assert told == []
+    assert run_strictly([0.5, 0.6]).finished.all()
+    assert told[-1] == 2
+
+
+def test_exact_an_interrupt_before_a_strict_sweep_leaves_every_row_cancelled(monkeypatch):
+    core = _core.sweep
+    monkeypatch.setattr(_core, "sweep", lambda **asked: core(**asked) | {"interrupted": True})
+    with pytest.raises(hdfast.Interrupted, match="0 of 2 rows finished") as caught:
+        run({"J_l": [0.5, 0.6]}, strict=True)
+    assert caught.value.result.status_counts() == {"cancelled": 2}
 
 
 def test_exact_a_result_keeps_what_it_was_made_for():

@@ -67,13 +67,15 @@ class Request:
     observation: Observation | None
 
     def kept(self) -> Request:
-        """The same call with rows and times of its own, whatever becomes of the caller's arrays."""
+        """The same call with rows, start and times of its own, whatever becomes of the caller's arrays."""
         columns = {name: column.copy() for name, column in self.rows.columns.items()}
         seen = self.observation
         if seen is not None:
             seen = replace(seen, values={name: np.copy(value) for name, value in seen.values.items()})
+        start = None if self.initial_state is None else self.initial_state.copy()
         grids = [grid.copy() for grid in self.grids]
-        return replace(self, rows=replace(self.rows, columns=columns), grids=grids, observation=seen)
+        rows = replace(self.rows, columns=columns)
+        return replace(self, rows=rows, initial_state=start, grids=grids, observation=seen)
 
     def bare(self) -> Request:
         """The same rows, of which nothing is asked but how they end."""
@@ -262,15 +264,14 @@ def _initial_state(value: Any, rows: int, model: Model) -> Floats | None:
             f"initial_state has shape {array.shape}, allowed: ({rows}, {full}) or ({full},) "
             f"with {', '.join(model.states)}; z may be left out"
         )
-    for column in (column for column, name in enumerate(model.states) if name.startswith("theta")):
-        angles = np.atleast_1d(array[..., column])
-        beyond = angles[np.abs(angles) > MAX_ANGLE]
-        if beyond.size:
-            raise InputError(
-                f"initial_state has {model.states[column]} = {beyond[0]:g} rad "
-                f"(allowed: {-MAX_ANGLE:g} to {MAX_ANGLE:g} rad)"
-            )
-    return np.ascontiguousarray(np.broadcast_to(array, (rows, array.shape[-1])))
+    states = np.ascontiguousarray(np.broadcast_to(array, (rows, array.shape[-1])))
+    for name, values in zip(model.states, states.T, strict=False):
+        angle = name.startswith("theta")
+        wrong = np.flatnonzero(~(np.abs(values) <= MAX_ANGLE) if angle else ~np.isfinite(values))
+        if wrong.size:
+            row, allowed = wrong[0], f"{-MAX_ANGLE:g} to {MAX_ANGLE:g} rad" if angle else "a finite number"
+            raise InputError(f"initial_state has {name} = {values[row]:g} in row {row} (allowed: {allowed})")
+    return states
 
 
 def _check_size(rows: int, numbers: int, directions: int) -> None:

@@ -184,6 +184,13 @@ def test_exact_a_trajectory_is_sampled_again_at_other_times():
         run.sampled([1.5], ["te"])
 
 
+def test_exact_a_trajectory_is_sampled_again_from_the_start_it_had():
+    start = np.array([[0.0, 10.0, 0.0, 0.0]])
+    run = hdfast.simulate(initial_state=start, scenario=SHORT, t_eval=[0.0, 0.1], signals=["omega_m"])
+    start[:] = -50.0
+    assert run.sampled([0.0, 0.1], ["omega_m"])["omega_m"].tolist() == run["omega_m"].tolist()
+
+
 def test_exact_simulate_takes_any_single_row():
     row = hdfast.defaults(1)
     assert np.array_equal(hdfast.simulate(row, scenario=SHORT)["te"], hdfast.simulate(scenario=SHORT)["te"])

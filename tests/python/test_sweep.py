@@ -259,7 +259,12 @@ WRONG = [
     ({"threads": 1.0}, "threads"),
     ({"initial_state": [0.0, 0.0]}, "initial_state"),
     ({"initial_state": np.zeros((3, 4))}, "initial_state"),
-    ({"initial_state": [0.0, 0.0, -2e9, 0.0]}, r"theta_l = -2e\+09 rad \(allowed: -1e\+09 to 1e\+09 rad\)"),
+    ({"initial_state": [0.0, 0.0, -2e9, 0.0]}, r"theta_l = -2e\+09 in row 0 \(allowed: -1e\+09 to 1e\+09 rad"),
+    ({"initial_state": [np.nan, 0.0, 0.0, 0.0]}, r"theta_m = nan in row 0 \(allowed: -1e\+09 to 1e\+09 rad\)"),
+    (
+        {"rows": {"J_l": [0.5, 0.6]}, "initial_state": [[0.0] * 4, [0.0, np.inf, 0.0, 0.0]]},
+        r"omega_m = inf in row 1 \(allowed: a finite number\)",
+    ),
     ({"progress": "yes"}, "progress"),
 ]
 

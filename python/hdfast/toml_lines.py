@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator
 
 _HEADER = re.compile(r"^\s*(\[{1,2})\s*([^\[\]]+?)\s*\]{1,2}\s*(#.*)?$")
 _KEY = re.compile(r"""^\s*((?:[\w-]+|"[^"]*"|'[^']*')(?:\s*\.\s*(?:[\w-]+|"[^"]*"|'[^']*'))*)\s*=""")
+_STRINGS = (r'"{3}(?:\\.|[^\\])*?"{3,5}', r"'{3}.*?'{3,5}", r'"(?:\\.|[^"\\])*"', r"'[^']*'")
+_TOKEN = re.compile("|".join([*_STRINGS, r"#[^\n]*", r"[][{}\n]"]), re.DOTALL)
 _PART = re.compile(r"""[\w-]+|"[^"]*"|'[^']*'""")
 
 Path = tuple[str | int, ...]
@@ -21,7 +24,7 @@ class Lines:
         self._lines: dict[Path, int] = {}
         counts: dict[str, int] = {}
         table: Path = ()
-        for number, line in enumerate(text.splitlines(), 1):
+        for number, line in _statements(text):
             if header := _HEADER.match(line):
                 table = _path(header[2])
                 if header[1] == "[[" and len(table) == 1:
@@ -45,6 +48,19 @@ class Lines:
             if known[: len(path)] == path:
                 return number
         return None
+
+
+def _statements(text: str) -> Iterator[tuple[int, str]]:
+    """Lines that begin outside of any value, with their numbers."""
+    begun, depth = 1, 0
+    inside: set[int] = set()
+    for token in _TOKEN.findall(text):
+        depth += (token in ("[", "{")) - (token in ("]", "}"))
+        following = range(begun + 1, begun + 1 + token.count("\n"))
+        if depth or token != "\n":
+            inside.update(following)
+        begun += len(following)
+    return ((number, line) for number, line in enumerate(text.split("\n"), 1) if number not in inside)
 
 
 def _path(text: str) -> Path:

@@ -148,6 +148,11 @@ WRONG = [
     ("[run]\nmetrics = ['te_p']\n", 2, "metrics"),
     ("[run]\nsede = 1\n", 2, "did you mean 'seed'"),
     ("title = 3\n", 1, "title"),
+    ("[scenario]\nload = [\n  [0, 1],\n  [0, 5]\n]\nspeed = 3\n", 6, "unknown key 'speed'"),
+    ("[drive]\nJ_l = 1\n[scenario]\nload = [ # ]\n  [0, 1],\n  [0, 5] ]\nt_end = 0\n", 7, "t_end = 0"),
+    ('title = """\n[run]\nrows = 1\n\\""""\n[run] # [\nrows = 0\n', 6, "rows = 0"),
+    ("title = '''\n[run]\nrows = 1\n'''\n[run]\nrows = 0\n", 6, "rows = 0"),
+    ('title = "a \\" [" # "[\n[run]\nseed = 1\nrows = 0\n', 4, "rows = 0"),
     ("x = [\n", None, "Invalid|Unclosed|Expected"),
 ]
 

@@ -24,6 +24,7 @@ from hdfast.scenario_parts import (
     load_tracks,
     motion_spline,
     pair,
+    ramp_time,
     ramp_up_then_zero,
     ring_window,
     run_phase,
@@ -106,8 +107,8 @@ class Scenario:
             t_on: start of the motion [s].
             t_off: begin of the stop [s]; default half of t_end, or t_end without a stop.
             t_end: end of the run [s].
-            t_ramp: duration of the reference ramp of "speed_ramp" [s]; default 0.2.
-            t_brake: duration of the reference ramp of "brake" [s]; default 0.02.
+            t_ramp: duration of the reference ramp of "speed_ramp" [s]; default 0.2, at most to t_off.
+            t_brake: duration of the reference ramp of "brake" [s]; default 0.02, at most to t_end.
             torque: motor torque of "torque_step" [N m] in place of the sustaining torque.
             torque_ramp: duration over which the torque of "torque_step" is applied [s]; default 0, a step.
             load: constant load torque [N m], positive resists, the default of the column `tau_load`; or a table
@@ -155,10 +156,10 @@ class Scenario:
         phases = [(0.0, opening, False)]
         reference: list[tuple[float, float]] = []
         if start == "speed_ramp":
-            ramp = checks.number("t_ramp", T_RAMP if t_ramp is None else t_ramp, 0.0, off - t_on, "s")
+            ramp = ramp_time("t_ramp", t_ramp, T_RAMP, off - t_on)
             reference = [(t_on, 0.0), (t_on + ramp, 1.0)]
         if stop == "brake":
-            brake = checks.number("t_brake", T_BRAKE if t_brake is None else t_brake, 0.0, t_end - off, "s")
+            brake = ramp_time("t_brake", t_brake, T_BRAKE, t_end - off)
             reference = [*(reference or [(0.0, 1.0)]), (off, 1.0), (off + brake, 0.0)]
             phases.append((off, SPEED, start == "torque_step"))
         elif stop == "coast":

@@ -79,6 +79,11 @@ def _torque_table(name: str, side: str, table: Any, allowed: str, held_between: 
     return (held if held_between else linear)(t, values)
 
 
+def ramp_time(name: str, given: Any, default: float, longest: float) -> float:
+    """Duration of a ramp [s]; the default is cut to the time there is."""
+    return checks.number(name, min(default, longest) if given is None else given, 0.0, longest, "s")
+
+
 def ramp_up_then_zero(t_on: float, ramp: float, level: float, t_off: float) -> Track:
     """`level` from t_on (+ ramp) to t_off, zero outside."""
     corners = [(t_on, 0.0), (t_on + ramp, level), (t_off, level), (t_off, 0.0)]

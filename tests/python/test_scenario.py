@@ -39,6 +39,16 @@ def test_exact_ramp_and_brake():
     assert scenario.ring_on_load
 
 
+def test_exact_ramps_nobody_gave_end_with_the_time_there_is():
+    late = Scenario.start_stop(stop="brake", t_off=5.99)
+    assert np.array_equal(late.segments, Scenario.start_stop(stop="brake", t_off=5.99, t_brake=6 - 5.99).segments)
+    assert hdfast.sweep({}, scenario=Scenario.start_stop(stop="brake", t_off=6.0), metrics=[]).finished.all()
+    brief = Scenario.start_stop(start="speed_ramp", t_off=0.1, t_end=0.2)
+    assert np.array_equal(
+        brief.segments, Scenario.start_stop(start="speed_ramp", t_off=0.1, t_end=0.2, t_ramp=0.1).segments
+    )
+
+
 def test_exact_brake_after_open_loop_is_bumpless():
     scenario = Scenario.start_stop(stop="brake")
     assert scenario.segments[:, 0].tolist() == [0, 3, 3.02]

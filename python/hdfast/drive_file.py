@@ -21,6 +21,7 @@ FIXED = ("flexspline", "circular")
 ERROR_KEYS = ("orders", "cos", "sin", "amplitude", "phase", "scale", "sigma")
 TERM_KEYS = ("effect", "channel", "parameters")
 UNKNOWN = "unknown"
+UNLIMITED = "tau_max"  # the one parameter that may be infinite
 SAME_RATIO = 1e-6
 
 
@@ -171,13 +172,14 @@ class _Reader:
     def number(self, path: Keys, name: str, entry: Any) -> None:
         """A number, or a table of value and relative sigma."""
         key = str(path[-1])
+        check = checks.positive if name == UNLIMITED else checks.finite
         if not isinstance(entry, dict):
-            self.values[name] = self.file.guard(path, checks.finite, key, entry)
+            self.values[name] = self.file.guard(path, check, key, entry)
             return
         self.file.known(path, entry, ("value", "sigma"))
         if "value" not in entry:
             raise self.file.error(path, f"{key} has no key 'value'")
-        self.values[name] = self.file.guard(path, checks.finite, key, entry["value"])
+        self.values[name] = self.file.guard(path, check, key, entry["value"])
         if "sigma" in entry:
             self.deviation(path, name, entry["sigma"])
 

@@ -70,6 +70,17 @@ def test_exact_gains_and_start_angle_vary_where_they_have_a_meaning(speed):
     assert list(config.parse(text).tolerances) == ["K_p", "theta_m0"]
 
 
+def test_exact_a_torque_limit_of_the_drive_may_be_infinite():
+    driven = "[drive]\n{}\n[scenario]\nstart = 'speed_ramp'\nt_end = 0.5\n"
+    for stated in ("tau_max = inf", "tau_max = { value = inf }"):
+        parsed = config.parse(driven.format(stated))
+        assert parsed.drive == {"tau_max": math.inf}
+        assert simulate_rows(parsed, rows=1).finished.all()
+    for name, value in (("tau_max", "-inf"), ("tau_max", "0"), ("K_p", "inf"), ("J_l", "inf")):
+        with pytest.raises(hdfast.ConfigError, match=f"line 2: {name} = "):
+            config.parse(driven.format(f"{name} = {value}"))
+
+
 def test_exact_piecewise_drive():
     parsed = config.parse("[drive]\nspring = 'piecewise'\nK1 = 2.5e4\n")
     assert parsed.model.spring == "piecewise"

@@ -10,8 +10,6 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from hdfast import catalogue, checks
 from hdfast.drive_file import DriveFile, Effect, read_drive
 from hdfast.errors import InputError, choose, shorten
@@ -21,7 +19,6 @@ from hdfast.params import ParameterTable, layout
 from hdfast.request import ATOL, MAX_STEPS, RTOL
 from hdfast.scenario import Scenario
 from hdfast.sections import Sections
-from hdfast.segments import KIND, SPEED
 from hdfast.sensors import SensorFacts, SensorStage, stage_of
 from hdfast.sensors.facts import read_sensors
 from hdfast.threads import MAX_THREADS
@@ -40,7 +37,7 @@ RUN_KEYS = (
     "sampling", "replicates", "block", "levels", "failed",
 )  # fmt: skip
 KINDS = ("start_stop", "speed_profile", "torque_profile")
-CONTROLLER = ("K_p", "K_i", "tau_max")
+SCENARIO_KEYS = {"speed_rpm": "omega_set", "set_speed_rpm": "omega_set", "load": "tau_load"}
 
 
 @dataclass(frozen=True)
@@ -235,15 +232,16 @@ class _Reader:
         return found
 
     def heeded(self, scenario: Scenario, stated: Mapping[str, Iterable[str]]) -> None:
-        """Refuse columns of the scenario that change nothing in it."""
-        idle = {"theta_m0": "with initial = 'zero_angle'"} if scenario.initial == "zero_angle" else {}
-        if not np.any(scenario.segments[:, KIND] == SPEED):
-            idle |= dict.fromkeys(CONTROLLER, f"in {scenario.name}, which has no speed controller")
+        """Refuse columns of the scenario that change nothing in it or that [drive] and [scenario] both state."""
         for section, names in stated.items():
             for name in names:
-                if name in idle:
-                    message = f"{name} has no meaning {idle[name]} (allowed: left out of [{section}])"
+                if name in scenario.idle:
+                    message = f"{name} has no meaning {scenario.idle[name]} (allowed: left out of [{section}])"
                     raise self.file.error((section, name), message)
+        for key, value in self.file.section("scenario").items():
+            name = SCENARIO_KEYS.get(key, key)
+            if name in stated["drive"] and not isinstance(value, list):
+                raise self.file.error(("drive", name), f"{name} is stated here and by {key} of [scenario]; keep one")
 
     def tables(self) -> dict[str, bytes]:
         """Content of the tables that the tolerances, which are read already, name."""

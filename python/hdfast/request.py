@@ -125,6 +125,7 @@ def prepare(
         raise InputError(f"rows has {given.count} rows (allowed: at most {MAX_ROWS})")
     scenarios = _scenarios(scenario)
     index = _index("scenario_index", scenario_index, given.count, len(scenarios), "scenario")
+    _check_idle(given, scenarios)
     defaults, given = _with_scenario_values(table, given, scenarios, index)
     if t_eval is None and (signals is not None or t_eval_index is not None):
         raise InputError("signals and t_eval_index need t_eval, the times at which to sample [s]")
@@ -218,6 +219,14 @@ def _index(argument: str, value: Any, rows: int, choices: int, what: str) -> Ind
     if wrong.size:
         raise InputError(f"{argument}[{wrong[0]}] = {array[wrong[0]]} is out of range (allowed: 0 to {choices - 1})")
     return array.astype(np.uint32)
+
+
+def _check_idle(given: Rows, scenarios: list[Scenario]) -> None:
+    """Rows must not differ in what changes nothing; one number for all may, so that a drive fits every scenario."""
+    for name, reason in scenarios[0].idle.items():
+        column = given.columns.get(name, np.empty(0))
+        if np.any(column[1:] != column[:-1]) and all(name in scenario.idle for scenario in scenarios):
+            raise InputError(f"rows differ in {name}, which has no meaning {reason} (allowed: left out, or one number)")
 
 
 def _with_scenario_values(

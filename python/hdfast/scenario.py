@@ -33,7 +33,7 @@ from hdfast.scenario_parts import (
     typical_speed,
     without_meaning,
 )
-from hdfast.segments import MOTION, SPEED, TORQUE, assemble, held, linear
+from hdfast.segments import KIND, MOTION, SPEED, TORQUE, assemble, held, linear
 
 STARTS = ("torque_step", "speed_ramp")
 STOPS = ("coast", "brake")
@@ -71,6 +71,18 @@ class Scenario:
     ring_delay: float
     ring_width: float
     ring_on_load: bool
+
+    @property
+    def idle(self) -> dict[str, str]:
+        """Scenario columns that change nothing here, each with the reason."""
+        found = {}
+        if np.all(self.segments[:, KIND] == MOTION):
+            found["theta_m0"] = f"in {self.name}, which prescribes the angle"
+        elif self.initial == "zero_angle":
+            found["theta_m0"] = "with initial = 'zero_angle'"
+        if not np.any(self.segments[:, KIND] == SPEED):
+            found |= dict.fromkeys(("K_p", "K_i", "tau_max"), f"in {self.name}, which has no speed controller")
+        return found
 
     @classmethod
     def start_stop(

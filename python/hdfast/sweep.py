@@ -49,7 +49,7 @@ def sweep(
         rows: float64 array (M, P) with the columns of `hdfast.params(model)`; or a dict of columns (M,) and numbers, a
             structured array, or a pandas, polars or Arrow table. What is left out takes its default. Named columns may
             also carry omega_set [rad/s], tau_load [N m], K_p, K_i, tau_max [N m] and theta_m0 [rad], which override the
-            scenario row by row. All values in SI units.
+            scenario row by row; rows cannot differ in one that it makes no use of. All values in SI units.
         model: the equations; default `Model()`.
         scenario: the inputs over time, or a list of them; default `Scenario.start_stop()`.
         scenario_index: (M,) integers, which scenario of the list each row takes.

@@ -58,6 +58,7 @@ def test_exact_scenario_kinds():
     assert config.parse("[scenario]\nload = [[0, 1], [0, 5]]\n").scenario.segments[-1, 11] > 0
     profile = config.parse("[scenario]\nkind = 'speed_profile'\nt = [0, 1, 2]\nrelative = [0, 1, 0]\n").scenario
     assert profile.name == "speed_profile"
+    assert config.parse("[drive]\ntau_load = 2\n[scenario]\nload = [[0, 1], [0, 5]]\n").nominal()["tau_load"] == 2
     assert config.parse("[scenario]\nstop = 'brake'\ntau_max = inf\n").scenario.values["tau_max"] == math.inf
 
 
@@ -148,6 +149,13 @@ WRONG = [
         3,
         r"theta_m0 has no meaning with initial = 'zero_angle' \(allowed: left out of \[tolerance\]\)",
     ),
+    (
+        "[drive]\nomega_set = 3\n[scenario]\nspeed_rpm = 300\n",
+        2,
+        r"omega_set is stated here and by speed_rpm of \[scenario\]; keep one",
+    ),
+    ("[drive]\nJ_l = 1\ntau_load = 1\n[scenario]\nload = 2\n", 3, "tau_load is stated here and by load of"),
+    ("[drive]\nK_p = 1\n[scenario]\nstop = 'brake'\nK_p = 1\n", 2, "K_p is stated here and by K_p of"),
     ("[spec.te_p]\nupper = 1\n", 1, "did you mean 'te_pp'"),
     ("[spec.te_pp]\nuper = 1\n", 2, "did you mean 'upper'"),
     ("[spec.te_pp]\n", 1, "needs lower, upper or both"),

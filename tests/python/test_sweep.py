@@ -15,6 +15,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 SHORT = hdfast.Scenario.start_stop(t_end=0.6, t_off=0.3)
+CONTROLLED = hdfast.Scenario.start_stop(t_end=0.6, t_off=0.3, stop="brake")
 METRICS = ["te_pp", "peak_windup", "order_2", "speed_order_2"]
 
 
@@ -116,6 +117,15 @@ def test_exact_scenario_columns_override_row_by_row():
     assert result["steady_speed"].tolist() == single
     fast = hdfast.Scenario.start_stop(t_end=0.6, t_off=0.3, speed_rpm=6.0 * 60 / (2 * np.pi))
     assert run({}, scenario=fast, metrics=["steady_speed"])["steady_speed"][0] == pytest.approx(single[1], rel=1e-12)
+
+
+def test_exact_columns_that_change_nothing_may_be_there():
+    """A table of all columns with a controller of its own runs without control as well, and where some rows have it."""
+    varied = {"K_p": [0.02, 0.04], "theta_m0": [0.0, 1.0]}
+    whole = run(varied, scenario=CONTROLLED)
+    assert run(whole.parameters(1) | {"J_l": [0.4, 0.5]}).finished.all()
+    assert run({"tau_max": np.full(3, 1.0)}).finished.all()
+    assert run(varied, scenario=[SHORT, CONTROLLED], scenario_index=np.array([0, 1])).finished.all()
 
 
 def test_exact_rows_may_differ_in_scenario_grid_and_start(rows):
@@ -266,6 +276,18 @@ WRONG = [
         r"omega_m = inf in row 1 \(allowed: a finite number\)",
     ),
     ({"progress": "yes"}, "progress"),
+    (
+        {"rows": {"K_p": [0.01, 0.05]}},
+        r"rows differ in K_p, which has no meaning in start_stop\(torque_step, coast\), .*: left out",
+    ),
+    (
+        {"rows": {"theta_m0": [0.0, 1.0]}, "scenario": hdfast.Scenario.start_stop(initial="zero_angle")},
+        "rows differ in theta_m0, which has no meaning with initial = 'zero_angle'",
+    ),
+    (
+        {"rows": {"theta_m0": [0.0, 1.0]}, "scenario": hdfast.Scenario.motion(np.arange(5.0), np.arange(5.0))},
+        "rows differ in theta_m0, which has no meaning in motion, which prescribes the angle",
+    ),
 ]
 
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from functools import cache
 from typing import Any
 
-from hdfast import _core
+from hdfast import _core, checks
 from hdfast.errors import InputError, choose
 from hdfast.model import parse_order
 
@@ -134,7 +134,7 @@ def choose_metrics(names: Any) -> list[Quantity]:
     """
     if names is None:
         return list(metrics().values())
-    return _unique("metrics", [metric(name) for name in listed("metrics", names)])
+    return _unique("metrics", [metric(name) for name in checks.listed("metrics", names)])
 
 
 def choose_signals(names: Any, default: tuple[str, ...]) -> list[Quantity]:
@@ -143,22 +143,8 @@ def choose_signals(names: Any, default: tuple[str, ...]) -> list[Quantity]:
     Raises:
         InputError: not a list, an unknown name, or a name twice.
     """
-    wanted = default if names is None else listed("signals", names)
+    wanted = default if names is None else checks.listed("signals", names)
     return _unique("signals", [signals()[choose("signals", name, signals())] for name in wanted])
-
-
-def listed(argument: str, names: Any) -> list[Any]:
-    """The names as a list.
-
-    Raises:
-        InputError: not a list, or a very long one.
-    """
-    if isinstance(names, (str, bytes)) or not hasattr(names, "__iter__"):
-        raise InputError(f"{argument} = {names!r} is not a list of names")
-    listed = list(names)
-    if len(listed) > 1000:
-        raise InputError(f"{argument} has {len(listed)} entries (allowed: at most 1000)")
-    return listed
 
 
 def _unique(argument: str, chosen: list[Quantity]) -> list[Quantity]:

@@ -6,6 +6,7 @@ import contextlib
 import math
 import numbers
 import os
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
@@ -16,6 +17,7 @@ from hdfast.errors import InputError, shorten
 Floats = NDArray[np.float64]
 
 MAX_SEED = 2**63 - 1
+MAX_ENTRIES = 1000
 _NUMERIC = "biuf"
 
 
@@ -64,11 +66,15 @@ def whole(argument: str, value: Any, low: int, high: int) -> int:
     return result
 
 
-def listed(argument: str, value: Any, allowed: str) -> list[Any]:
-    """The entries of a list, a tuple or an array (n,); `allowed` says what they are, for messages."""
-    if not isinstance(value, (list, tuple, range, np.ndarray)) or getattr(value, "ndim", 1) != 1:
+def listed(argument: str, value: Any, allowed: str = "names") -> list[Any]:
+    """The entries, up to 1000, of anything in order but a text; `allowed` says what they are, for messages."""
+    unordered = isinstance(value, (str, bytes, set, frozenset)) or not isinstance(value, Iterable)
+    if unordered or getattr(value, "ndim", 1) != 1:
         raise InputError(f"{argument} = {shorten(value)} is not a list (allowed: {allowed})")
-    return list(value)
+    entries = list(value)
+    if len(entries) > MAX_ENTRIES:
+        raise InputError(f"{argument} has {len(entries)} entries (allowed: at most {MAX_ENTRIES})")
+    return entries
 
 
 def flag(argument: str, value: Any) -> bool:

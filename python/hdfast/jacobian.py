@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from hdfast import catalogue
+from hdfast import checks
 from hdfast.checks import Floats
 from hdfast.errors import InputError, choose
 from hdfast.model import Model
@@ -56,7 +56,7 @@ def jacobian(
         RowError: the row cannot be simulated.
     """
     channels = [] if sensors is None else list(SOURCES)
-    asked = catalogue.listed("signals", signals if signals is not None else channels or DEFAULT_SIGNALS)
+    asked = checks.listed("signals", signals if signals is not None else channels or DEFAULT_SIGNALS)
     if not asked:
         raise InputError("signals = [] (allowed: at least one name)")
     for name in options:

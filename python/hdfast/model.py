@@ -9,6 +9,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 
+from hdfast import checks
 from hdfast.errors import InputError, choose, shorten
 from hdfast.terms import terms
 
@@ -21,7 +22,6 @@ STATES = {
 MOST_STATES = 8
 DEFAULT_ORDERS = tuple(range(1, 16))
 MAX_ORDERS = 64
-UNORDERED = (str, bytes, set, frozenset)
 
 Order = int | float | str | Fraction
 
@@ -44,9 +44,7 @@ def parse_order(value: object) -> Fraction:
 
 
 def _parse_orders(orders: object) -> tuple[Fraction, ...]:
-    if isinstance(orders, UNORDERED) or not isinstance(orders, Iterable):
-        raise InputError(f"orders = {shorten(orders)} is not a list of orders")
-    listed = list(orders)
+    listed = checks.listed("orders", orders, "orders")
     if len(listed) > MAX_ORDERS:
         raise InputError(f"orders has {len(listed)} entries (allowed: at most {MAX_ORDERS})")
     parsed = tuple(parse_order(order) for order in listed)
@@ -95,9 +93,7 @@ class Model:
         parsed = _parse_orders(self.orders)
         object.__setattr__(self, "_orders", parsed)
         object.__setattr__(self, "orders", tuple(str(order) for order in parsed))
-        if isinstance(self.terms, UNORDERED) or not isinstance(self.terms, Iterable):
-            raise InputError(f"terms = {shorten(self.terms)} is not a list of term ids")
-        object.__setattr__(self, "terms", tuple(self.terms))
+        object.__setattr__(self, "terms", tuple(checks.listed("terms", self.terms, "term ids")))
         for term in self.terms:
             info = terms()[term]
             if info.channels:

@@ -8,8 +8,9 @@ from typing import Any
 
 import numpy as np
 
+from hdfast import checks
 from hdfast.checks import Floats
-from hdfast.errors import InputError, choose, shorten
+from hdfast.errors import InputError, choose
 from hdfast.model import STATES, Model
 from hdfast.params import ParameterTable
 from hdfast.sensors.stage import SensorStage
@@ -56,9 +57,7 @@ def choose_directions(
     """
     if names is None:
         return Directions((), {}, {})
-    if isinstance(names, (str, bytes)) or not hasattr(names, "__iter__"):
-        raise InputError(f"sensitivities = {shorten(names)} is not a list of names")
-    listed = list(names)
+    listed = checks.listed("sensitivities", names)
     own = ParameterTable(()) if stage is None else stage.named(table)
     known = [*table.names, *(INITIAL + state for state in model.states), *own.names]
     drive: dict[str, tuple[bool, int]] = {}

@@ -276,6 +276,9 @@ WRONG = [
         r"omega_m = inf in row 1 \(allowed: a finite number\)",
     ),
     ({"progress": "yes"}, "progress"),
+    ({"metrics": np.array("te_pp")}, r"metrics = array\('te_pp', .*\) is not a list \(allowed: names\)"),
+    ({"signals": {"te"}, "t_eval": [0.1]}, "signals = {'te'} is not a list"),
+    ({"sensitivities": "J_l"}, "sensitivities = 'J_l' is not a list"),
     (
         {"rows": {"K_p": [0.01, 0.05]}},
         r"rows differ in K_p, which has no meaning in start_stop\(torque_step, coast\), .*: left out",

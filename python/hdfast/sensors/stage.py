@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from hdfast import catalogue, checks
+from hdfast import checks
 from hdfast.checks import Floats
 from hdfast.errors import InputError, choose, shorten
 from hdfast.params import ParameterTable
@@ -169,7 +169,7 @@ class SensorStage:
         at = t if at is None else checks.table("at", at)
         given = self.checked({} if parameters is None else parameters)
         directions = _directions(slopes or {})
-        names = [self.parameters[name].name for name in catalogue.listed("wrt", wrt)]
+        names = [self.parameters[name].name for name in checks.listed("wrt", wrt)]
         if len(set(names)) < len(names):
             raise InputError(f"wrt = {shorten(wrt)} contains a parameter twice")
         units = np.eye(directions + len(names))[..., None, None]

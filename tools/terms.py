@@ -26,7 +26,7 @@ and a picture of the effect. Written by `python tools/terms.py`; a test keeps it
 
 Symbols of the equations: i ratio; theta_m, omega_m motor, theta_l, omega_l load; phi windup; theta_e kinematic error;
 tau_c torque asked of the drive, tau_a what reaches the rotor; tau_fm, tau_fl friction of motor and load shaft without
-the viscous part; B = B_m + B_ml; tau_s torque of the spring, tau_h torque beside it, T_g gear torque (tau_g in the
+the viscous part; B both B_m and B_ml; tau_s torque of the spring, tau_h torque beside it, T_g gear torque (tau_g in the
 README). *Amplitude* is the parameter that scales an effect, *hidden states* are what it adds to the state of the drive,
 *plausible* is the range for a size-25 unit.
 

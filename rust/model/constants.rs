@@ -1,6 +1,7 @@
 //! Parameters in the form the equations use them, one row at a time or in lanes.
 
 use super::sustaining::sustaining_torque;
+use super::terms::Terms;
 use super::{BadParameter, Base, Harmonics, Layout, ScenarioColumn, Spring, spring};
 use crate::real::{Real, Scalar};
 
@@ -206,6 +207,7 @@ impl<S: Scalar> Row<S> {
         let omega_set = scenario(ScenarioColumn::OmegaSet);
         let tau_load = scenario(ScenarioColumn::TauLoad);
         let terms = term_values(layout, values)?;
+        check_spring_terms(layout, &constants, &terms)?;
         Ok(Self {
             constants,
             te_scale: values[layout.te_scale()],
@@ -246,6 +248,13 @@ impl<S: Scalar> Row<S> {
 }
 
 impl<R: Real> Constants<R> {
+    /// Torque of the dampers of the motor on it [N m], and what they hand on to the output [N m at the output].
+    #[inline(always)]
+    pub fn motor_dampers(&self, omega_m: R, omega_l: R) -> [R; 2] {
+        let on_motor = self.d_mm.mul_add(omega_m, -(self.d_ml * omega_l));
+        [on_motor, self.d_ml * (-self.s).mul_add(omega_l, omega_m)]
+    }
+
     /// Inertia of the motor seen at the output [kg m^2].
     pub fn reflected_inertia(&self) -> R {
         self.j_m / (self.inverse_ratio * self.inverse_ratio)
@@ -265,6 +274,15 @@ fn term_values<S: Scalar>(layout: &Layout, values: &[S]) -> Result<Vec<S>, BadPa
     Ok(own.to_vec())
 }
 
+/// The spring stays stiff with what terms add to it.
+fn check_spring_terms<S: Scalar>(layout: &Layout, c: &Constants<S>, values: &[S]) -> Result<(), BadParameter> {
+    let Some(amplitude) = layout.terms.spring_amplitude() else { return Ok(()) };
+    let mut terms = Terms::new(&layout.terms);
+    terms.set_lane(0, values);
+    let stiff = spring::is_stiff(layout.spring, c, |windup| terms.added_stiffness(S::splat(windup)).plain());
+    if stiff { Ok(()) } else { Err(BadParameter { index: layout.term_parameters() + amplitude }) }
+}
+
 fn set_spring<S: Scalar>(layout: &Layout, values: &[S], c: &mut Constants<S>) -> Result<(), BadParameter> {
     let at = |offset: usize| BadParameter { index: Layout::SPRING + offset };
     match layout.spring {
@@ -276,7 +294,7 @@ fn set_spring<S: Scalar>(layout: &Layout, values: &[S], c: &mut Constants<S>) ->
             if c.k1.plain() <= 0.0 {
                 return Err(at(0));
             }
-            if !tangent_is_positive(c) {
+            if !spring::is_stiff(layout.spring, c, |_| 0.0) {
                 return Err(at(5));
             }
         }
@@ -297,15 +315,4 @@ fn set_spring<S: Scalar>(layout: &Layout, values: &[S], c: &mut Constants<S>) ->
         }
     }
     Ok(())
-}
-
-/// Whether the polynomial's tangent is positive on the whole range.
-fn tangent_is_positive<S: Scalar>(c: &Constants<S>) -> bool {
-    let positive = |x: f64| spring::tangent(Spring::Polynomial, c, S::splat(x)).plain() > 0.0;
-    let phi_max = c.phi_max.plain();
-    if c.k2.plain() == 0.0 && c.k4.plain() == 0.0 {
-        let vertex = (-0.3 * c.k3.plain() / c.k5.plain()).max(0.0).sqrt();
-        return positive(phi_max) && (vertex.is_nan() || vertex >= phi_max || positive(vertex));
-    }
-    (0..=256).all(|step| positive(phi_max * (f64::from(step) / 128.0 - 1.0)))
 }

@@ -41,12 +41,17 @@ impl Signal {
         (Self::Windup, "windup", "rad", "windup of the gear spring at the output"),
         (Self::WindupRate, "windup_rate", "rad/s", "rate of the windup"),
         (Self::ThetaE, "theta_e", "rad", "kinematic error of the rigid gear at the output"),
-        (Self::MotorTorque, "tau_m", "N m", "motor torque; with imposed motion the torque it takes"),
+        (
+            Self::MotorTorque,
+            "tau_m",
+            "N m",
+            "motor torque, behind the coupling of input_compliance; with imposed motion the torque it takes",
+        ),
         (
             Self::DriveTorque,
             "tau_drive",
             "N m",
-            "torque that the drive delivers out of the one asked for; tau_m unless the motion is imposed",
+            "what the drive makes of the torque asked for, up to the coupling of input_compliance; tau_m unless the motion is imposed",
         ),
         (Self::GearTorque, "gear_torque", "N m", "torque of spring and mesh damping at the output"),
     ];

@@ -92,6 +92,24 @@ pub fn tangent<S: Scalar>(law: Spring, c: &Constants<S>, windup: S) -> S {
     }
 }
 
+/// Whether the tangent is positive everywhere with what terms add to it [N m/rad] at a windup [rad]. That has to be even,
+/// and concave and not falling over the square of the windup. Sampled where a polynomial may dip inside its range, else
+/// exact.
+pub fn is_stiff<S: Scalar>(law: Spring, c: &Constants<S>, added: impl Fn(f64) -> f64) -> bool {
+    let stiff = |x: f64| tangent(law, c, S::splat(x)).plain() + added(x) > 0.0;
+    if law == Spring::Piecewise {
+        return [0.0, c.phi_1.plain(), c.phi_2.plain()].into_iter().all(stiff);
+    }
+    let [k2, k3, k4, k5, end] = [c.k2, c.k3, c.k4, c.k5, c.phi_max].map(S::plain);
+    let odd = k2 == 0.0 && k4 == 0.0;
+    if odd && (k3 >= 0.0 || k5 <= 0.0) {
+        return stiff(0.0) && stiff(end);
+    }
+    let vertex = (-0.3 * k3 / k5).sqrt();
+    let dips = odd && vertex < end && !stiff(vertex);
+    !dips && (0..=256).all(|step| stiff(end * (f64::from(step) / 128.0 - 1.0)))
+}
+
 /// The windup at which the spring carries a torque: Newton's method kept inside a bracket, then its derivative.
 pub fn windup_at<S: Scalar>(law: Spring, c: &Constants<S>, wanted: S) -> S {
     let mut windup = 0.0;

@@ -27,17 +27,20 @@ fn friction<S: Scalar>(c: &Constants<S>, terms: &Terms<S>, omega_m: S, load_torq
     let zero = S::zero();
     let motion = Motion::of_motor(zero, omega_m, c.inverse_ratio);
     let omega_l = motion.omega_l;
+    let on_motor = |gear_torque: S, states: &[S; HIDDEN]| {
+        let mut dry = Dry::of_motor(sign(omega_m), c.motor_dampers(omega_m, omega_l), gear_torque);
+        terms.motor_friction(&motion, &mut dry, &mut Internals::new(states, Corners::new(None)));
+        dry
+    };
     let mut states = [zero; HIDDEN];
     terms.begin(&motion, &mut states);
-    terms.settle(&motion, &mut states);
-    let mut inner = Internals::new(&states, Corners::new(None));
-    let mut on_load = Dry::new(sign(omega_l), c.d_ll * omega_l, zero);
-    terms.load_friction(&motion, &mut on_load, &mut inner);
+    let unloaded = on_motor(zero, &states);
+    terms.settle(&motion, &unloaded, &mut states);
+    let mut on_load = Dry::of_output(sign(omega_l), &unloaded);
+    terms.load_friction(&motion, &mut on_load, &mut Internals::new(&states, Corners::new(None)));
     let output = taken(&on_load);
     let gear_torque = c.d_ll * omega_l - c.d_ml * omega_m + load_torque + output;
-    let mut on_motor = Dry::new(sign(omega_m), c.d_mm * omega_m, gear_torque);
-    terms.motor_friction(&motion, &mut on_motor, &mut inner);
-    taken(&on_motor) + output * c.inverse_ratio
+    taken(&on_motor(gear_torque, &states)) + output * c.inverse_ratio
 }
 
 /// Torque of a shaft that slides, or what is not dry of it.

@@ -103,6 +103,8 @@ COMBINATIONS = [
     ["stribeck_friction", "load_side_friction", "backlash", "te_hysteresis"],
     ["presliding_friction", "hysteresis", "viscoelastic", "base_compliance", "cogging"],
     ["load_dependent_friction", "position_dependent_friction", "asymmetric_friction", "thermal_viscous", "wear_run_in"],
+    ["presliding_friction", "position_dependent_friction", "asymmetric_friction", "wear_run_in"],
+    ["coulomb_friction_smooth", "nonlinear_viscous", "asymmetric_friction", "thermal_viscous", "wear_run_in"],
     ["delay", "actuator_lag", "torque_ripple", "torque_gain", "input_compliance", "load_compliance"],
     ["backlash", "soft_windup", "mesh_stiffness_variation", "hysteresis", "gravity_unbalance"],
     ["soft_windup", "maxwell_slip", "load_side_friction"],

@@ -47,7 +47,7 @@ def test_exact_a_drive_at_its_set_speed_stays_there(term, way):
         terms, values = [term, "asymmetric_friction"], values | VALUES["asymmetric_friction"]
     scenario = Scenario.start_stop(speed_rpm=way * 100, stop=None, t_end=9.0, load=way * 5.0)
     start = [0.0, speed, 0.0, speed / 121, 0.0]
-    omega_m = simulate(linear(**values), terms, scenario, np.array([0.0, 8.0, 9.0]), ["omega_m"], start)[0]
+    omega_m = simulate(linear(s=0.4, **values), terms, scenario, np.array([0.0, 8.0, 9.0]), ["omega_m"], start)[0]
     np.testing.assert_allclose(omega_m[1:], speed, rtol=1e-6)
 
 

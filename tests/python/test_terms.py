@@ -89,6 +89,28 @@ def test_exact_parameter_out_of_its_range_is_a_bad_row():
     assert "T_c" in result.message(1)
 
 
+POLYNOMIAL, PIECEWISE = {"k1": 1e4, "k3": 0.0, "k5": 0.0}, {"K1": 3e4, "K2": 1e4}
+
+
+@pytest.mark.parametrize(
+    ("spring", "row", "most"),
+    [
+        ("polynomial", POLYNOMIAL, 1e4),
+        ("polynomial", POLYNOMIAL | {"k3": 1e10, "k5": -1e15, "phi_max": 1e-3}, 1e4),
+        ("polynomial", {"k1": 3e4, "k3": 0.0, "k5": -5e15, "phi_max": 1e-3, "phi_0": 1.0}, 5e3 * np.cosh(1e-3) ** 2),
+        ("polynomial", {"k1": 3e4, "k3": -2e10, "k5": 1.1e16, "phi_max": 1e-3, "phi_0": 1.0}, 3e4 - 3.6e21 / 2.2e17),
+        ("piecewise", PIECEWISE, 3e4),
+        ("piecewise", PIECEWISE | {"phi_0": 1e-3}, 1e4 * np.cosh(14.0 / 30.0) ** 2),
+    ],
+)
+def test_exact_a_spring_that_softness_turns_over_is_a_bad_row(spring, row, most):
+    """Where the tangent of spring and softness together is not positive, the windup would jump."""
+    columns = row | {"delta_K": most * np.array([0.999, 1.001])}
+    result = hdfast.sweep(columns, model=hdfast.Model(spring=spring, terms=["soft_windup"]), metrics=[])
+    assert list(result.status == 5) == [False, True]
+    assert "delta_K" in result.message(1)
+
+
 @pytest.mark.parametrize(
     ("model", "row"),
     [

@@ -71,6 +71,20 @@ def test_exact_asymmetric_hold():
         assert omega_m * torque >= 0.0
 
 
+@pytest.mark.parametrize("term", ["coulomb_friction_smooth", "presliding_friction"])
+def test_exact_asymmetry_of_laws_that_do_not_stick(term):
+    """At an even speed, forward and backward, the level is T_c (1 +- eps_c)."""
+    level, eps, speed = VALUES[term][f"{term}_T_c"], 0.15, 30.0
+    p = linear(B_l=0.0, **VALUES[term], eps_c=eps, eps_B=0.0)
+    t = np.linspace(0.0, 3.0, 31)
+    for way in (1.0, -1.0):
+        scenario = Scenario.motion(t, way * speed * t)
+        start = [0.0, way * speed, 0.0, way * speed / p["ratio"], 0.0]
+        torque = simulate(p, [term, "asymmetric_friction"], scenario, t, ["tau_m"], start)[0, -1]
+        own = torque - way * speed * (p["B_m"] + p["B_ml"])
+        np.testing.assert_allclose(own, way * level * (1.0 + way * eps), rtol=1e-6)
+
+
 def test_exact_load_side_friction_shifts_the_windup():
     """At slow speed the windup is +-T_cl/K by the direction, beside the viscous part."""
     level, speed = VALUES["load_side_friction"]["T_cl"], 2.0
@@ -364,6 +378,28 @@ def test_exact_modes_with_one_more_body(term):
     squares = np.sort(np.linalg.eigvals(-undamped).real)
     damped = np.sort(np.abs(np.linalg.eigvals(matrix)))
     np.testing.assert_allclose(damped[-1], math.sqrt(squares[-1]), rtol=5e-2)
+
+
+def test_exact_a_motor_before_its_coupling_takes_no_torque_for_the_rotor():
+    """Of an imposed motion `tau_m` is the torque of the wave generator: the share of J_m in the rotor is missing in it."""
+    values = VALUES["input_compliance"]
+    p = linear(**values)
+    t = np.linspace(0.0, 0.1, 101)
+    scenario = Scenario.motion(t, 0.5 * (1.0 - np.cos(60.0 * t)))
+    coupled = simulate(p, ["input_compliance"], scenario, t, ["tau_m"])[0]
+    whole = simulate(linear(), [], scenario, t, ["tau_m"])[0]
+    alpha = 0.5 * 60.0**2 * np.cos(60.0 * t)
+    missing = values["rotor_share"] * p["J_m"] * alpha
+    np.testing.assert_allclose((whole - coupled)[10:-10], missing[10:-10], atol=1e-3 * np.max(missing))
+
+
+def test_exact_an_unbalance_shakes_a_housing_that_carries_no_gear_torque():
+    """With ratio 1 the housing has no arm: neither does it feel the gear nor the windup the housing."""
+    values = {"ratio": 1.0, "J_l": 0.01, "B_l": 0.0}
+    t = np.linspace(0.0, 1.0, 11)
+    both = ["rotor_unbalance_reaction", "base_compliance"]
+    shaken = simulate(linear(**values, **VALUES[both[0]], **VALUES[both[1]]), both, torque_steps([(1.0, 0.02)]), t)
+    assert_close(shaken, simulate(linear(**values), [], torque_steps([(1.0, 0.02)]), t), 1e-9)
 
 
 def test_exact_housing_and_gear_in_series():

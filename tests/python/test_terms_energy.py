@@ -38,6 +38,33 @@ def test_exact_energy_audit_with_terms(terms, base):
     assert lost >= -1e-9 * abs(found["energy_in"])
 
 
+@pytest.mark.parametrize("base", ["two_inertia", "one_inertia"])
+@pytest.mark.parametrize(
+    ("term", "values"),
+    [
+        ("wear_run_in", {}),
+        ("thermal_viscous", {"ambient_temperature": 35.0}),
+        ("asymmetric_friction", {"eps_B": -0.15}),
+    ],
+)
+def test_exact_less_drag_of_the_slip_drives_nothing(term, values, base):
+    """B_ml acts between both shafts: with ratio 1 and s = 1 they do not slip, and B_m alone takes their energy."""
+    speed, inertias, drag = 8.0, {"J_m": 3e-4, "J_l": 1e-3}, {"B_m": 1e-4, "B_l": 0.0, "B_ml": 3e-3}
+    run = hdfast.simulate(
+        {"ratio": 1.0, "s": 1.0, **inertias, **drag, **values},
+        model=hdfast.Model(base, terms=[term], orders=[]),
+        scenario=hdfast.Scenario.torque_profile([0.0, 6.0], [0.0, 0.0]),
+        initial_state={"two_inertia": [0.0, speed, 0.0, speed], "one_inertia": [0.0, speed]}[base],
+        t_eval=[0.0, 6.0],
+        signals=["omega_m"],
+        metrics=[*METRICS, "loss_load", "loss_mesh"],
+    )
+    before, after = 0.5 * sum(inertias.values()) * run["omega_m"] ** 2
+    lost = sum(run.metrics[name] for name in run.metrics if name.startswith("loss"))
+    assert 0.0 < after < before
+    np.testing.assert_allclose(lost, before - after, rtol=1e-5)
+
+
 def test_exact_energy_audit_of_an_imposed_motion():
     terms = ["coulomb_friction", "load_side_friction", "hysteresis", "base_compliance", "torque_gain"]
     t = np.linspace(0.0, 1.0, 201)

@@ -24,14 +24,14 @@ def test_against_scipy(terms, long):
     on, values = with_company(terms)
     if len(terms) > 1 and "teeth" in values and not long:
         values |= FEWER_TEETH
-    p = parameters(**values)
+    p = parameters(s=0.4, **values)
     pieces = [(2.0 * end, torque) for end, torque in RUN] if long else RUN
     t = np.linspace(0.0, pieces[-1][0], 91)
     found = simulate(p, on, torque_steps(pieces, LOAD), t)
     expected = left_out.LeftOut(p, on, LOAD).solve(t, pieces, rtol=1e-11 if long else 1e-9)
     assert_close(found, expected, 1e-6)
     rest = [term for term in on if term not in terms]
-    p = parameters(**{name: value for term in rest for name, value in VALUES[term].items()})
+    p = parameters(s=0.4, **{name: value for term in rest for name, value in VALUES[term].items()})
     without = simulate(p, rest, torque_steps(pieces, LOAD), t)
     assert np.max(np.abs(found[1] - without[1])) > 1e-4, "the term changes nothing"
 

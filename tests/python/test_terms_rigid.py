@@ -16,6 +16,7 @@ COMBINATIONS = [
     ["load_dependent_friction", "load_side_friction", "gravity_unbalance"],
     ["stribeck_friction", "position_dependent_friction", "asymmetric_friction", "torque_gain"],
     ["delay", "torque_saturation", "actuator_lag", "torque_ripple", "cogging"],
+    ["presliding_friction", "coulomb_friction_smooth", "position_dependent_friction", "asymmetric_friction"],
     ["presliding_friction", "nonlinear_viscous", "external_periodic_torque", "coulomb_friction_smooth"],
     ["coulomb_friction", "load_dependent_friction", "thermal_viscous", "wear_run_in", "te_hysteresis"],
     ["te_harmonic", "te_load_dependence", "te_beat", "tooth_passage", "local_fault", "load_motor_ripple"],

@@ -64,9 +64,8 @@ impl Model<ALL> for Extended {
     #[inline(always)]
     fn energies<R: Real>(drive: &Drivetrain<R>, t: R, state: &[R; ALL]) -> Energies<R> {
         let Instant { rates, gear, inertias, inner, .. } = evaluate(drive, t, state, Corners::new(drive.pieces));
-        let elastic = gear.stiffness_factor * spring::energy(drive.spring, drive.constants, gear.spring_windup);
         Energies {
-            mechanical: elastic + kinetic(inertias, [state[1], rates.omega_l]),
+            mechanical: gear.stiffness_factor * elastic(drive, &gear) + kinetic(inertias, [state[1], rates.omega_l]),
             terms: drive.terms.stored(&gear, inner.states),
         }
     }
@@ -79,6 +78,13 @@ struct Instant<'a, R: Real> {
     spring_torque: R,
     inertias: [R; 2],
     inner: Internals<'a, R>,
+}
+
+/// Energy [J] of the spring with what terms add to it, at the factor 1.
+#[inline(always)]
+fn elastic<R: Real>(drive: &Drivetrain<R>, gear: &Gear<R>) -> R {
+    let own = spring::energy(drive.spring, drive.constants, gear.spring_windup);
+    own + drive.terms.added_spring_energy(gear.spring_windup)
 }
 
 #[inline(always)]
@@ -104,15 +110,15 @@ fn evaluate<'a, R: Real>(
     let mut gear = Gear::new(windup, windup_rate);
     drive.terms.gear(&sides.motion, &mut gear, &mut sides.inner);
     let reacts = !(gear.motor_reaction.abs().le(zero) & gear.load_reaction.abs().le(zero));
-    let stored = if reacts.any() { spring::energy(drive.spring, c, gear.spring_windup) } else { zero };
-    let spring_torque =
-        gear.stiffness_factor * spring::held_torque(drive.spring, c, gear.spring_windup, &mut sides.inner.corners);
+    let stored = if reacts.any() { elastic(drive, &gear) } else { zero };
+    let law = spring::held_torque(drive.spring, c, gear.spring_windup, &mut sides.inner.corners);
+    let spring_torque = gear.stiffness_factor * (law + gear.added_spring_torque);
     let gear_torque = c.b_sp.mul_add(windup_rate, spring_torque + gear.added_torque);
 
     let on_motor = sides.motor_friction(sides.motor_direction(), gear_torque);
     let load = sides.load();
-    let on_load = sides.load_friction(drive.directions[1]);
-    drive.terms.reaction(&sides.motion, &mut Reaction { gear_torque }, &mut sides.inner);
+    let on_load = sides.load_friction(drive.directions[1], &on_motor);
+    drive.terms.reaction(&sides.motion, &mut Reaction::new(gear_torque), &mut sides.inner);
 
     let resisting = c.d_mm.mul_add(omega_m, upsilon.mul_add(gear_torque, -(c.d_ml * omega_l)));
     let resisting = stored.mul_add(gear.motor_reaction, resisting + on_motor.either_way());

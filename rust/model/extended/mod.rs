@@ -61,7 +61,7 @@ impl<'a, R: Real> Sides<'a, R> {
 
     #[inline(always)]
     fn motor_friction(&mut self, direction: R, gear_torque: R) -> Dry<R> {
-        let mut dry = Dry::new(direction, self.drive.constants.d_mm * self.motion.omega_m, gear_torque);
+        let mut dry = Dry::of_motor(direction, self.dampers(), gear_torque);
         self.drive.terms.motor_friction(&self.motion, &mut dry, &mut self.inner);
         dry
     }
@@ -69,15 +69,20 @@ impl<'a, R: Real> Sides<'a, R> {
     /// Friction that a motor without gear torque would have; its corners do not count.
     #[inline(always)]
     fn unloaded_motor_friction(&self, direction: R) -> Dry<R> {
-        let mut dry = Dry::new(direction, self.drive.constants.d_mm * self.motion.omega_m, R::zero());
+        let mut dry = Dry::of_motor(direction, self.dampers(), R::zero());
         let mut inner = Internals::new(self.inner.states, self.inner.corners.unnoted());
         self.drive.terms.motor_friction(&self.motion, &mut dry, &mut inner);
         dry
     }
 
     #[inline(always)]
-    fn load_friction(&mut self, direction: R) -> Dry<R> {
-        let mut dry = Dry::new(direction, self.drive.constants.d_ll * self.motion.omega_l, R::zero());
+    fn dampers(&self) -> [R; 2] {
+        self.drive.constants.motor_dampers(self.motion.omega_m, self.motion.omega_l)
+    }
+
+    #[inline(always)]
+    fn load_friction(&mut self, direction: R, motor: &Dry<R>) -> Dry<R> {
+        let mut dry = Dry::of_output(direction, motor);
         self.drive.terms.load_friction(&self.motion, &mut dry, &mut self.inner);
         dry
     }

@@ -99,7 +99,8 @@ fn evaluate<'a, R: Real>(
     let load = sides.load();
     let direction = sides.motor_direction();
     let side = sign(upsilon);
-    let on_load = sides.load_friction(direction * side);
+    let unloaded = sides.unloaded_motor_friction(direction);
+    let on_load = sides.load_friction(direction * side, &unloaded);
     let arm = (-mesh.slope_by_speed).mul_add(omega_m, upsilon);
     let bend = mesh.error_curvature * omega_m * omega_m;
     let steady = c.d_ll.mul_add(omega_l, load.torque + on_load.either_way()) - c.d_ml * omega_m;
@@ -112,7 +113,7 @@ fn evaluate<'a, R: Real>(
         actuator_inertia: actuator.inertia,
         free: actuator.torque - c.d_mm.mul_add(omega_m, -(c.d_ml * omega_l)),
     };
-    let on_motor = gear.motor_friction(&mut sides, direction);
+    let on_motor = gear.motor_friction(&mut sides, direction, unloaded.torque());
 
     let resisting = upsilon.mul_add(gear.steady, on_motor.either_way()) + (actuator.torque - gear.free);
     let on_shaft = Dry {
@@ -190,11 +191,10 @@ impl<R: Real> RigidGear<R> {
         R::select(held, (share * self.side).mul_add(self.on_load.breakaway, self.steady), sliding)
     }
 
-    /// Friction on the motor at the gear torque that belongs to it.
+    /// Friction on the motor at the gear torque that belongs to it; `unloaded` is its torque without any.
     #[inline(always)]
-    fn motor_friction(&self, sides: &mut Sides<R>, direction: R) -> Dry<R> {
+    fn motor_friction(&self, sides: &mut Sides<R>, direction: R, unloaded: R) -> Dry<R> {
         let zero = R::zero();
-        let unloaded = sides.unloaded_motor_friction(direction).torque();
         let sliding = self.sliding(direction);
         let inertia = self.inertia();
         let moving = self.actuator_inertia * sliding + self.reflected * (self.free - unloaded);

@@ -15,8 +15,8 @@ impl Term for AsymmetricFriction {
         bases: Base::ALL,
         description: "Dry level and viscous drag of the motor shaft that differ between the directions; at rest the \
             hold is shifted to match.",
-        equation: "T_c -> T_c (1 + eps_c sgn(omega_m)), B -> B (1 + eps_B sgn(omega_m)), that is tau_fm += eps_c \
-            T_c + eps_B B abs(omega_m)",
+        equation: "T_c -> T_c (1 + eps_c sgn(omega_m)), B -> B (1 + eps_B sgn(omega_m)); T_c the level of any dry \
+            law, sgn smoothed as in the law where it is",
         source: "Kircanski, Goldenberg 1997; +8 and -7 mN m reported on a smaller joint",
         amplitude: "eps_c",
         parameters: &[
@@ -34,12 +34,7 @@ impl Term for AsymmetricFriction {
 
     #[inline(always)]
     fn motor_friction<R: Real>(p: &[R], motion: &Motion<R>, dry: &mut Dry<R>, mut hidden: Hidden<R>) {
-        let resting = dry.direction.abs().le(R::zero());
-        let level = R::select(resting, dry.breakaway, dry.level);
-        let apart = p[0] * dry.bias;
-        dry.bias = p[0].mul_add(level, dry.bias);
-        dry.level = dry.level + apart;
-        dry.breakaway = dry.breakaway + apart;
+        dry.lean = p[0];
         dry.drag = dry.drag * p[1].mul_add(hidden.sign(0, motion.omega_m, MOTOR_SPEED), R::splat(1.0));
     }
 }

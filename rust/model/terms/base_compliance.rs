@@ -53,8 +53,8 @@ impl Term for BaseCompliance {
     fn reaction<R: Real>(p: &[R], motion: &Motion<R>, reaction: &mut Reaction<R>, hidden: Hidden<R>) {
         let arm = R::splat(1.0) - motion.inverse_ratio;
         let (angle, speed) = (hidden.states[0], hidden.states[1]);
-        let torque = arm.mul_add(reaction.gear_torque, p[1].mul_add(speed, p[0] * angle));
+        let resisting = arm.mul_add(reaction.gear_torque, p[1].mul_add(speed, p[0] * angle));
         hidden.rates[0] = speed;
-        hidden.rates[1] = -torque / p[2];
+        hidden.rates[1] = (reaction.on_housing - resisting) / p[2];
     }
 }

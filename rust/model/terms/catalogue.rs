@@ -45,6 +45,9 @@ macro_rules! catalog {
         /// Which of them the sustaining torque covers, as a set of bits.
         const SUSTAINED: u64 = bits([$(<super::$module::$term as Term>::SUSTAINED),*]);
 
+        /// Which of them add to the law of the spring, as a set of bits.
+        const SPRING: u64 = bits([$(<super::$module::$term as Term>::SPRING),*]);
+
         /// Which of them steps could run over, as a set of bits.
         const NARROW: u64 = bits([$(<super::$module::$term as Term>::NARROW),*]);
 
@@ -58,7 +61,22 @@ macro_rules! catalog {
             catalog!(@hook reaction(reaction: Reaction<R>) [$($term $module)*]);
 
             catalog!(@states begin "Hidden states of a drive that begins in this motion." [$($term $module)*]);
-            catalog!(@states settle "Those that the same motion soon brings about." [$($term $module)*]);
+            catalog!(@sum added_spring_energy "Energy [J] that belongs to what all of them add to the law of the spring."
+                [$($term $module)*]);
+            catalog!(@sum added_stiffness "Stiffness [N m/rad] that all of them add to it." [$($term $module)*]);
+
+            /// Those that the same motion soon brings about on a motor of that friction.
+            pub fn settle(&self, motion: &Motion<R>, dry: &Dry<R>, states: &mut [R; HIDDEN]) {
+                let mut index = 0;
+                $(
+                    if self.is_on(index) {
+                        let own = &mut states[self.first_state[index].min(HIDDEN)..];
+                        super::$module::$term::settle(self.values_of(index), motion, dry, own);
+                    }
+                    index += 1;
+                )*
+                let _ = index;
+            }
 
             /// Highest order per motor revolution that any of them adds to the kinematic error.
             pub fn highest_order(&self) -> R {
@@ -190,6 +208,35 @@ macro_rules! catalog {
             let _ = index;
         }
     };
+    (@sum $sum:ident $what:literal [$($term:ident $module:ident)*]) => {
+        #[doc = $what]
+        #[inline(always)]
+        pub fn $sum(&self, windup: R) -> R {
+            struct Sum<'a, R: Real> {
+                terms: &'a Terms<R>,
+                windup: R,
+            }
+            impl<R: Real> Task for Sum<'_, R> {
+                type Output = R;
+
+                #[inline(always)]
+                fn run(self) -> R {
+                    let Self { terms, windup } = self;
+                    let mut index = 0;
+                    let mut sum = R::zero();
+                    $(
+                        if <super::$module::$term as Term>::SPRING && terms.is_on(index) {
+                            sum = sum + super::$module::$term::$sum(terms.values_of(index), windup);
+                        }
+                        index += 1;
+                    )*
+                    let _ = index;
+                    sum
+                }
+            }
+            R::apart(Sum { terms: self, windup })
+        }
+    };
     (@hook $hook:ident($place:ident: $type:ty) [$($term:ident $module:ident)*]) => {
         /// Lets every term that is on have its say.
         #[inline(always)]
@@ -244,16 +291,16 @@ catalog! {
     Hysteresis in hysteresis,
     MaxwellSlip in maxwell_slip,
     Viscoelastic in viscoelastic,
+    PositionDependentFriction in position_dependent_friction,
+    AsymmetricFriction in asymmetric_friction,
+    WearRunIn in wear_run_in,
     CoulombFriction in coulomb_friction,
     CoulombFrictionSmooth in coulomb_friction_smooth,
     StribeckFriction in stribeck_friction,
     PreslidingFriction in presliding_friction,
     LoadDependentFriction in load_dependent_friction,
     NonlinearViscous in nonlinear_viscous,
-    PositionDependentFriction in position_dependent_friction,
-    AsymmetricFriction in asymmetric_friction,
     ThermalViscous in thermal_viscous,
-    WearRunIn in wear_run_in,
     LoadMotorRipple in load_motor_ripple,
     ExternalPeriodicTorque in external_periodic_torque,
     GravityUnbalance in gravity_unbalance,
@@ -396,6 +443,14 @@ impl Choice {
     /// The chosen terms.
     pub fn terms(&self) -> impl Iterator<Item = &'static TermInfo> {
         self.on.iter().map(|&index| &TERMS[index])
+    }
+
+    /// Where among the parameters the amplitude of the first term stands that adds to the law of the spring.
+    pub fn spring_amplitude(&self) -> Option<usize> {
+        let index = self.on.iter().copied().find(|index| SPRING >> index & 1 == 1)?;
+        let TermInfo { parameters, amplitude, .. } = &TERMS[index];
+        let own = parameters.iter().position(|parameter| parameter.name == *amplitude)?;
+        Some(self.parameters[index] + own)
     }
 
     /// Column name of a term's parameter: its own, prefixed by the term's id where another chosen term has the same.

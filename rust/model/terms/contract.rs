@@ -1,6 +1,6 @@
 //! What a term may say and do.
 
-use super::{HIDDEN, Place};
+use super::{Dry, HIDDEN, Place};
 use crate::model::{Base, Bends, Corners};
 use crate::real::{Real, Scalar};
 
@@ -210,7 +210,9 @@ pub struct Gear<R> {
     pub spring_windup: R,
     /// Windup that jumps have let go for ever [rad].
     pub let_go: R,
-    /// Factor on the spring torque.
+    /// Torque that terms add to the law of the spring [N m].
+    pub added_spring_torque: R,
+    /// Factor on the spring torque, what terms add to it included.
     pub stiffness_factor: R,
     /// Torque added to spring and damper [N m at the output].
     pub added_torque: R,
@@ -250,6 +252,7 @@ impl<R: Real> Gear<R> {
         Self {
             spring_windup: windup,
             let_go: zero,
+            added_spring_torque: zero,
             stiffness_factor: R::splat(1.0),
             added_torque: zero,
             motor_reaction: zero,
@@ -266,58 +269,20 @@ impl<R: Real> Gear<R> {
     }
 }
 
-/// Dry friction on one shaft: a level that opposes the motion, or holds it.
-#[derive(Clone, Copy)]
-pub struct Dry<R> {
-    /// Level while sliding [N m], at least 0.
-    pub level: R,
-    /// Level that must be exceeded to break away from rest [N m].
-    pub breakaway: R,
-    /// Direction of sliding: +1, -1, or 0 at rest.
-    pub direction: R,
-    /// Half of what the dry levels of forward and backward motion differ by [N m].
-    pub bias: R,
-    /// Further resisting torque that is neither dry nor that of the damper [N m].
-    pub resisting: R,
-    /// Torque of the shaft's damper without terms [N m].
-    pub viscous: R,
-    /// Factor on it.
-    pub drag: R,
-    /// Gear torque [N m at the output]; motor friction may be linear in it and in its size, no more.
-    pub gear_torque: R,
-}
-
-impl<R: Real> Dry<R> {
-    /// A shaft before the terms have their say.
-    #[inline(always)]
-    pub fn new(direction: R, viscous: R, gear_torque: R) -> Self {
-        let (zero, drag) = (R::zero(), R::splat(1.0));
-        Self { level: zero, breakaway: zero, direction, bias: zero, resisting: zero, viscous, drag, gear_torque }
-    }
-
-    /// Resisting torque of a shaft that slides, beyond that of its damper [N m].
-    #[inline(always)]
-    pub fn torque(&self) -> R {
-        self.direction.mul_add(self.level, self.either_way())
-    }
-
-    /// The part of it that is the same in both directions [N m].
-    #[inline(always)]
-    pub fn either_way(&self) -> R {
-        self.bias + self.not_dry()
-    }
-
-    /// The part of it that is not dry [N m].
-    #[inline(always)]
-    pub fn not_dry(&self) -> R {
-        (self.drag - R::splat(1.0)).mul_add(self.viscous, self.resisting)
-    }
-}
-
 /// What the gear does to the structure.
 pub struct Reaction<R> {
     /// Gear torque [N m at the output].
     pub gear_torque: R,
+    /// Torque on the housing beside it [N m].
+    pub on_housing: R,
+}
+
+impl<R: Real> Reaction<R> {
+    /// That of the gear alone.
+    #[inline(always)]
+    pub fn new(gear_torque: R) -> Self {
+        Self { gear_torque, on_housing: R::zero() }
+    }
 }
 
 /// The load side.
@@ -341,19 +306,32 @@ pub trait Term {
     const NARROW: bool = false;
     /// How many corners its law has.
     const CORNERS: usize = 0;
+    /// Whether it adds to the law of the spring; its amplitude then is what may be too large.
+    const SPRING: bool = false;
     /// Whether its friction at an even speed is the same at every angle, so that the sustaining torque covers it.
     const SUSTAINED: bool = false;
 
     /// Sets the hidden states of a drive that begins in this motion; zero where it does nothing.
     #[inline(always)]
     fn begin<R: Real>(p: &[R], motion: &Motion<R>, states: &mut [R]) {}
-    /// Sets the hidden states that the same motion soon brings about; as it begins where it does nothing.
+    /// Sets the hidden states that the same motion soon brings about on a motor of that friction; as it begins where it
+    /// does nothing.
     #[inline(always)]
-    fn settle<R: Real>(p: &[R], motion: &Motion<R>, states: &mut [R]) {}
+    fn settle<R: Real>(p: &[R], motion: &Motion<R>, dry: &Dry<R>, states: &mut [R]) {}
     /// Energy [J] stored in the term; what it takes beyond that is lost and never negative. Springs and masses beyond
     /// the motor and the output belong to what drives them, not to the balance of the gear.
     #[inline(always)]
     fn stored<R: Real>(p: &[R], gear: &Gear<R>, states: &[R]) -> R {
+        R::zero()
+    }
+    /// Energy [J] that the torque it adds to the spring stores at the windup which the spring sees, at the factor 1.
+    #[inline(always)]
+    fn added_spring_energy<R: Real>(p: &[R], windup: R) -> R {
+        R::zero()
+    }
+    /// Derivative of that torque with respect to the windup [N m/rad], as [`crate::model::spring::is_stiff`] expects it.
+    #[inline(always)]
+    fn added_stiffness<R: Real>(p: &[R], windup: R) -> R {
         R::zero()
     }
     /// What is left before the term's states jump; where it falls below 0 they do. In any unit. It follows from

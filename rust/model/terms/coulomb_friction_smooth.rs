@@ -31,6 +31,7 @@ impl Term for CoulombFrictionSmooth {
 
     #[inline(always)]
     fn motor_friction<R: Real>(p: &[R], motion: &Motion<R>, dry: &mut Dry<R>, _hidden: Hidden<R>) {
-        dry.resisting = p[0].mul_add((motion.omega_m / p[1]).tanh(), dry.resisting);
+        let way = (motion.omega_m / p[1]).tanh();
+        dry.resisting = (p[0] * dry.strength(way)).mul_add(way, dry.resisting);
     }
 }

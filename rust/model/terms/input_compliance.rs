@@ -12,8 +12,8 @@ impl Term for InputCompliance {
         id: "input_compliance",
         place: Place::Motor,
         bases: &[Base::TwoInertia],
-        description: "Coupling between rotor and wave generator; angle and speed of the motor are those of the wave \
-            generator.",
+        description: "Coupling between rotor and wave generator; angle, speed and torque of the motor and the energy \
+            it puts in are those of the wave generator, behind the inertia of the rotor.",
         equation: "J_r domega_r/dt = tau_a - tau_k, tau_k = k_ci u + c_ci (omega_r - omega_m), du/dt = omega_r - \
             omega_m, J_r = share J_m; tau_k drives the rest of J_m",
         source: "two masses, 1.9e-4 and 1.1e-4 kg m^2; 130 to 430 Hz",

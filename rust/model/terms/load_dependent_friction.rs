@@ -15,7 +15,7 @@ impl Term for LoadDependentFriction {
         bases: Base::ALL,
         description: "Dry friction in proportion to the gear torque, with shares of their own for driving and \
             back-driving; sticks truly.",
-        equation: "tau_fm += (c / i) abs(T_g) sgn(omega_m), c = c_drive where T_g omega_m > 0, else c_back",
+        equation: "tau_fm += c abs(T_g / i) sgn(omega_m), c = c_drive where T_g omega_m / i > 0, else c_back",
         source: "share from the catalogue efficiency of 0.77 at 67 N m, about half of the loss load-dependent; \
             Shi, Yin, Li 2022",
         amplitude: "c_drive",
@@ -36,8 +36,6 @@ impl Term for LoadDependentFriction {
     fn motor_friction<R: Real>(p: &[R], motion: &Motion<R>, dry: &mut Dry<R>, mut hidden: Hidden<R>) {
         let half = R::splat(0.5) * dry.gear_torque * motion.inverse_ratio;
         let level = (p[0] + p[1]) * half * hidden.sign(0, half, MOTOR_TORQUE);
-        dry.level = dry.level + level;
-        dry.breakaway = dry.breakaway + level;
-        dry.bias = (p[0] - p[1]).mul_add(half, dry.bias);
+        dry.add(level, level, (p[0] - p[1]) * half);
     }
 }

@@ -26,7 +26,6 @@ impl Term for LoadSideFriction {
 
     #[inline(always)]
     fn load_friction<R: Real>(p: &[R], _motion: &Motion<R>, dry: &mut Dry<R>, _hidden: Hidden<R>) {
-        dry.level = dry.level + p[0];
-        dry.breakaway = dry.breakaway + p[0];
+        dry.add(p[0], p[0], R::zero());
     }
 }

@@ -15,6 +15,7 @@ mod coulomb_friction;
 mod coulomb_friction_smooth;
 mod coupling_slip;
 mod delay;
+mod dry;
 mod external_periodic_torque;
 mod gravity_unbalance;
 mod hysteresis;
@@ -51,8 +52,9 @@ mod wear_run_in;
 
 pub use catalogue::{Choice, Place, TERMS, Terms};
 pub use contract::{
-    Actuator, Dry, Gear, Hidden, Internals, Load, Mesh, Motion, Reaction, Term, TermInfo, TermParameter, TermState,
+    Actuator, Gear, Hidden, Internals, Load, Mesh, Motion, Reaction, Term, TermInfo, TermParameter, TermState,
 };
+pub use dry::Dry;
 
 /// States that terms may add between them.
 pub const HIDDEN: usize = 8;

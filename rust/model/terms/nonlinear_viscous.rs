@@ -42,6 +42,6 @@ impl Term for NonlinearViscous {
         let speed = motion.omega_m * R::splat(1.0 / REFERENCE);
         let square = speed.mul_add(speed, R::splat(SMOOTHING * SMOOTHING));
         let growth = square.powf((p[1] - R::splat(1.0)) * R::splat(0.5));
-        dry.resisting = (p[0] * speed).mul_add(growth, dry.resisting);
+        dry.resisting = (dry.grip * p[0] * speed).mul_add(growth, dry.resisting);
     }
 }

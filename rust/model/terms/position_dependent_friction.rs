@@ -12,9 +12,9 @@ impl Term for PositionDependentFriction {
         id: "position_dependent_friction",
         place: Place::Mesh,
         bases: Base::ALL,
-        description: "The friction of all terms before it varies with the motor angle; odd under reversal, unlike a \
-            kinematic error.",
-        equation: "tau_fm -> tau_fm [1 + c cos(n theta_m + psi)]",
+        description: "The friction of all terms on the motor shaft varies with the motor angle; odd under reversal, \
+            unlike a kinematic error.",
+        equation: "tau_fm -> tau_fm [1 + c cos(n theta_m + psi)]; of presliding_friction the level g alone",
         source: "Gandhi, Ghorbel, Dabney 2002; orders 1, 2, 4 and multiples of 1/i",
         amplitude: "friction_ripple",
         parameters: &[
@@ -34,10 +34,6 @@ impl Term for PositionDependentFriction {
     #[inline(always)]
     fn motor_friction<R: Real>(p: &[R], motion: &Motion<R>, dry: &mut Dry<R>, _hidden: Hidden<R>) {
         let wave = p[1].mul_add(motion.theta_m, p[2]).sin_cos().1;
-        let factor = p[0].mul_add(wave, R::splat(1.0));
-        dry.level = dry.level * factor;
-        dry.breakaway = dry.breakaway * factor;
-        dry.bias = dry.bias * factor;
-        dry.resisting = dry.resisting * factor;
+        dry.grip = dry.grip * p[0].mul_add(wave, R::splat(1.0));
     }
 }

@@ -56,19 +56,19 @@ impl Term for PreslidingFriction {
     }
 
     #[inline(always)]
-    fn settle<R: Real>(p: &[R], motion: &Motion<R>, states: &mut [R]) {
-        let (zero, level) = (R::zero(), sliding(p, motion.omega_m));
-        let bent = R::select(zero.lt(p[0]), level / p[0], zero);
-        let backward = R::select(motion.omega_m.lt(zero), -bent, zero);
-        states[0] = R::select(zero.lt(motion.omega_m), bent, backward);
+    fn settle<R: Real>(p: &[R], motion: &Motion<R>, dry: &Dry<R>, states: &mut [R]) {
+        let (zero, way) = (R::zero(), dry.direction);
+        let level = sliding(p, motion.omega_m) * dry.strength(way);
+        states[0] = R::select(zero.lt(p[0]), way * level / p[0], zero);
     }
 
     #[inline(always)]
     fn motor_friction<R: Real>(p: &[R], motion: &Motion<R>, dry: &mut Dry<R>, mut hidden: Hidden<R>) {
         let (stiffness, damping) = (p[0], p[1]);
         let one = R::splat(1.0);
-        let (bristle, speed) = (hidden.states[0], motion.omega_m * hidden.sign(0, motion.omega_m, MOTOR_SPEED));
-        let limit = sliding(p, speed);
+        let (bristle, way) = (hidden.states[0], hidden.sign(0, motion.omega_m, MOTOR_SPEED));
+        let speed = motion.omega_m * way;
+        let limit = sliding(p, speed) * dry.strength(way);
         let rate = motion.omega_m - stiffness * speed * bristle / limit;
         let passive = damping / (damping * speed / limit).mul_add(R::splat(0.25), one);
         dry.resisting = dry.resisting + stiffness.mul_add(bristle, passive * rate);

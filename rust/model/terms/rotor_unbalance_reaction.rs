@@ -32,6 +32,6 @@ impl Term for RotorUnbalanceReaction {
     fn reaction<R: Real>(p: &[R], motion: &Motion<R>, reaction: &mut Reaction<R>, _hidden: Hidden<R>) {
         let wave = (motion.theta_m + p[1]).sin_cos().1;
         let pull = p[0] * motion.omega_m * motion.omega_m * wave;
-        reaction.gear_torque = reaction.gear_torque - pull / (R::splat(1.0) - motion.inverse_ratio);
+        reaction.on_housing = reaction.on_housing + pull;
     }
 }

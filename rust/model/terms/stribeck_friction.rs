@@ -48,7 +48,6 @@ impl Term for StribeckFriction {
         let beyond = (dry.direction * motion.omega_m).lt(R::zero());
         let decay = (-R::select(beyond, -power, power)).exp();
         let excess = sliding * (ratio - R::splat(1.0));
-        dry.level = dry.level + excess.mul_add(decay, sliding);
-        dry.breakaway = dry.breakaway + excess + sliding;
+        dry.add(excess.mul_add(decay, sliding), excess + sliding, R::zero());
     }
 }

@@ -14,8 +14,8 @@ impl Term for ThermalViscous {
         bases: Base::ALL,
         description: "Viscous drag that falls as the lost power warms the drive; the warming starts at the ambient \
             temperature.",
-        equation: "B -> B exp(-beta (theta_a + w - 20)); C dw/dt = P_loss - C w / tau_w, P_loss the friction \
-            power of the motor shaft",
+        equation: "B -> B exp(-beta (theta_a + w - 20)); C dw/dt = P_loss - C w / tau_w, P_loss what B and the \
+            friction of the motor shaft lose",
         source: "Wolf, Iskandar 2018 and Simoni 2018 for the exponential law; heat capacity and time constant \
             chosen for the size",
         amplitude: "beta",
@@ -43,7 +43,8 @@ impl Term for ThermalViscous {
         let [fall, capacity, time, ambient] = [p[0], p[1], p[2], p[3]];
         let warming = hidden.states[0];
         dry.drag = dry.drag * (-(fall * (ambient + warming - R::splat(20.0)))).exp();
-        let loss = (dry.torque() + dry.viscous) * motion.omega_m;
+        let handed_on = dry.drag * dry.handed_on * motion.omega_l;
+        let loss = (dry.torque() + dry.viscous) * motion.omega_m - handed_on;
         hidden.rates[0] = loss / capacity - warming / time;
     }
 }

@@ -20,8 +20,8 @@ impl Term for WearRunIn {
         bases: Base::ALL,
         description: "Friction of the motor shaft falls and the kinematic error changes with the hours run before \
             the recording.",
-        equation: "tau_fm + B omega_m -> (1 - c_f u) (tau_fm + B omega_m), theta_e -> (1 + c_e u) theta_e, u = 1 \
-            - exp(-h / h_0)",
+        equation: "tau_fm -> (1 - c_f u) tau_fm, of presliding_friction the level g alone; B -> (1 - c_f u) B, \
+            theta_e -> (1 + c_e u) theta_e, u = 1 - exp(-h / h_0)",
         source: "friction about -20 % in the first hours, kinematic error +-10 %; exponential run-in chosen",
         amplitude: "friction_wear",
         parameters: &[
@@ -58,10 +58,7 @@ impl Term for WearRunIn {
     #[inline(always)]
     fn motor_friction<R: Real>(p: &[R], _motion: &Motion<R>, dry: &mut Dry<R>, _hidden: Hidden<R>) {
         let factor = R::splat(1.0) - p[0] * done(p);
-        dry.level = dry.level * factor;
-        dry.breakaway = dry.breakaway * factor;
-        dry.bias = dry.bias * factor;
-        dry.resisting = dry.resisting * factor;
+        dry.grip = dry.grip * factor;
         dry.drag = dry.drag * factor;
     }
 }

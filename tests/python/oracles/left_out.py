@@ -93,12 +93,16 @@ class LeftOut:
         return -np.expm1(-self.p["hours"] / self.p["run_in_hours"])
 
     def stored(self, windup):
-        """Energy of the spring by quadrature of its torque."""
+        """Energy of the spring by quadrature of its torque, what it is softer by in closed form."""
         nodes, weights = np.polynomial.legendre.leggauss(12)
-        return 0.5 * windup * np.sum(weights * self.spring(0.5 * windup * (nodes + 1)))
+        energy = 0.5 * windup * np.sum(weights * self.spring(0.5 * windup * (nodes + 1)))
+        if "soft_windup" in self.on:
+            share = windup / self.p["phi_0"]
+            energy -= self.p["delta_K"] * self.p["phi_0"] ** 2 * (np.logaddexp(share, -share) - np.log(2))
+        return energy
 
     def spring_torque(self, x, windup):
-        """Torque of the spring, the windup that it sees, and the torques on motor and load of a varying stiffness."""
+        """Torque of the spring and the torques on motor and load of a varying stiffness."""
         p = self.p
         seen = windup
         if "coupling_slip" in self.on:
@@ -109,19 +113,19 @@ class LeftOut:
         if "backlash" in self.on:
             seen = np.sign(seen) * max(abs(seen) - p["half_gap"], 0.0)
         torque, reactions = self.spring(seen), np.zeros(2)
+        if "soft_windup" in self.on:
+            torque -= p["delta_K"] * p["phi_0"] * np.tanh(seen / p["phi_0"])
         if "mesh_stiffness_variation" in self.on:
             at_motor = p["eps_2"] * np.exp(1j * (2 * x[0] + p["mesh_stiffness_variation_psi_2"]))
             at_load = p["eps_o"] * np.exp(1j * (x[2] + p["psi_o"]))
             torque *= 1 + at_motor.real + at_load.real
             reactions = self.stored(seen) * np.array([(2j * at_motor).real, (1j * at_load).real])
-        return torque, seen, reactions
+        return torque, reactions
 
     def gear_torque(self, x, windup, rate, rates):
         """T_g and the torques on motor and load that belong to a varying stiffness."""
         p = self.p
-        torque, seen, reactions = self.spring_torque(x, windup)
-        if "soft_windup" in self.on:
-            torque -= p["delta_K"] * p["phi_0"] * np.tanh(seen / p["phi_0"])
+        torque, reactions = self.spring_torque(x, windup)
         if "hysteresis" in self.on:
             zeta = self.hidden("hysteresis", x)[0]
             size = abs(zeta) ** p["loop_sharpness"]
@@ -177,10 +181,31 @@ class LeftOut:
             torque, inertia = coupling, inertia - rotor
         return torque, inertia
 
+    def damping(self, x):
+        """Torques of the motor's dampers B_m and B_ml on it, as warm and worn as it is."""
+        p, drag = self.p, 1.0
+        if "asymmetric_friction" in self.on:
+            drag *= 1 + p["eps_B"] * np.sign(x[1])
+        if "thermal_viscous" in self.on:
+            warming = self.hidden("thermal_viscous", x)[0]
+            drag *= np.exp(-p["thermal_viscous_beta"] * (p["ambient_temperature"] - 20 + warming))
+        if "wear_run_in" in self.on:
+            drag *= 1 - p["friction_wear"] * self.worn()
+        return drag * p["B_m"] * x[1], drag * p["B_ml"] * (x[1] - p["s"] * x[3])
+
     def motor_friction(self, x, gear_torque, direction, rates):
         """Resisting torque beyond B_m and B_ml of a motor that slides, or is about to slide, in a direction."""
         p, on, speed = self.p, self.on, x[1]
-        viscous = p["B_m"] + p["B_ml"]
+        factor = 1.0
+        if "position_dependent_friction" in on:
+            phase = p["position_dependent_friction_order"] * x[0] + p["position_dependent_friction_psi"]
+            factor *= 1 + p["friction_ripple"] * np.cos(phase)
+        if "wear_run_in" in on:
+            factor *= 1 - p["friction_wear"] * self.worn()
+
+        def level(torque, way):
+            return factor * torque * (1 + p["eps_c"] * way if "asymmetric_friction" in on else 1)
+
         dry = total = 0.0
         if "coulomb_friction" in on:
             dry += p["coulomb_friction_T_c"]
@@ -189,40 +214,30 @@ class LeftOut:
             fall = np.exp(-(abs(speed / p["stribeck_friction_omega_s"]) ** p["stribeck_shape"]))
             dry += p["stribeck_friction_T_c"] * (1 + (ratio - 1) * fall)
         if "load_dependent_friction" in on:
-            dry += p["c_drive" if gear_torque * direction > 0 else "c_back"] * abs(gear_torque) / p["ratio"]
+            driving = gear_torque * direction / p["ratio"] > 0
+            dry += p["c_drive" if driving else "c_back"] * abs(gear_torque / p["ratio"])
+        total += direction * level(dry, direction)
         if "coulomb_friction_smooth" in on:
-            total += p["coulomb_friction_smooth_T_c"] * np.tanh(speed / p["omega_eps"])
+            way = np.tanh(speed / p["omega_eps"])
+            total += level(p["coulomb_friction_smooth_T_c"], way) * way
         if "presliding_friction" in on:
             z = self.hidden("presliding_friction", x)[0]
-            level, ratio = p["presliding_friction_T_c"], p["presliding_friction_breakaway_ratio"]
-            g = level + (ratio * level - level) * np.exp(-((speed / p["presliding_friction_omega_s"]) ** 2))
+            sliding, ratio = p["presliding_friction_T_c"], p["presliding_friction_breakaway_ratio"]
+            g = sliding + (ratio * sliding - sliding) * np.exp(-((speed / p["presliding_friction_omega_s"]) ** 2))
+            g = level(g, np.sign(speed))
             bending = speed - p["sigma_0"] * abs(speed) * z / g
             damping = p["sigma_1"] / (1 + p["sigma_1"] * abs(speed) / (4 * g))
             rates[self.places["presliding_friction"]] = bending
             total += p["sigma_0"] * z + damping * bending
         if "nonlinear_viscous" in on:
             smoothed = np.hypot(speed, 0.1) / 100
-            total += p["drag_torque"] * speed / 100 * smoothed ** (p["drag_power"] - 1)
-        factor = 1.0
-        if "position_dependent_friction" in on:
-            phase = p["position_dependent_friction_order"] * x[0] + p["position_dependent_friction_psi"]
-            factor = 1 + p["friction_ripple"] * np.cos(phase)
-        if "asymmetric_friction" in on:
-            dry *= 1 + p["eps_c"] * direction
-        total = factor * (total + direction * dry)
-        damped = viscous * speed
-        if "asymmetric_friction" in on:
-            damped *= 1 + p["eps_B"] * np.sign(speed)
+            total += factor * p["drag_torque"] * speed / 100 * smoothed ** (p["drag_power"] - 1)
         if "thermal_viscous" in on:
-            warming = self.hidden("thermal_viscous", x)[0]
-            damped *= np.exp(-p["thermal_viscous_beta"] * (p["ambient_temperature"] - 20 + warming))
-            loss = (total + damped) * speed
-            cooling = warming * p["heat_capacity"] / p["cooling_time"]
+            on_motor, slip = self.damping(x)
+            loss = (total + on_motor) * speed + slip * (speed - p["s"] * x[3])
+            cooling = self.hidden("thermal_viscous", x)[0] * p["heat_capacity"] / p["cooling_time"]
             rates[self.places["thermal_viscous"]] = (loss - cooling) / p["heat_capacity"]
-        total += damped
-        if "wear_run_in" in on:
-            total *= 1 - p["friction_wear"] * self.worn()
-        return total - viscous * speed
+        return total
 
     def output(self, t, x, rates):
         """Torque on the output and the inertia that moves with it."""
@@ -284,8 +299,8 @@ class LeftOut:
         T_g, reactions = self.gear_torque(x, windup, rate, rates)
         torque, inertia = self.drive(x, rates)
         load, far_inertia = self.output(t, x, rates)
-        slip = p["B_ml"] * (x[1] - p["s"] * x[3])
-        net_m = torque - p["B_m"] * x[1] - slip - local_ratio * T_g - reactions[0]
+        on_motor, slip = self.damping(x)
+        net_m = torque - on_motor - slip - local_ratio * T_g - reactions[0]
         net_l = T_g - p["B_l"] * x[3] + p["s"] * slip - load - reactions[1]
         holding = p["T_cl"] if "load_side_friction" in self.on else 0.0
         bands = [

@@ -42,9 +42,9 @@ class RigidLeftOut(LeftOut):
         x[2], x[3] = x[0] / p["ratio"] - error, local_ratio * x[1]
         torque, inertia = self.drive(x, rates)
         load, far_inertia = self.output(t, x, rates)
-        slip = p["B_ml"] * (x[1] - p["s"] * x[3])
+        on_motor, slip = self.damping(x)
         drag = p["B_l"] * x[3] - p["s"] * slip + load
-        net = torque - p["B_m"] * x[1] - slip
+        net = torque - on_motor - slip
         at_rest = self.output_acceleration(x, rates, 0.0)
         per_acceleration = self.output_acceleration(x, rates, 1.0) - at_rest
 

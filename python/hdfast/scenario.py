@@ -21,6 +21,7 @@ from hdfast.scenario_parts import (
     T_BRAKE,
     T_RAMP,
     TAU_MAX,
+    down_from_one,
     load_tracks,
     motion_spline,
     pair,
@@ -50,7 +51,7 @@ class Scenario:
 
     Attributes:
         name: the constructor, for reports.
-        segments: (n, 19) table of piecewise inputs as the core takes it.
+        segments: (n, 21) table of piecewise inputs as the core takes it.
         t_on, t_off, t_end: begin of the start phase, end of the run phase, end of the run [s].
         t_run: begin of the run phase [s]; NaN lets the core take the last whole number of revolutions.
         initial: "relaxed" or "zero_angle".
@@ -115,21 +116,24 @@ class Scenario:
             start: "torque_step" applies the mean motor torque that sustains the set speed against damping, load and
                 the friction of all terms (as warm as the drive begins; a drive that delivers another torque than asked,
                 by `torque_gain` say, misses the speed), "speed_ramp" lets the PI controller follow a linear reference.
+                Both begin with the motor torque that holds the load torque of the start.
             stop: "coast" (no motor torque), "brake" (PI controller, reference to zero) or None (run on).
-            t_on: start of the motion [s].
+            t_on: start of the motion [s]. Until then a "torque_step" keeps the torque it begins with: a load that
+                changes, or torques of terms, gravity say, move the drive before.
             t_off: begin of the stop [s]; default half of t_end, or t_end without a stop.
             t_end: end of the run [s].
             t_ramp: duration of the reference ramp of "speed_ramp" [s]; default 0.2, at most to t_off.
             t_brake: duration of the reference ramp of "brake" [s]; default 0.02, at most to t_end.
             torque: motor torque of "torque_step" [N m] in place of the sustaining torque.
-            torque_ramp: duration over which the torque of "torque_step" is applied [s]; default 0, a step.
+            torque_ramp: duration over which "torque_step" goes over to its torque [s]; default 0, a step.
             load: constant load torque [N m], positive resists, the default of the column `tau_load`; or a table
                 (t [s], torque [N m]) added to that column and not covered by the sustaining torque.
             K_p: proportional gain of the PI controller [N m s/rad]; default 0.05.
             K_i: its integral gain [N m/rad]; default 0.8.
             tau_max: its torque limit [N m]; default 2, may be infinite.
-            initial: "relaxed" (the spring in equilibrium with the load torque; torques of terms, gravity say, and gaps
-                or soft ends of the spring then set the load swinging) or "zero_angle" (both angles zero).
+            initial: "relaxed" (in equilibrium with the load torque, which has long wound up spring, couplings and
+                housing, so that nothing creeps; torques of terms, gravity say, and gaps or soft ends of the spring then
+                set the load swinging) or "zero_angle" (both angles zero; neither terms nor motor hold a load).
             theta_m0: motor angle at t = 0 [rad] of a relaxed start; of "zero_angle" 0.
             run_window: (begin, end) of the run phase [s]; the end is t_off. By default it holds the last whole
                 revolutions of the set speed that last half a second, also where the drive misses that speed;
@@ -163,6 +167,7 @@ class Scenario:
             ramp = 0.0 if torque_ramp is None else checks.number("torque_ramp", torque_ramp, 0.0, off - t_on, "s")
             level = 1.0 if torque is None else checks.finite("torque", torque, -MAX_TORQUE, MAX_TORQUE, "N m")
             tracks["sustain" if torque is None else "torque"] = ramp_up_then_zero(t_on, ramp, level, off)
+            tracks["hold"] = down_from_one(t_on, ramp)
         else:
             opening = SPEED
         phases = [(0.0, opening, False)]
@@ -284,7 +289,7 @@ class Scenario:
 
         Args:
             t: times of the table [s], not decreasing, from 0 on; two equal times make a jump.
-            torque: motor torque at those times [N m].
+            torque: motor torque at those times [N m]; nothing else holds a load.
             hold: False joins the samples by straight lines, True holds each until the next.
             speed_rpm: expected speed [r/min]; used only to place the run phase on whole revolutions.
             t_on: begin of the start phase [s]; default the first time of the table.

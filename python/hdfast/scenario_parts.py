@@ -84,6 +84,11 @@ def ramp_time(name: str, given: Any, default: float, longest: float) -> float:
     return checks.number(name, min(default, longest) if given is None else given, 0.0, longest, "s")
 
 
+def down_from_one(t_on: float, ramp: float) -> Track:
+    """One until t_on, zero from t_on + ramp on."""
+    return linear(np.array([t_on, t_on + ramp]), np.array([1.0, 0.0]))
+
+
 def ramp_up_then_zero(t_on: float, ramp: float, level: float, t_off: float) -> Track:
     """`level` from t_on (+ ramp) to t_off, zero outside."""
     corners = [(t_on, 0.0), (t_on + ramp, level), (t_off, level), (t_off, 0.0)]

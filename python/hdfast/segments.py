@@ -1,4 +1,4 @@
-"""Piecewise inputs as the core takes them: a table of segments, one row per piece (19 columns)."""
+"""Piecewise inputs as the core takes them: a table of segments, one row per piece (21 columns)."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ import numpy as np
 
 from hdfast.checks import Floats
 
-WIDTH = 19
+WIDTH = 21
 KIND, BUMPLESS = 1, 2
 TORQUE, SPEED, MOTION = 0.0, 1.0, 2.0
-COLUMN = {"torque": 3, "sustain": 5, "reference": 7, "set_speed": 9, "load": 11, "set_load": 13}
-MOTION_COLUMN = 15
+COLUMN = {"torque": 3, "sustain": 5, "hold": 7, "reference": 9, "set_speed": 11, "load": 13, "set_load": 15}
+MOTION_COLUMN = 17
 
 
 @dataclass(frozen=True)

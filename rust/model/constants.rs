@@ -115,6 +115,8 @@ pub struct Row<S> {
     pub theta_m0: S,
     /// Mean motor torque that holds the set speed [N m].
     pub sustaining_torque: S,
+    /// Motor torque that holds the load torque of the start there [N m]; none before the row is seated.
+    pub holding_torque: S,
     /// Parameters of the terms.
     pub terms: Vec<S>,
     /// Orders of the kinematic error that force the mode most (largest n^2 A_n), NaN where there are fewer.
@@ -221,6 +223,7 @@ impl<S: Scalar> Row<S> {
                 &coefficients[orders..2 * orders],
             ),
             sustaining_torque: sustaining_torque(&constants, (&layout.terms, &terms), omega_set, tau_load),
+            holding_torque: zero,
             terms,
         })
     }

@@ -153,8 +153,8 @@ pub trait Model<const N: usize> {
     /// The state made of theta_m, omega_m, te, omega_l, z.
     fn compose<S: Scalar>(full: [S; 5]) -> [S; N];
 
-    /// Hidden states of a drive that begins in this state.
-    fn begin<S: Scalar>(_terms: &terms::Terms<S>, _inverse_ratio: S, _state: &mut [S; N]) {}
+    /// Completes a state in which a drive begins by the hidden ones, given those it has been wound up to.
+    fn begin<S: Scalar>(_terms: &terms::Terms<S>, _inverse_ratio: S, _wound: [S; terms::HIDDEN], _state: &mut [S; N]) {}
 
     /// The size of each state, against which its error is measured.
     fn sizes<R: Real>(state: &[R; N], windup: R) -> [R; N];

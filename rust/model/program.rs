@@ -13,9 +13,12 @@ pub struct Line<S = f64> {
 }
 
 impl Line {
-    fn plus<S: Scalar>(self, factor: S, other: Self) -> Line<S> {
-        let sum = |own: f64, other: f64| S::splat(own) + factor * S::splat(other);
-        Line { value: sum(self.value, other.value), slope: sum(self.slope, other.slope) }
+    /// Its sum with multiples of others.
+    fn plus<S: Scalar, const N: usize>(self, others: [(S, Self); N]) -> Line<S> {
+        let sum = |part: fn(Self) -> f64| {
+            others.iter().fold(S::splat(part(self)), |sum, &(factor, other)| sum + factor * S::splat(part(other)))
+        };
+        Line { value: sum(|line| line.value), slope: sum(|line| line.slope) }
     }
 
     fn none<S: Scalar>() -> Line<S> {
@@ -40,6 +43,8 @@ pub enum Drive {
         absolute: Line,
         /// In multiples of the row's sustaining torque.
         sustaining: Line,
+        /// In multiples of the torque that holds the row where it starts.
+        holding: Line,
     },
     /// The speed controller.
     Speed {
@@ -77,15 +82,16 @@ pub struct Segment {
 impl Segment {
     /// The load torque [N m] of a row.
     pub fn load_torque<S: Scalar>(&self, row: &Row<S>) -> Line<S> {
-        self.load.plus(row.tau_load, self.load_set)
+        self.load.plus([(row.tau_load, self.load_set)])
     }
 
     /// The motor torque asked of a row without speed control.
     pub fn motor_torque<S: Scalar>(&self, row: &Row<S>) -> Line<S> {
         match self.drive {
-            Drive::Torque { absolute, sustaining } | Drive::Motion { absolute, sustaining, .. } => {
-                absolute.plus(row.sustaining_torque, sustaining)
+            Drive::Torque { absolute, sustaining, holding } => {
+                absolute.plus([(row.sustaining_torque, sustaining), (row.holding_torque, holding)])
             }
+            Drive::Motion { absolute, sustaining, .. } => absolute.plus([(row.sustaining_torque, sustaining)]),
             Drive::Speed { .. } => Line::none(),
         }
     }
@@ -93,7 +99,7 @@ impl Segment {
     /// The speed reference of a speed-controlled row.
     pub fn reference<S: Scalar>(&self, row: &Row<S>) -> Line<S> {
         match self.drive {
-            Drive::Speed { absolute, set, .. } => absolute.plus(row.omega_set, set),
+            Drive::Speed { absolute, set, .. } => absolute.plus([(row.omega_set, set)]),
             _ => Line::none(),
         }
     }

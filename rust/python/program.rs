@@ -1,4 +1,4 @@
-//! Inputs from Python: rows of 19 numbers per segment.
+//! Inputs from Python: rows of 21 numbers per segment.
 
 use super::refusal::range;
 use hdfast::model::{Drive, Line, Program, Segment};
@@ -6,7 +6,7 @@ use numpy::PyReadonlyArray2;
 use pyo3::prelude::*;
 use std::sync::Arc;
 
-const WIDTH: usize = 19;
+const WIDTH: usize = 21;
 
 /// The inputs of a scenario, checked and shared between rows.
 #[pyclass(frozen, name = "Program")]
@@ -63,10 +63,10 @@ impl PyProgram {
 fn segment(row: &[f64; WIDTH]) -> PyResult<Segment> {
     let line = |at: usize| Line { value: row[at], slope: row[at + 1] };
     let drive = match row[1] {
-        0.0 => Drive::Torque { absolute: line(3), sustaining: line(5) },
-        1.0 => Drive::Speed { absolute: line(7), set: line(9), bumpless: row[2] != 0.0 },
-        2.0 => Drive::Motion { angle: [row[15], row[16], row[17], row[18]], absolute: line(3), sustaining: line(5) },
+        0.0 => Drive::Torque { absolute: line(3), sustaining: line(5), holding: line(7) },
+        1.0 => Drive::Speed { absolute: line(9), set: line(11), bumpless: row[2] != 0.0 },
+        2.0 => Drive::Motion { angle: [row[17], row[18], row[19], row[20]], absolute: line(3), sustaining: line(5) },
         kind => return Err(range("segments", format!("kind {kind}, allowed 0, 1, 2"))),
     };
-    Ok(Segment { start: row[0], drive, load: line(11), load_set: line(13) })
+    Ok(Segment { start: row[0], drive, load: line(13), load_set: line(15) })
 }

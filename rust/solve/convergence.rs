@@ -32,7 +32,11 @@ fn stepper<T: Method>() -> Stepper<f64, 5> {
     let harmonics = row.harmonics.clone().expect("own harmonics");
     let segment = Segment {
         start: 0.0,
-        drive: Drive::Torque { absolute: Line { value: 0.2, slope: 0.0 }, sustaining: Line::default() },
+        drive: Drive::Torque {
+            absolute: Line { value: 0.2, slope: 0.0 },
+            sustaining: Line::default(),
+            holding: Line::default(),
+        },
         load: Line { value: 5.0, slope: 0.0 },
         load_set: Line::default(),
     };

@@ -18,6 +18,7 @@ mod kinematics;
 mod linear;
 mod notes;
 mod occupancy;
+mod outset;
 mod outside;
 mod record;
 mod replay;

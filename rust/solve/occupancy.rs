@@ -116,7 +116,8 @@ impl<P: Path, M: Model<N>, T: Method, const N: usize> Advance<'_, P, M, T, N> {
         let mut seat = Box::new(Seat::new(assignment, self.spare.pop().unwrap_or_default()));
         seat.load(lane, &mut self.stepper, self.harmonics);
         self.replay.load(&seat);
-        let state = self.replay.start(&seat);
+        let (state, holding) = self.replay.start(&seat);
+        seat.assignment.row.holding_torque = holding;
         self.set_lane_state(lane, &state);
         self.stepper.t.set(lane, 0.0);
         self.stepper.input.set_lane(lane, seat.segment(), &seat.assignment.row);

@@ -3,12 +3,12 @@
 use super::advance::Ended;
 use super::again::Again;
 use super::record::{Branch, Dense, Record};
-use super::seat::{Seat, Start};
+use super::seat::Seat;
 use super::stepper::Stepper;
 use super::watch::WATCHED;
 use super::{Integrands, Method};
 use crate::model::terms::Motion;
-use crate::model::{Base, Drive, Drivetrain, Energies, Harmonics, Layout, Model, Pieces, Rates, Row, Signal, spring};
+use crate::model::{Base, Drivetrain, Energies, Harmonics, Layout, Model, Pieces, Rates, Row, Signal};
 use crate::real::{Path, Real, Scalar, Task};
 use std::marker::PhantomData;
 
@@ -158,41 +158,9 @@ impl<'a, P: Path, M: Model<N>, T: Method, const N: usize> Replay<'a, P, M, T, N>
         (after, lost)
     }
 
-    /// The state at time 0 of a row just loaded.
-    pub fn start(&self, seat: &Seat<Lane<P>, N>) -> [Lane<P>; N] {
-        let number = Lane::<P>::splat;
-        let row = &seat.assignment.row;
-        let c = &row.constants;
-        let (angle, speed) = match (seat.segment().drive, seat.assignment.start) {
-            (Drive::Motion { angle, .. }, _) => (number(angle[0]), number(angle[1])),
-            (_, Start::ZeroAngle) => (number(0.0), number(0.0)),
-            _ => (row.theta_m0, number(0.0)),
-        };
-        let load_torque = seat.segment().load_torque(row).value;
-        let motion = Motion::of_motor(angle, speed, c.inverse_ratio);
-        let (error, slope) = self.stepper.kinematic_error(&motion, load_torque);
-        let follows = (c.inverse_ratio - slope) * speed;
-        let mut full = match seat.assignment.start {
-            Start::Given(full) => match seat.segment().drive {
-                Drive::Motion { .. } => [angle, speed, full[2] + (angle - full[0]) * c.inverse_ratio, full[3], full[4]],
-                _ => full,
-            },
-            Start::ZeroAngle => [angle, speed, number(0.0), follows, number(0.0)],
-            Start::Relaxed => {
-                let windup = spring::windup_at(self.stepper.spring, c, load_torque);
-                [angle, speed, error + windup, follows, number(0.0)]
-            }
-        };
-        let [theta_m, omega_m, theta_l, omega_l, z] = seat.assignment.initial_tangent;
-        let imposed = matches!(seat.segment().drive, Drive::Motion { .. });
-        let (theta_m, omega_m) = if imposed { (0.0, 0.0) } else { (theta_m, omega_m) };
-        let te = theta_m * c.inverse_ratio.plain() - theta_l;
-        for (number, change) in full.iter_mut().zip([theta_m, omega_m, te, omega_l, z]) {
-            *number = number.with_tangent(number.tangent() + change);
-        }
-        let mut state = M::compose(full);
-        M::begin(&self.stepper.terms, c.inverse_ratio, &mut state);
-        state
+    /// The state at time 0 of a row just loaded, and the motor torque that holds its load there [N m].
+    pub fn start(&self, seat: &Seat<Lane<P>, N>) -> ([Lane<P>; N], Lane<P>) {
+        self.stepper.outset::<M>(seat)
     }
 }
 

@@ -39,12 +39,12 @@ def linear(**changes):
     return parameters(**{"te_scale": 0.0, "k3": 0.0, "k5": 0.0, **changes})
 
 
-FIELDS = ["tau", "tau_slope", "sustain", "sustain_slope", "ref", "ref_slope", "set", "set_slope"]
+FIELDS = ["tau", "tau_slope", "sustain", "sustain_slope", "hold", "hold_slope", "ref", "ref_slope", "set", "set_slope"]
 FIELDS += ["load", "load_slope", "load_set", "load_set_slope", "c0", "c1", "c2", "c3"]
 
 
 def segment(start, kind=TORQUE, bumpless=False, **values):
-    """One 19-number row of the input table from named entries."""
+    """One 21-number row of the input table from named entries."""
     unknown = set(values) - set(FIELDS)
     assert not unknown, unknown
     return [float(start), float(kind), float(bumpless)] + [float(values.get(name, 0.0)) for name in FIELDS]

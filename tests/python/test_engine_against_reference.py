@@ -322,7 +322,7 @@ def test_against_scipy_errors_scale_with_rtol(engine, long):
     exact_windup, exact_speed = [], []
     for k in range(count):
         p = {**parameters(), **scenario.values, **{name: values[k] for name, values in rows.items()}}
-        start = lagrange.relaxed_start(p, ORDERS, LABELS, "polynomial")
+        start = lagrange.relaxed_start(p, ORDERS, LABELS, "polynomial", scenario.segments)
         truth = lagrange.solve(p, ORDERS, LABELS, "polynomial", scenario.segments, scenario.t_end, start).at(t)
         exact_windup.append(lagrange.Lagrangian(p, ORDERS, LABELS, "polynomial").windup(truth[[0, 2]]))
         exact_speed.append(truth[3])

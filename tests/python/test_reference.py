@@ -37,6 +37,14 @@ CASES = {
     "loaded": {"p": parameters(tau_load=30.0, theta_m0=1.3)},
     "beyond_range": {"p": parameters(tau_load=-90.0, omega_set=-20.0), "segments": ramp_and_brake(0.1, 0.4, 0.02)},
     "slip": {"p": parameters(s=1.0, B_ml=3e-3)},
+    "held": {
+        "p": parameters(tau_load=30.0, theta_m0=1.3),
+        "segments": [
+            segment(0.0, TORQUE, hold=1.0, load_set=1.0),
+            segment(0.1, TORQUE, hold=1.0, hold_slope=-10.0, sustain_slope=10.0, load_set=1.0),
+            segment(0.2, TORQUE, sustain=1.0, load_set=1.0),
+        ],
+    },
     "piecewise": {"p": parameters("piecewise", tau_load=60.0), "spring": "piecewise"},
     "even_terms": {"p": parameters(k2=4e5, k4=-1e11, tau_load=20.0)},
     "zero_angle": {"initial": "zero_angle"},
@@ -82,13 +90,12 @@ def case(name):
 def oracle(row):
     """The same row in the independent formulation."""
     p, kind = row.parameters, (row.orders, row.labels, row.spring)
-    first = row.segments[0]
     if row.initial_state is not None:
         start = np.array([*row.initial_state, 0.0])[:5]
     elif row.initial == "zero_angle":
         start = np.zeros(5)
     else:
-        start = lagrange.relaxed_start(p, *kind, load=first[11] + first[13] * p["tau_load"])
+        start = lagrange.relaxed_start(p, *kind, row.segments)
     return lagrange.solve(p, *kind, row.segments, row.t_end, start)
 
 

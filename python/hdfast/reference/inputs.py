@@ -49,8 +49,8 @@ def sustaining_torque(p: dict[str, float]) -> float:
     return damping * p["omega_set"] + p["tau_load"] / i
 
 
-def read_segments(rows: list[list[float]], p: dict[str, float]) -> list[Segment]:
-    """Segments of one row: absolute values plus multiples of the sustaining torque, the set speed and the load."""
+def read_segments(rows: list[list[float]], p: dict[str, float], holding: float = 0.0) -> list[Segment]:
+    """Segments of one row: absolute values plus multiples of sustaining and holding torque, set speed and load."""
     u0 = sustaining_torque(p)
     segments = []
     for (
@@ -61,6 +61,8 @@ def read_segments(rows: list[list[float]], p: dict[str, float]) -> list[Segment]
         dtau,
         sus,
         dsus,
+        hold,
+        dhold,
         ref,
         dref,
         rel,
@@ -79,7 +81,7 @@ def read_segments(rows: list[list[float]], p: dict[str, float]) -> list[Segment]
                 start=t0,
                 kind=int(kind),
                 bumpless=bumpless != 0,
-                tau=(tau + sus * u0, dtau + dsus * u0),
+                tau=(tau + sus * u0 + hold * holding, dtau + dsus * u0 + dhold * holding),
                 reference=(ref + rel * p["omega_set"], dref + drel * p["omega_set"]),
                 load=(load + loads * p["tau_load"], dload + dloads * p["tau_load"]),
                 motion=(c0, c1, c2, c3),

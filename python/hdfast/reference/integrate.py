@@ -60,6 +60,13 @@ class Tolerance:
         return [self.rtol * (floor + max(x, y)) for floor, x, y in pairs]
 
 
+def holding_torque(problem: Problem, drive: Drive, theta: float, segment: Segment) -> float:
+    """Motor torque [N m] that holds the load torque of the start there; a start from zero angles holds nothing."""
+    if problem.initial_state is None and problem.initial == "zero_angle":
+        return 0.0
+    return drive.local_ratio(theta) * segment.load_at(0.0)
+
+
 def initial_state(problem: Problem, drive: Drive, segment: Segment) -> Vector:
     """State at t = 0; a drive that starts with a prescribed motion starts moving as a rigid gear."""
     if problem.initial_state is not None:
@@ -68,10 +75,13 @@ def initial_state(problem: Problem, drive: Drive, segment: Segment) -> Vector:
     theta, omega = 0.0 if zero_angle else problem.parameters["theta_m0"], 0.0
     if segment.kind == MOTION:
         theta, omega, _ = segment.motion_at(0.0)
+    z = 0.0
+    if segment.kind == SPEED and drive.controller.K_i:
+        z = holding_torque(problem, drive, theta, segment) / drive.controller.K_i
     if drive.rigid:
-        return [theta, omega, 0.0]
+        return [theta, omega, z]
     te = 0.0 if zero_angle else drive.kinematic_error(theta)[0] + drive.windup_under(segment.load_at(0.0))
-    return [theta, omega, te, drive.local_ratio(theta) * omega, 0.0]
+    return [theta, omega, te, drive.local_ratio(theta) * omega, z]
 
 
 def given_state(drive: Drive, given: Vector) -> Vector:
@@ -142,12 +152,14 @@ def advance(
     if problem.impossible():
         state = [math.nan] * (3 if drive.rigid else 5)
         return Trajectory(problem, drive, state, NOTHING, end=state, status="bad_parameters")
-    segments = read_segments(problem.segments, problem.parameters)
+    beginning = read_segments(problem.segments[:1], problem.parameters)[0]
+    y = initial_state(problem, drive, beginning)
+    segments = read_segments(problem.segments, problem.parameters, holding_torque(problem, drive, y[0], beginning))
     tolerance = Tolerance(drive, rtol, atol)
     alpha, beta = 0.7 / (pair.error_order + 1), 0.4 / (pair.error_order + 1)
 
     active = segments[0]
-    y = enter(drive, initial_state(problem, drive, active), 0.0, active, None)
+    y = enter(drive, y, 0.0, active, None)
     run = Trajectory(problem, drive, y, active, end=y)
     t, h, last_error = 0.0, math.nan, 1.0
     entered: Segment | None = None

@@ -18,7 +18,7 @@ class Problem:
         parameters: every parameter of the drive and the scenario columns by name.
         orders: orders of the kinematic error in cycles per motor revolution.
         labels: the names by which parameters carry them ("2", "120/121").
-        segments: rows of 19 numbers, see `inputs.read_segments`.
+        segments: rows of 21 numbers, see `inputs.read_segments`.
         t_end: end of the run [s].
         t_on: start of the motion [s].
         t_off: start of the stop [s].

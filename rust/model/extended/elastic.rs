@@ -22,11 +22,10 @@ impl Model<ALL> for Extended {
         std::array::from_fn(|index| full.get(index).copied().unwrap_or(S::zero()))
     }
 
-    fn begin<S: Scalar>(terms: &Terms<S>, inverse_ratio: S, state: &mut [S; ALL]) {
+    fn begin<S: Scalar>(terms: &Terms<S>, inverse_ratio: S, mut hidden: [S; HIDDEN], state: &mut [S; ALL]) {
         let [theta_m, omega_m, te, omega_l, ..] = *state;
         let theta_l = theta_m * inverse_ratio - te;
         let motion = Motion { t: S::zero(), theta_m, omega_m, theta_l, omega_l, inverse_ratio };
-        let mut hidden = [S::zero(); HIDDEN];
         terms.begin(&motion, &mut hidden);
         state[OWN..].copy_from_slice(&hidden);
     }

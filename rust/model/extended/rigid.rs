@@ -27,10 +27,9 @@ impl Model<ALL> for ExtendedRigid {
         std::array::from_fn(|index| [full[0], full[1], full[4]].get(index).copied().unwrap_or(S::zero()))
     }
 
-    fn begin<S: Scalar>(terms: &Terms<S>, inverse_ratio: S, state: &mut [S; ALL]) {
+    fn begin<S: Scalar>(terms: &Terms<S>, inverse_ratio: S, mut hidden: [S; HIDDEN], state: &mut [S; ALL]) {
         let [theta_m, omega_m, ..] = *state;
         let motion = Motion::of_motor(theta_m, omega_m, inverse_ratio);
-        let mut hidden = [S::zero(); HIDDEN];
         terms.begin(&motion, &mut hidden);
         state[OWN..].copy_from_slice(&hidden);
     }
@@ -241,7 +240,7 @@ mod tests {
         state[1] = 10.0;
         let segment = Segment {
             start: 0.0,
-            drive: Drive::Torque { absolute: Line::default(), sustaining: Line::default() },
+            drive: Drive::Torque { absolute: Line::default(), sustaining: Line::default(), holding: Line::default() },
             load: Line { value: 20.0, slope: 0.0 },
             load_set: Line::default(),
         };

@@ -1,6 +1,6 @@
 //! A current loop of finite bandwidth.
 
-use super::{Actuator, Hidden, Motion, Place, Term, TermInfo, TermParameter, TermState};
+use super::{Actuator, Hidden, Motion, Place, Term, TermInfo, TermParameter, TermState, Wound};
 use crate::model::Base;
 use crate::real::Real;
 
@@ -21,6 +21,11 @@ impl Term for ActuatorLag {
             .within(1e-7, f64::INFINITY)],
         states: &[TermState { name: "tau_a", unit: "N m", scale: 1e-3 }],
     };
+
+    #[inline(always)]
+    fn wind<R: Real>(_p: &[R], wound: &mut Wound<R>, states: &mut [R]) {
+        states[0] = wound.motor_torque;
+    }
 
     #[inline(always)]
     fn actuator<R: Real>(p: &[R], _motion: &Motion<R>, actuator: &mut Actuator<R>, hidden: Hidden<R>) {

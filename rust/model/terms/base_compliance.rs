@@ -1,6 +1,7 @@
 //! A housing that turns on its foundation.
 
-use super::{Gear, Hidden, Mesh, Motion, Place, Reaction, Term, TermInfo, TermParameter, TermState};
+use super::wound::twist;
+use super::{Gear, Hidden, Mesh, Motion, Place, Reaction, Term, TermInfo, TermParameter, TermState, Wound};
 use crate::model::Base;
 use crate::real::Real;
 
@@ -35,6 +36,13 @@ impl Term for BaseCompliance {
             TermState { name: "omega_b", unit: "rad/s", scale: 1e-3 },
         ],
     };
+
+    #[inline(always)]
+    fn wind<R: Real>(p: &[R], wound: &mut Wound<R>, states: &mut [R]) {
+        let arm = R::splat(1.0) - wound.inverse_ratio;
+        states[0] = -twist(arm * wound.load_torque, p[0]);
+        wound.added_windup = arm.mul_add(states[0], wound.added_windup);
+    }
 
     #[inline(always)]
     fn stored<R: Real>(p: &[R], _gear: &Gear<R>, states: &[R]) -> R {

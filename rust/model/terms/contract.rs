@@ -1,6 +1,6 @@
 //! What a term may say and do.
 
-use super::{Dry, HIDDEN, Place};
+use super::{Dry, HIDDEN, Place, Wound};
 use crate::model::{Base, Bends, Corners};
 use crate::real::{Real, Scalar};
 
@@ -314,6 +314,9 @@ pub trait Term {
     /// Sets the hidden states of a drive that begins in this motion; zero where it does nothing.
     #[inline(always)]
     fn begin<R: Real>(p: &[R], motion: &Motion<R>, states: &mut [R]) {}
+    /// Sets the hidden states of a drive that has long been wound up, whatever its motion; zero where it does nothing.
+    #[inline(always)]
+    fn wind<R: Real>(p: &[R], wound: &mut Wound<R>, states: &mut [R]) {}
     /// Sets the hidden states that the same motion soon brings about on a motor of that friction; as it begins where it
     /// does nothing.
     #[inline(always)]

@@ -1,6 +1,6 @@
 //! A command that arrives late.
 
-use super::{Actuator, Hidden, Motion, Place, Term, TermInfo, TermParameter, TermState};
+use super::{Actuator, Hidden, Motion, Place, Term, TermInfo, TermParameter, TermState, Wound};
 use crate::model::Base;
 use crate::real::Real;
 
@@ -25,6 +25,11 @@ impl Term for Delay {
             TermState { name: "fast", unit: "N m", scale: 1e-3 },
         ],
     };
+
+    #[inline(always)]
+    fn wind<R: Real>(_p: &[R], wound: &mut Wound<R>, states: &mut [R]) {
+        states[0] = wound.motor_torque;
+    }
 
     #[inline(always)]
     fn actuator<R: Real>(p: &[R], _motion: &Motion<R>, actuator: &mut Actuator<R>, hidden: Hidden<R>) {

@@ -1,6 +1,7 @@
 //! A payload behind a coupling.
 
-use super::{Hidden, Load, Motion, Place, Term, TermInfo, TermParameter, TermState};
+use super::wound::twist;
+use super::{Hidden, Load, Motion, Place, Term, TermInfo, TermParameter, TermState, Wound};
 use crate::model::Base;
 use crate::real::Real;
 
@@ -38,6 +39,11 @@ impl Term for LoadCompliance {
     #[inline(always)]
     fn begin<R: Real>(_p: &[R], motion: &Motion<R>, states: &mut [R]) {
         states[1] = motion.omega_l;
+    }
+
+    #[inline(always)]
+    fn wind<R: Real>(p: &[R], wound: &mut Wound<R>, states: &mut [R]) {
+        states[0] = twist(wound.load_torque, p[0]);
     }
 
     #[inline(always)]

@@ -49,12 +49,14 @@ mod torque_ripple;
 mod torque_saturation;
 mod viscoelastic;
 mod wear_run_in;
+mod wound;
 
 pub use catalogue::{Choice, Place, TERMS, Terms};
 pub use contract::{
     Actuator, Gear, Hidden, Internals, Load, Mesh, Motion, Reaction, Term, TermInfo, TermParameter, TermState,
 };
 pub use dry::Dry;
+pub use wound::Wound;
 
 /// States that terms may add between them.
 pub const HIDDEN: usize = 8;

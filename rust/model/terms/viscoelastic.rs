@@ -1,6 +1,6 @@
 //! Creep of the flexspline under load.
 
-use super::{Gear, Hidden, Motion, Place, Term, TermInfo, TermParameter, TermState};
+use super::{Gear, Hidden, Motion, Place, Term, TermInfo, TermParameter, TermState, Wound};
 use crate::model::Base;
 use crate::real::Real;
 
@@ -13,7 +13,7 @@ impl Term for Viscoelastic {
         place: Place::Mesh,
         bases: &[Base::TwoInertia],
         description: "Two Maxwell branches beside the spring, a short and a long one: creep under load and nearly \
-            constant phase lag.",
+            constant phase lag. What a drive bears when it begins it has long borne.",
         equation: "tau_h = (K_v / 2) [(phi - q_1) + (phi - q_2)]; dq_1/dt = (phi - q_1) / tau_short, dq_2/dt = \
             (phi - q_2) / tau_long",
         source: "generalised Maxwell model; Preissner, Royston, Shu 2012; loss factor about K_v / 2K",
@@ -34,6 +34,11 @@ impl Term for Viscoelastic {
             TermState { name: "q_2", unit: "rad", scale: 1e-6 },
         ],
     };
+
+    #[inline(always)]
+    fn wind<R: Real>(_p: &[R], wound: &mut Wound<R>, states: &mut [R]) {
+        states[..2].fill(wound.windup);
+    }
 
     #[inline(always)]
     fn stored<R: Real>(p: &[R], gear: &Gear<R>, states: &[R]) -> R {

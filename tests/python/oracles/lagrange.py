@@ -93,15 +93,15 @@ class Solution:
 
 
 def solve(p, orders, labels, spring, segments, t_end, start, rtol=RTOL):
-    """Integrate between breakpoints from (theta_m, omega_m, theta_l, omega_l, z); `segments` has the shape (n, 19)."""
+    """Integrate between breakpoints from (theta_m, omega_m, theta_l, omega_l, z); `segments` has the shape (n, 21)."""
     drive = Lagrangian(p, orders, labels, spring)
     segments = np.asarray(segments, dtype=float)
     edges = [*segments[:, 0], t_end]
-    sustain = sustaining_torque(p)
+    sustain, hold = sustaining_torque(p), holding_torque(drive, start, load_at_start(p, segments))
     atol = rtol * np.array([1.0, 1.0, 1e-3, 0.1, 0.1])
     pieces, y, torque = [], np.asarray(start, dtype=float), None
     for row, begin, end in zip(segments, edges, edges[1:], strict=False):
-        command = Command(row, p, sustain)
+        command = Command(row, p, sustain, hold)
         y = command.enter(y, begin, torque)
 
         def slope(t, y, command=command):
@@ -133,15 +133,26 @@ def sustaining_torque(p):
     return power * p["omega_set"] + p["tau_load"] / p["ratio"]
 
 
+def load_at_start(p, segments):
+    """Load torque at t = 0."""
+    first = segments[0]
+    return first[13] + first[15] * p["tau_load"]
+
+
+def holding_torque(drive, state, load):
+    """Motor torque that does as much work as the load torque where the gear turns without winding up further."""
+    return drive.windup_gradient(np.asarray(state, dtype=float)[[0, 2]])[0] * load
+
+
 class Command:
     """One row of the input table."""
 
-    def __init__(self, row, p, sustain):
+    def __init__(self, row, p, sustain, hold):
         self.begin, self.kind, self.bumpless = row[0], int(row[1]), bool(row[2])
-        self.tau_line = row[3:5] + sustain * row[5:7]
-        self.reference_line = row[7:9] + p["omega_set"] * row[9:11]
-        self.load_line = row[11:13] + p["tau_load"] * row[13:15]
-        self.angle = Polynomial(row[15:19])
+        self.tau_line = row[3:5] + sustain * row[5:7] + hold * row[7:9]
+        self.reference_line = row[9:11] + p["omega_set"] * row[11:13]
+        self.load_line = row[13:15] + p["tau_load"] * row[15:17]
+        self.angle = Polynomial(row[17:21])
         self.gains = p["K_p"], p["K_i"], p["tau_max"]
 
     def line(self, pair, t):
@@ -175,11 +186,14 @@ class Command:
         return y
 
 
-def relaxed_start(p, orders, labels, spring, load=0.0):
-    """At rest with the spring in equilibrium with the load torque."""
+def relaxed_start(p, orders, labels, spring, segments):
+    """At rest in equilibrium with the load torque, which a speed controller holds by its integrator."""
     from scipy.optimize import brentq
 
-    drive = Lagrangian(p, orders, labels, spring)
+    drive, load = Lagrangian(p, orders, labels, spring), load_at_start(p, segments)
     windup = brentq(lambda phi: drive.spring_torque(phi) - load, -0.1, 0.1, xtol=1e-18, rtol=1e-15)
     theta_m = p["theta_m0"]
-    return np.array([theta_m, 0.0, theta_m / p["ratio"] - drive.theta_e(theta_m) - windup, 0.0, 0.0])
+    state = np.array([theta_m, 0.0, theta_m / p["ratio"] - drive.theta_e(theta_m) - windup, 0.0, 0.0])
+    if segments[0][1] == 1 and p["K_i"] > 0:
+        state[4] = holding_torque(drive, state, load) / p["K_i"]
+    return state

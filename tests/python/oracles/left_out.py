@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
 from scipy.signal import tf2ss
 
 from oracles import lagrange
@@ -325,8 +326,20 @@ class LeftOut:
         return bool(DRY_MOTOR & self.on), "load_side_friction" in self.on
 
     def start(self):
-        """At rest, motor and output at zero angle."""
-        return np.zeros(self.size)
+        """At rest, motor and output at zero angle; hidden states as the load torque has wound them up."""
+        p, load, x = self.p, self.load, np.zeros(self.size)
+        held = load * (1 / p["ratio"] - self.kinematic_error(x, np.zeros(self.size))[1])
+        wound = {
+            "viscoelastic": lambda: brentq(lambda windup: self.spring(windup) - load, -0.1, 0.1, xtol=1e-18),
+            "actuator_lag": lambda: held,
+            "delay": lambda: -held * np.linalg.solve(self.pade[0], self.pade[1][:, 0]),
+            "input_compliance": lambda: (held / p["k_ci"], 0.0),
+            "load_compliance": lambda: (load / p["K_c"], 0.0),
+            "base_compliance": lambda: ((1 / p["ratio"] - 1) * load / p["k_b"], 0.0),
+        }
+        for term in wound.keys() & self.on:
+            x[self.places[term]] = wound[term]()
+        return x
 
     def solve(self, t_eval, torques, method="DOP853", rtol=1e-11, max_step=2e-3):
         """theta_m, omega_m, theta_l, omega_l at the given times, from rest; `torques` = (until, motor torque), ..."""

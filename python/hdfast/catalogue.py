@@ -54,7 +54,9 @@ def metrics() -> dict[str, Quantity]:
 
     They are found over the last whole motor revolutions before t_off that last half a second, whatever the run phase.
     At most 20,000 samples reach back over four times as long at the set speed: NaN where the revolutions began earlier,
-    or where an order, or one of the kinematic error, has fewer than 2.5 samples per period.
+    or where an order, or one of the kinematic error, has fewer than 2.5 samples per period. NaN also where the
+    revolutions hold less than one turn of the order, or of its difference to another one of the kinematic error: they
+    would not tell it from a drift, or from that one.
     """
     return {row["name"]: Quantity(**row) for row in _core.metrics()}
 

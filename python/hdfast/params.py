@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+import sys
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import lru_cache
@@ -20,7 +22,7 @@ HEADER = ["name", "symbol", "unit", "default", "range", "meaning", "source"]
 
 @dataclass(frozen=True)
 class Parameter:
-    """One parameter: SI unit, default of the SHF-25-120 drive, plausible range and where the default comes from."""
+    """One parameter: SI unit, default of the SHF-25-120 drive and its source, plausible range, allowed range."""
 
     name: str
     symbol: str
@@ -31,6 +33,19 @@ class Parameter:
     meaning: str
     source: str
     group: str
+    allowed: tuple[float, float] = (-math.inf, math.inf)
+
+    @property
+    def limits(self) -> str:
+        """What it may be, what is plausible, and what it means, in words."""
+        low, high = self.allowed
+        if high < math.inf:
+            allowed = f"{low:g} to {high:g}"
+        elif low > -math.inf:
+            allowed = "finite, above 0" if low == sys.float_info.min else f"finite, from {low:g}"
+        else:
+            allowed = "any finite number"
+        return f"allowed: {allowed}; plausible: {self.low:g} to {self.high:g}; {self.meaning}"
 
 
 class ParameterTable:

@@ -160,8 +160,10 @@ class SweepResult:
         if self.detail[row] >= 0:
             parameter = self.request.table[int(self.detail[row])]
             value = self.parameters(row)[parameter.name]
-            cause = f"{parameter.name} = {value:g} {parameter.unit}, plausible {parameter.low:g} to {parameter.high:g}"
-            return f"row {row}: {status.name} ({cause}; {parameter.meaning}): {status.remedy}"
+            cause = f"{parameter.name} = {value:g} {parameter.unit}; {parameter.limits}"
+            return f"row {row}: {status.name} ({cause}): {status.remedy}"
+        if np.isnan(self.time[row]):
+            return f"row {row}: {status.name}, not begun: {status.remedy}"
         return f"row {row}: {status.name} at t = {self.time[row]:.6g} s after {self.steps[row]} steps: {status.remedy}"
 
     def usable(self, metric: str) -> Floats:

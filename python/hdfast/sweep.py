@@ -67,7 +67,7 @@ def sweep(
             steps down; `result.method` tells.
         rtol: relative tolerance, 1e-13 to 1e-1.
         atol: factor on the built-in absolute tolerances of the states, 1e-9 to 1e9.
-        max_steps: steps after which a row is given up with the status "max_steps". Of more than
+        max_steps: steps, accepted and rejected, after which a row is given up with the status "max_steps". Of more than
             65,536 before or after t_off the middle ones are forgotten: `steady_speed`, `rise_*`, `dead_time`, `stop_*`
             and orders that need them are NaN.
         max_step: largest step [s].
@@ -182,8 +182,7 @@ def _raise_for_bad_row(request: Request, threads: int) -> None:
     parameter = result.request.table[int(result.detail[row])]
     value = parameters_of(result.request, row)[parameter.name]
     raise RowError(
-        f"row {row}: {parameter.name} = {value:g} {parameter.unit} cannot be simulated "
-        f"(plausible: {parameter.low:g} to {parameter.high:g}; {parameter.meaning})",
+        f"row {row}: {parameter.name} = {value:g} {parameter.unit} cannot be simulated ({parameter.limits})",
         row,
         parameter.name,
     )

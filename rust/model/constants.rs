@@ -93,8 +93,6 @@ per_lane! {
     }
 }
 
-/// Largest motor angle whose sine is accurate [rad].
-const FARTHEST: f64 = 1e9;
 /// Gains below this act on no time scale of a drive and only overflow.
 const SMALLEST_GAIN: f64 = 1e-12;
 
@@ -119,24 +117,8 @@ pub struct Row<S> {
     pub holding_torque: S,
     /// Parameters of the terms.
     pub terms: Vec<S>,
-    /// Orders of the kinematic error that force the mode most (largest n^2 A_n), NaN where there are fewer.
-    pub strongest_orders: [f64; STRONGEST],
-}
-
-/// How many orders [`Row::strongest_orders`] names.
-const STRONGEST: usize = 4;
-
-fn strongest_orders<S: Scalar>(orders: &[f64], cosines: &[S], sines: &[S]) -> [f64; STRONGEST] {
-    let mut found = [(0.0, f64::NAN); STRONGEST];
-    for ((&order, a), b) in orders.iter().zip(cosines).zip(sines) {
-        let (a, b) = (a.plain(), b.plain());
-        let weight = order * order * (a * a + b * b).sqrt();
-        if weight > found[STRONGEST - 1].0 {
-            found[STRONGEST - 1] = (weight, order);
-            found.sort_by(|left, right| right.0.total_cmp(&left.0));
-        }
-    }
-    found.map(|entry| entry.1)
+    /// How much each order of the kinematic error forces the mode: n^2 A_n.
+    pub forcing: Vec<f64>,
 }
 
 impl<S: Scalar> Row<S> {
@@ -145,25 +127,18 @@ impl<S: Scalar> Row<S> {
         let (zero, one) = (S::zero(), S::splat(1.0));
         let check = |index: usize, good: bool| if good { Ok(()) } else { Err(BadParameter { index }) };
         let tau_max = layout.scenario(ScenarioColumn::TauMax);
-        for (index, value) in values.iter().enumerate() {
+        for (index, (value, (least, most))) in values.iter().zip(layout.allowed()).enumerate() {
             let value = value.plain();
             check(index, value.is_finite() || (index == tau_max && value == f64::INFINITY))?;
+            check(index, least <= value && value <= most)?;
         }
         let [ratio, j_m, j_l, b_m, b_l, b_ml, b_sp, s] = *values.first_chunk().expect("a full row");
         check(0, ratio.plain() != 0.0)?;
-        check(1, j_m.plain() > 0.0)?;
-        check(2, j_l.plain() > 0.0 || (layout.base == Base::OneInertia && j_l.plain() == 0.0))?;
-        for index in 3..8 {
-            check(index, values[index].plain() >= 0.0)?;
-        }
         let scenario = |column| values[layout.scenario(column)];
         for column in [ScenarioColumn::Kp, ScenarioColumn::Ki] {
             let gain = scenario(column).plain();
             check(layout.scenario(column), gain == 0.0 || gain >= SMALLEST_GAIN)?;
         }
-        check(tau_max, values[tau_max].plain() > 0.0)?;
-        let theta_m0 = layout.scenario(ScenarioColumn::ThetaM0);
-        check(theta_m0, values[theta_m0].plain().abs() <= FARTHEST)?;
 
         let mut constants = Constants {
             inverse_ratio: one / ratio,
@@ -206,22 +181,19 @@ impl<S: Scalar> Row<S> {
         let coefficients = &values[layout.te_cos()..];
         let harmonics = own_harmonics
             .then(|| Harmonics::new(&layout.orders, &coefficients[..orders], &coefficients[orders..2 * orders]));
+        let te_scale = values[layout.te_scale()];
         let omega_set = scenario(ScenarioColumn::OmegaSet);
         let tau_load = scenario(ScenarioColumn::TauLoad);
-        let terms = term_values(layout, values)?;
+        let terms = values[layout.term_parameters()..][..layout.terms.parameter_count].to_vec();
         check_spring_terms(layout, &constants, &terms)?;
         Ok(Self {
             constants,
-            te_scale: values[layout.te_scale()],
+            te_scale,
             harmonics,
             omega_set,
             tau_load,
-            theta_m0: values[theta_m0],
-            strongest_orders: strongest_orders(
-                &layout.orders,
-                &coefficients[..orders],
-                &coefficients[orders..2 * orders],
-            ),
+            theta_m0: scenario(ScenarioColumn::ThetaM0),
+            forcing: forcing(&layout.orders, coefficients, te_scale),
             sustaining_torque: sustaining_torque(&constants, (&layout.terms, &terms), omega_set, tau_load),
             holding_torque: zero,
             terms,
@@ -264,17 +236,10 @@ impl<R: Real> Constants<R> {
     }
 }
 
-/// The terms' parameters, each inside its allowed range.
-fn term_values<S: Scalar>(layout: &Layout, values: &[S]) -> Result<Vec<S>, BadParameter> {
-    let first = layout.term_parameters();
-    let own = &values[first..first + layout.terms.parameter_count];
-    let parameters = layout.terms.terms().flat_map(|term| term.parameters);
-    for (offset, (parameter, value)) in parameters.zip(own).enumerate() {
-        if value.plain() < parameter.allowed.0 || value.plain() > parameter.allowed.1 {
-            return Err(BadParameter { index: first + offset });
-        }
-    }
-    Ok(own.to_vec())
+/// n^2 A_n of every order, from the cosine and then the sine coefficients.
+fn forcing<S: Scalar>(orders: &[f64], coefficients: &[S], te_scale: S) -> Vec<f64> {
+    let amplitude = |k: usize| coefficients[k].plain().hypot(coefficients[orders.len() + k].plain());
+    orders.iter().enumerate().map(|(k, order)| order * order * amplitude(k) * te_scale.plain().abs()).collect()
 }
 
 /// The spring stays stiff with what terms add to it.
@@ -291,24 +256,14 @@ fn set_spring<S: Scalar>(layout: &Layout, values: &[S], c: &mut Constants<S>) ->
     match layout.spring {
         Spring::Polynomial => {
             [c.k1, c.k2, c.k3, c.k4, c.k5, c.phi_max] = *values[Layout::SPRING..].first_chunk().expect("a full row");
-            if c.phi_max.plain() <= 0.0 {
-                return Err(at(5));
-            }
-            if c.k1.plain() <= 0.0 {
-                return Err(at(0));
-            }
             if !spring::is_stiff(layout.spring, c, |_| 0.0) {
                 return Err(at(5));
             }
         }
         Spring::Piecewise => {
             let [k_1, k_2, k_3, t_1, t_2] = *values[Layout::SPRING..].first_chunk().expect("a full row");
-            let zero = S::zero();
-            let checks = [zero.lt(k_1), zero.lt(k_2), zero.lt(k_3), zero.lt(t_1), t_1.lt(t_2)];
-            for (offset, good) in checks.into_iter().enumerate() {
-                if !good {
-                    return Err(at(offset));
-                }
+            if !t_1.lt(t_2) {
+                return Err(at(4));
             }
             c.k_3 = k_3;
             c.k_12 = k_1 - k_2;

@@ -42,7 +42,14 @@ pub struct BadParameter {
     pub index: usize,
 }
 
-type Entry = (&'static str, &'static str, &'static str, f64, f64, f64, &'static str, &'static str);
+/// Name, symbol, unit, default, plausible range (two numbers), allowed range, meaning, source.
+type Entry = (&'static str, &'static str, &'static str, f64, f64, f64, (f64, f64), &'static str, &'static str);
+
+const ANY: (f64, f64) = (f64::NEG_INFINITY, f64::INFINITY);
+const NOT_NEGATIVE: (f64, f64) = (0.0, f64::INFINITY);
+const POSITIVE: (f64, f64) = (f64::MIN_POSITIVE, f64::INFINITY);
+/// Motor angles whose sine is accurate [rad].
+const ACCURATE: (f64, f64) = (-1e9, 1e9);
 
 const CHOICE: &str = "chosen for the reconstructed model of the SHF-25-120 bench";
 const CATALOGUE: &str = "maker's catalogue, size 25, ratio above 50";
@@ -56,7 +63,8 @@ const DRIVE: [Entry; 8] = [
         121.0,
         31.0,
         161.0,
-        "reduction ratio, output turns with the input",
+        ANY,
+        "reduction ratio, not 0; the output turns with the input",
         "article: SHF-25-120, flexspline fixed",
     ),
     (
@@ -66,23 +74,24 @@ const DRIVE: [Entry; 8] = [
         3.0e-4,
         1.0e-4,
         1.0e-3,
+        POSITIVE,
         "motor and wave-generator inertia",
         "wave generator 1.07e-4 from the catalogue, rest chosen",
     ),
-    ("J_l", "J_l", "kg m^2", 0.5, 0.05, 12.0, "load inertia at the output", CHOICE),
-    ("B_m", "B_m", "N m s/rad", 6e-4, 1e-4, 3e-3, "viscous damping of the motor", CHOICE),
-    ("B_l", "B_l", "N m s/rad", 0.5, 0.0, 5.0, "viscous damping of the load", CHOICE),
-    ("B_ml", "B_ml", "N m s/rad", 6e-4, 1e-4, 3e-3, "damping between wave generator and cup", CHOICE),
-    ("B_sp", "B_sp", "N m s/rad", 20.0, 2.0, 100.0, "damping of the mesh, on the windup rate", CHOICE),
-    ("s", "s", "1", 0.0, 0.0, 1.0, "share of the load speed in the wave-generator slip", CHOICE),
+    ("J_l", "J_l", "kg m^2", 0.5, 0.05, 12.0, POSITIVE, "load inertia at the output", CHOICE),
+    ("B_m", "B_m", "N m s/rad", 6e-4, 1e-4, 3e-3, NOT_NEGATIVE, "viscous damping of the motor", CHOICE),
+    ("B_l", "B_l", "N m s/rad", 0.5, 0.0, 5.0, NOT_NEGATIVE, "viscous damping of the load", CHOICE),
+    ("B_ml", "B_ml", "N m s/rad", 6e-4, 1e-4, 3e-3, NOT_NEGATIVE, "damping between wave generator and cup", CHOICE),
+    ("B_sp", "B_sp", "N m s/rad", 20.0, 2.0, 100.0, NOT_NEGATIVE, "damping of the mesh, on the windup rate", CHOICE),
+    ("s", "s", "1", 0.0, 0.0, 1.0, NOT_NEGATIVE, "share of the load speed in the wave-generator slip", CHOICE),
 ];
 
 const POLYNOMIAL: [Entry; 6] = [
-    ("k1", "k_1", "N m/rad", 3.102e4, 1.0e4, 6.0e4, "spring, linear coefficient", FIT),
-    ("k2", "k_2", "N m/rad^2", 0.0, -1.0e6, 1.0e6, "spring, quadratic coefficient", FIT),
-    ("k3", "k_3", "N m/rad^3", 1.3445e10, 0.0, 2.0e10, "spring, cubic coefficient", FIT),
-    ("k4", "k_4", "N m/rad^4", 0.0, -1.0e12, 1.0e12, "spring, quartic coefficient", FIT),
-    ("k5", "k_5", "N m/rad^5", -3.211e15, -4.0e15, 1.0e15, "spring, quintic coefficient", FIT),
+    ("k1", "k_1", "N m/rad", 3.102e4, 1.0e4, 6.0e4, POSITIVE, "spring, linear coefficient", FIT),
+    ("k2", "k_2", "N m/rad^2", 0.0, -1.0e6, 1.0e6, ANY, "spring, quadratic coefficient", FIT),
+    ("k3", "k_3", "N m/rad^3", 1.3445e10, 0.0, 2.0e10, ANY, "spring, cubic coefficient", FIT),
+    ("k4", "k_4", "N m/rad^4", 0.0, -1.0e12, 1.0e12, ANY, "spring, quartic coefficient", FIT),
+    ("k5", "k_5", "N m/rad^5", -3.211e15, -4.0e15, 1.0e15, ANY, "spring, quintic coefficient", FIT),
     (
         "phi_max",
         "phi_max",
@@ -90,17 +99,18 @@ const POLYNOMIAL: [Entry; 6] = [
         1.465e-3,
         1.0e-3,
         3.3e-3,
+        POSITIVE,
         "end of the fitted range, linear beyond; the stiffness has to be positive up to it",
         FIT,
     ),
 ];
 
 const PIECEWISE: [Entry; 5] = [
-    ("K1", "K_1", "N m/rad", 3.1e4, 1.0e4, 6.0e4, "stiffness up to T1", CATALOGUE),
-    ("K2", "K_2", "N m/rad", 5.0e4, 1.0e4, 8.0e4, "stiffness between T1 and T2", CATALOGUE),
-    ("K3", "K_3", "N m/rad", 5.7e4, 1.0e4, 9.0e4, "stiffness beyond T2", CATALOGUE),
-    ("T1", "T_1", "N m", 14.0, 1.0, 40.0, "torque at which K1 ends", CATALOGUE),
-    ("T2", "T_2", "N m", 48.0, 20.0, 120.0, "torque at which K2 ends, above T1", CATALOGUE),
+    ("K1", "K_1", "N m/rad", 3.1e4, 1.0e4, 6.0e4, POSITIVE, "stiffness up to T1", CATALOGUE),
+    ("K2", "K_2", "N m/rad", 5.0e4, 1.0e4, 8.0e4, POSITIVE, "stiffness between T1 and T2", CATALOGUE),
+    ("K3", "K_3", "N m/rad", 5.7e4, 1.0e4, 9.0e4, POSITIVE, "stiffness beyond T2", CATALOGUE),
+    ("T1", "T_1", "N m", 14.0, 1.0, 40.0, POSITIVE, "torque at which K1 ends", CATALOGUE),
+    ("T2", "T_2", "N m", 48.0, 20.0, 120.0, POSITIVE, "torque at which K2 ends, above T1", CATALOGUE),
 ];
 
 const SCENARIO: [Entry; 6] = [
@@ -111,6 +121,7 @@ const SCENARIO: [Entry; 6] = [
         10.471975511965978,
         -63.0,
         63.0,
+        ANY,
         "set speed of the motor",
         "article: 15 to 600 r/min",
     ),
@@ -121,14 +132,38 @@ const SCENARIO: [Entry; 6] = [
         0.0,
         -167.0,
         167.0,
+        ANY,
         "load torque, positive resists",
         "catalogue: start-stop limit 167 N m",
     ),
-    ("K_p", "K_p", "N m s/rad", 0.05, 0.0, 1.0, "proportional gain of the speed controller", CHOICE),
-    ("K_i", "K_i", "N m/rad", 0.8, 0.0, 20.0, "integral gain of the speed controller", CHOICE),
-    ("tau_max", "tau_max", "N m", 2.0, 0.1, 10.0, "torque limit of the speed controller", CHOICE),
-    ("theta_m0", "theta_m0", "rad", 0.0, -1.0e3, 1.0e3, "motor angle at the start", CHOICE),
+    (
+        "K_p",
+        "K_p",
+        "N m s/rad",
+        0.05,
+        0.0,
+        1.0,
+        NOT_NEGATIVE,
+        "proportional gain of the speed controller, 0 or at least 1e-12",
+        CHOICE,
+    ),
+    (
+        "K_i",
+        "K_i",
+        "N m/rad",
+        0.8,
+        0.0,
+        20.0,
+        NOT_NEGATIVE,
+        "integral gain of the speed controller, 0 or at least 1e-12",
+        CHOICE,
+    ),
+    ("tau_max", "tau_max", "N m", 2.0, 0.1, 10.0, POSITIVE, "torque limit of the speed controller", CHOICE),
+    ("theta_m0", "theta_m0", "rad", 0.0, -1.0e3, 1.0e3, ACCURATE, "motor angle at the start", CHOICE),
 ];
+
+/// Position of J_l.
+const LOAD_INERTIA: usize = 2;
 
 /// Amplitude [1e-6 rad] and phase [rad] of the default kinematic error, orders 1 to 15.
 const KINEMATIC_ERROR: [(f64, f64); 15] = [
@@ -226,10 +261,24 @@ impl Layout {
         }
     }
 
+    /// The allowed range of every parameter in row order. All but the torque limit have to be finite; what else a
+    /// parameter has to be stands in its meaning.
+    pub fn allowed(&self) -> impl Iterator<Item = (f64, f64)> + '_ {
+        let of = |(index, entry): (usize, &Entry)| match self.base {
+            Base::OneInertia if index == LOAD_INERTIA => NOT_NEGATIVE,
+            Base::OneInertia if index >= Self::SPRING => ANY,
+            _ => entry.6,
+        };
+        let drive = DRIVE.iter().chain(self.spring_entries()).enumerate().map(of);
+        let kinematic_error = std::iter::repeat_n(ANY, self.term_parameters() - self.te_scale());
+        let terms = self.terms.terms().flat_map(|term| term.parameters).map(|parameter| parameter.allowed);
+        drive.chain(kinematic_error).chain(terms).chain(SCENARIO.iter().map(|entry| entry.6))
+    }
+
     /// The table of parameters in row order; `labels` are the orders as users write them.
     pub fn parameters(&self, labels: &[String]) -> Vec<Parameter> {
         let entry = |group: Group| {
-            move |&(name, symbol, unit, default, low, high, meaning, source): &Entry| Parameter {
+            move |&(name, symbol, unit, default, low, high, _, meaning, source): &Entry| Parameter {
                 name: name.into(),
                 symbol: symbol.into(),
                 unit,

@@ -33,6 +33,8 @@ const SAME_ACCELERATION: f64 = 1e-6;
 
 /// The shortest run phase and the shortest steady run [s].
 pub const SHORTEST_RUN: f64 = 0.5;
+/// Revolutions fill a motion that is shorter by no more than this share: times round.
+const ROUNDING: f64 = 1e-12;
 
 /// What moves the motor during a segment.
 #[derive(Clone, Copy, Debug)]
@@ -137,8 +139,8 @@ impl Program {
     pub fn last_revolutions<S: Scalar>(&self, omega_set: S) -> S {
         let revolution = S::splat(std::f64::consts::TAU) / omega_set.abs();
         let window = S::splat((SHORTEST_RUN / revolution.plain()).ceil()) * revolution;
-        if window.plain() <= self.off - self.on {
-            S::splat(self.off) - window
+        if window.plain() * (1.0 - ROUNDING) <= self.off - self.on {
+            S::splat(self.on).max(S::splat(self.off) - window)
         } else {
             S::splat(0.5 * (self.on + self.off))
         }

@@ -192,19 +192,21 @@ impl Metric {
                 entry(
                     format!("mode_frequency_{event}"),
                     "Hz",
-                    format!("frequency of the torsional mode after the {event}"),
+                    format!("frequency of the torsional mode after the {event}, NaN where no single damped wave fits"),
                     Self::Mode(ModePart::Frequency, phase),
                 ),
                 entry(
                     format!("mode_decay_{event}"),
                     "1/s",
-                    format!("decay rate of the torsional mode after the {event}"),
+                    format!("decay rate of the torsional mode after the {event}, NaN where no single damped wave fits"),
                     Self::Mode(ModePart::Decay, phase),
                 ),
                 entry(
                     format!("mode_amplitude_{event}"),
                     "rad/s",
-                    format!("output-speed amplitude of the torsional mode at the {event}"),
+                    format!(
+                        "output-speed amplitude of the torsional mode at the {event}, NaN where no single damped wave fits"
+                    ),
                     Self::Mode(ModePart::Amplitude, phase),
                 ),
             ]);

@@ -66,6 +66,11 @@ impl<'a> LeastSquares<'a> {
         self.descend(self.reduced.clone())
     }
 
+    /// Sum of the squares of what the columns leave of the data.
+    pub fn unexplained(&self) -> f64 {
+        (dot(self.data, self.data) - dot(&self.reduced, &self.reduced)).max(0.0)
+    }
+
     /// The solution of the normal equations with another right-hand side.
     pub fn solve_for(&self, products: &[f64]) -> Vec<f64> {
         let mut reduced = Vec::with_capacity(self.len());
@@ -114,6 +119,7 @@ mod tests {
         assert!(problem.push(vec![1.0; 21]).is_some() && problem.push(x).is_some());
         let found = problem.solve();
         assert!((found[0] - 3.0).abs() < 1e-12 && (found[1] + 0.5).abs() < 1e-13);
+        assert!(problem.unexplained() < 1e-12 * dot(&y, &y));
         let products: Vec<f64> = problem.columns().iter().map(|column| dot(column, &y)).collect();
         let again = problem.solve_for(&products);
         assert!((found[0] - again[0]).abs() < 1e-12 && (found[1] - again[1]).abs() < 1e-13);

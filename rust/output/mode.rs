@@ -1,6 +1,6 @@
 //! The torsional mode after an event: a damped sinusoid fitted to the windup rate.
 
-use super::least_squares::LeastSquares;
+use super::least_squares::{LeastSquares, dot};
 use crate::model::{Layout, Row, Signal};
 use crate::real::Scalar;
 use crate::solve::Seat;
@@ -8,7 +8,12 @@ use std::f64::consts::TAU;
 
 /// Samples over the window of the fit.
 pub const SAMPLES: usize = 128;
+/// How many lines of the kinematic error are fitted along.
+const LINES: usize = 4;
+/// A wave that is there is found in half as many.
 const ITERATIONS: usize = 12;
+/// Of the wave, rms over rms, what the fit may leave unexplained.
+const UNEXPLAINED: f64 = 0.25;
 
 /// A fitted mode.
 #[derive(Clone, Copy, Debug)]
@@ -28,7 +33,8 @@ pub fn window<S: Scalar>(layout: &Layout, row: &Row<S>) -> S {
     S::splat(5.0) / row.free_mode(layout).1
 }
 
-/// Fits the mode in the samples between two times.
+/// Fits the mode in the samples between two times, with an offset, a slope and the strongest lines of the kinematic error
+/// that turn at least once. NaN where no single damped wave fits.
 pub fn mode<S: Scalar, const N: usize>(layout: &Layout, seat: &Seat<S, N>, from: f64, to: f64) -> Mode {
     let row = &seat.assignment.row;
     let mut times = Vec::with_capacity(SAMPLES);
@@ -52,7 +58,7 @@ pub fn mode<S: Scalar, const N: usize>(layout: &Layout, seat: &Seat<S, N>, from:
     let travel = angles[angles.len() - 1] - angles[0];
     problem.push(vec![1.0; times.len()]);
     problem.push(times.clone());
-    for order in row.strongest_orders.iter().filter(|order| (*order * travel).abs() > TAU) {
+    for order in strongest_lines(&layout.orders, &row.forcing, travel) {
         problem.push(angles.iter().map(|angle| (order * angle).cos()).collect());
         problem.push(angles.iter().map(|angle| (order * angle).sin()).collect());
     }
@@ -68,6 +74,11 @@ pub fn mode<S: Scalar, const N: usize>(layout: &Layout, seat: &Seat<S, N>, from:
         omega += omega_change.clamp(-limit, limit);
         decay += decay_change.clamp(-limit, limit);
         if omega_change.abs() + decay_change.abs() < 1e-9 * omega {
+            let [even, odd] = [0, 1].map(|wave| &problem.columns()[background + wave]);
+            let wave = a * a * dot(even, even) + 2.0 * a * b * dot(even, odd) + b * b * dot(odd, odd);
+            if problem.unexplained() > UNEXPLAINED * UNEXPLAINED * wave {
+                return MISSING;
+            }
             let c = &row.constants;
             let reflected = c.reflected_inertia();
             let share = (reflected / (reflected + c.j_l)).plain();
@@ -75,6 +86,14 @@ pub fn mode<S: Scalar, const N: usize>(layout: &Layout, seat: &Seat<S, N>, from:
         }
     }
     MISSING
+}
+
+/// Orders that force the mode most, among those that turn at least once.
+fn strongest_lines(orders: &[f64], forcing: &[f64], travel: f64) -> Vec<f64> {
+    let turns = |(order, forcing): &(f64, f64)| *forcing > 0.0 && (order * travel).abs() > TAU;
+    let mut lines: Vec<_> = orders.iter().copied().zip(forcing.iter().copied()).filter(turns).collect();
+    lines.sort_by(|left, right| right.1.total_cmp(&left.1));
+    lines.iter().take(LINES).map(|line| line.0).collect()
 }
 
 /// Coefficients of e^(-decay t) (cos, sin, t cos, t sin): the last two tell how omega and decay are off.

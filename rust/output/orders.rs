@@ -12,6 +12,8 @@ use std::f64::consts::TAU;
 const LEAST_PER_PERIOD: f64 = 2.5;
 /// Up to this order a wave is found by rotating those before it.
 const ROTATED: f64 = 32.0;
+/// A whole turn, but for rounding.
+const TURN: f64 = 1.0 - 1e-9;
 
 /// What is fitted, and how it follows a parameter.
 #[derive(Default)]
@@ -32,14 +34,15 @@ impl Samples {
 
 /// Amplitude of each wanted order in a signal over the whole revolutions of the steady run.
 ///
-/// The orders of the model's own kinematic error are fitted along, so that they do not leak; each wanted order
+/// The orders of the model's own kinematic error, `lines`, are fitted along, so that they do not leak; each wanted order
 /// beyond them is fitted on its own, so that it does not depend on its company. NaN where less than one revolution was
-/// turned, or so slowly that the samples do not reach back over the steady run, or where they are too few for an order.
+/// turned, or so slowly that the samples do not reach back over the steady run, where they are too few for an order, or
+/// where the run holds less than one turn of it, or of its difference to another line.
 pub fn amplitudes<S: Scalar, const N: usize>(
     seat: &Seat<S, N>,
     signal: Signal,
     wanted: &[f64],
-    known: &[f64],
+    lines: &[f64],
     steady: &Steady<S>,
 ) -> Vec<S> {
     let missing = vec![S::splat(f64::NAN); wanted.len()];
@@ -47,8 +50,9 @@ pub fn amplitudes<S: Scalar, const N: usize>(
     if steady.revolutions == 0 || steady.window.0 < sampled {
         return missing;
     }
-    let lowest = 1.0 / f64::from(steady.revolutions);
-    let known: Vec<f64> = known.iter().copied().filter(|order| *order >= lowest).collect();
+    let turns = |order: f64| order.abs() * f64::from(steady.revolutions) >= TURN;
+    let apart = |order: f64| lines.iter().all(|line| *line == order || turns(order - line));
+    let known: Vec<f64> = lines.iter().copied().filter(|order| turns(*order)).collect();
     let samples = samples(seat, signal, steady.window);
     let highest = samples.highest_order();
     if samples.angles.len() < 2 * known.len() + 4 || known.iter().any(|order| *order > highest) {
@@ -63,8 +67,8 @@ pub fn amplitudes<S: Scalar, const N: usize>(
         return missing;
     }
     let mut found: Vec<(f64, S)> = known.iter().copied().zip(lengths(&problem, &known, &samples)).collect();
-    let unknown: Vec<f64> =
-        wanted.iter().copied().filter(|order| *order <= highest && !known.contains(order)).collect();
+    let told = |order: &f64| turns(*order) && *order <= highest && apart(*order);
+    let unknown: Vec<f64> = wanted.iter().copied().filter(|order| told(order) && !known.contains(order)).collect();
     let own = problem.len();
     for (&order, (cosine, sine)) in unknown.iter().zip(waves(&unknown, &samples.angles)) {
         problem.truncate(own);
@@ -73,8 +77,8 @@ pub fn amplitudes<S: Scalar, const N: usize>(
             found.push((order, lengths(&problem, &orders, &samples)[known.len()]));
         }
     }
-    let of = |order: f64| found.iter().find(|entry| entry.0 == order).map_or(S::splat(f64::NAN), |entry| entry.1);
-    wanted.iter().map(|&order| of(order)).collect()
+    let of = |order: &f64| found.iter().find(|entry| entry.0 == *order && told(order));
+    wanted.iter().map(|order| of(order).map_or(S::splat(f64::NAN), |entry| entry.1)).collect()
 }
 
 /// A signal over the motor angle inside a window.

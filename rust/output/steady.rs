@@ -45,29 +45,11 @@ pub fn steady<S: Scalar, const N: usize>(seat: &Seat<S, N>, retrace: &mut dyn Re
     let on = records.partition_point(|record| record.t < seat.time_of(Mark::On));
     let forgotten = records.iter().rposition(|record| record.step.is_nan()).filter(|place| *place > on);
     let from = forgotten.unwrap_or(on);
-    let direction = last.state[0].plain() - records[from].state[0].plain();
-    let travelled = |record: &Record<S, N>| (last.state[0].plain() - record.state[0].plain()) * direction.signum();
-    let late_enough = |record: &&Record<S, N>| end - record.t >= SHORTEST_RUN;
-    let turns = records[from..].iter().rev().find(late_enough).map_or(f64::INFINITY, |r| (travelled(r) / TAU).ceil());
-    let available = (direction.abs() / TAU).floor();
-    let mut revolutions = turns.max(1.0);
-    let mut start = S::splat(f64::NAN);
-    while revolutions <= available {
-        let index = from + records[from..].partition_point(|record| travelled(record) > revolutions * TAU);
-        let angle = last.state[0] - S::splat(direction.signum() * revolutions * TAU);
-        start = passing_time(seat, retrace, index, angle);
-        if end - start.plain() >= SHORTEST_RUN {
-            break;
-        }
-        revolutions += 1.0;
-    }
-    if revolutions > available {
-        if forgotten.is_some() {
-            return Steady::missing();
-        }
-        revolutions = 0.0;
-        start = seat.moment_of(Mark::Run);
-    }
+    let (start, revolutions) = match whole_revolutions(seat, retrace, &records[from..]) {
+        Some(found) => found,
+        None if forgotten.is_some() => return Steady::missing(),
+        None => (seat.moment_of(Mark::Run), 0.0),
+    };
     let state = state_at(seat, retrace, start);
     let theta_l = |theta_m: S, te: S| theta_m * seat.assignment.row.constants.inverse_ratio - te;
     let first = retrace.rates(seat, start.plain(), &state);
@@ -84,18 +66,39 @@ pub fn steady<S: Scalar, const N: usize>(seat: &Seat<S, N>, retrace: &mut dyn Re
     }
 }
 
-/// When the motor angle passes `angle` in the step that ends at a record.
+/// When the last whole revolutions of some records began that last [`SHORTEST_RUN`], and how many they are. Where the
+/// motor also turned back, it may have passed their first angle more than once: the last time counts.
+fn whole_revolutions<S: Scalar, const N: usize>(
+    seat: &Seat<S, N>,
+    retrace: &mut dyn Retrace<S, N>,
+    records: &[Record<S, N>],
+) -> Option<(S, f64)> {
+    let last = records.last()?;
+    let way = |record: &Record<S, N>| last.state[0].plain() - record.state[0].plain();
+    let (early, late) = records.split_at(records.partition_point(|record| last.t - record.t >= SHORTEST_RUN));
+    let at_least = way(early.last()?).abs().min(way(late.first()?).abs());
+    let mut revolutions = (at_least / TAU).ceil().max(1.0);
+    loop {
+        let place = early.iter().rposition(|record| way(record).abs() >= revolutions * TAU)?;
+        let angle = last.state[0] - S::splat(way(&early[place]).signum() * revolutions * TAU);
+        let start = passing_time(seat, retrace, [&records[place], &records[place + 1]], angle);
+        if last.t - start.plain() >= SHORTEST_RUN {
+            return Some((start, revolutions));
+        }
+        revolutions += 1.0;
+    }
+}
+
+/// When the motor angle passes `angle` in the step between two records.
 fn passing_time<S: Scalar, const N: usize>(
     seat: &Seat<S, N>,
     retrace: &mut dyn Retrace<S, N>,
-    index: usize,
+    [start, end]: [&Record<S, N>; 2],
     angle: S,
 ) -> S {
-    let end = &seat.records[index];
-    if index == 0 || end.step == 0.0 {
+    if end.step == 0.0 {
         return S::splat(end.t);
     }
-    let start = &seat.records[index - 1];
     let dense = retrace.dense(seat, start, end.step);
     let beyond = |share: S| dense.at(share)[0] - angle;
     let (before, after) = ((start.state[0] - angle).plain(), (end.state[0] - angle).plain());

@@ -54,7 +54,7 @@ impl Status {
         match self {
             Self::Finished => "Nothing to do.",
             Self::MaxSteps => {
-                "Raise max_steps, loosen rtol, or shorten t_end; a row that needs far more steps than its neighbours is stiff."
+                "Raise max_steps, loosen rtol, or shorten t_end; a row that needs far more steps than its neighbours is stiff, which method=\"rodas5p\" cures, or has too small a max_step."
             }
             Self::StepTooSmall => {
                 "Loosen rtol, or look for inputs or parameters that change faster than the clock can resolve."

@@ -36,13 +36,15 @@ def test_exact_every_status_has_a_remedy():
     [
         ({"J_m": -1.0}, {}, "bad_parameters", "Correct the named parameter of this row."),
         ({}, {"max_steps": 5}, "max_steps", "Raise max_steps, loosen rtol, or shorten t_end"),
+        ({"B_sp": 1e6}, {"max_steps": 99}, "max_steps", 'is stiff, which method="rodas5p" cures'),
+        ({}, {"max_steps": 99, "max_step": 1e-6}, "max_steps", "has too small a max_step"),
     ],
 )
 def test_exact_a_failed_row_is_told_its_remedy(row, options, name, remedy):
     result = hdfast.sweep(row, scenario=BRIEF, metrics=[], **options)
     status = hdfast.statuses()[int(result.status[0])]
     assert status.name == name
-    assert status.remedy.startswith(remedy)
+    assert remedy in status.remedy
     assert status.remedy in result.message(0)
 
 

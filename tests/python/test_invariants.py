@@ -465,6 +465,68 @@ def test_exact_no_order_amplitude_from_a_part_of_a_revolution(speed, torque, tur
     np.testing.assert_allclose(found["order_2"][0], right, rtol=1e-3)
 
 
+@pytest.mark.parametrize(
+    ("speed", "told", "untold"),
+    [
+        (100.0, ["2", "3"], ["1/121", "1/2", "120/121", "101/100", "3/2", "1"]),
+        (300.0, ["2", "1/2", "4/3"], ["1/121", "1/4", "120/121", "101/100", "5/4", "1"]),
+    ],
+)
+def test_exact_only_orders_that_the_revolutions_tell_apart(sweep, speed, told, untold):
+    """Half a second holds one revolution at 100 r/min and three at 300: orders less than a turn apart are not told."""
+    p = parameters(omega_set=speed * RPM)
+    kinds = ("order_",) if sweep.slow else ("order_", "speed_order_")
+    found = sweep(
+        {"omega_set": [p["omega_set"]]},
+        model=hdfast.Model(orders=[1, "120/121", 2]),
+        scenario=Scenario.start_stop(t_off=0.65, t_end=0.66),
+        initial_state=[0.0, p["omega_set"], 0.0, p["omega_set"] / p["ratio"]],
+        metrics=[f"{kind}{order}" for kind in kinds for order in (*told, *untold)],
+    ).metrics
+    for kind in kinds:
+        assert [order for order in (*told, *untold) if np.isnan(found[f"{kind}{order}"][0])] == untold
+    right = AMPLITUDES[1] * closed_forms.forced_gain(p, 2 * p["omega_set"])
+    np.testing.assert_allclose(found["order_2"][0], right, rtol=2e-2)
+
+
+@pytest.mark.parametrize("swing", [0.0, 3.0, 6.0])
+@pytest.mark.parametrize("direction", [1.0, -1.0])
+def test_exact_steady_speed_of_a_motor_that_turns_back(sweep, swing, direction):
+    """The run goes back to the last time that the motor stood whole revolutions away, of the times that it did."""
+    t = np.linspace(0.0, 2.0, 801)
+
+    def angle(t):
+        return direction * (8.0 * t + swing * np.sin(35.0 * t) * np.minimum(t, 0.2) / 0.2)
+
+    times = np.linspace(0.0, 1.5, 150_001)
+    beyond = np.abs(angle(2.0) - angle(times)) >= 2 * np.pi
+    begin = times[np.flatnonzero(beyond)[-1]]
+    found = sweep({"J_l": [0.5]}, scenario=Scenario.motion(t, angle(t)), metrics=["steady_speed"]).metrics
+    np.testing.assert_allclose(found["steady_speed"][0], direction * 2 * np.pi / (2.0 - begin), rtol=1e-4)
+
+
+def test_exact_steady_speed_after_the_motion_has_been_reversed(sweep):
+    """Four revolutions forward, then two back: those count, though the motor stands two farther than it began."""
+    t, turns = np.array([0.0, 0.1, 1.6, 1.7, 2.5]), 2.5 * 2 * np.pi
+    speeds = np.array([0.0, turns, turns, -turns, -turns])
+    scenario = Scenario.speed_profile(t, speed=speeds)
+    found = sweep({"te_scale": [0.0]}, scenario=scenario, metrics=["steady_speed"]).metrics
+    np.testing.assert_allclose(found["steady_speed"][0], -turns, rtol=1e-2)
+
+
+@pytest.mark.parametrize(("t_on", "t_off", "t_end"), [(0.1, 0.6, 0.7), (0.2, 0.7, 0.8), (0.7, 1.2, 1.3)])
+def test_exact_a_run_phase_that_fills_the_motion(sweep, t_on, t_off, t_end):
+    """One revolution at 120 r/min takes all of half a second, however the times round: nothing happens in the start."""
+    scenario = Scenario.start_stop(speed_rpm=120.0, t_on=t_on, t_off=t_off, t_end=t_end)
+    parts = ["energy_in_start", "energy_in_run", "energy_in_stop"]
+    metrics = [*parts, "energy_in", "loss_mesh_start", "te_pp", "te_pp_start"]
+    found = sweep({"J_l": [0.5]}, scenario=scenario, metrics=metrics).metrics
+    assert found["energy_in_start"][0] == found["loss_mesh_start"][0] == 0.0
+    assert np.isnan(found["te_pp_start"][0])
+    assert found["te_pp"][0] > 1e-4
+    np.testing.assert_allclose(sum(found[name] for name in parts), found["energy_in"], rtol=1e-9)
+
+
 @pytest.mark.parametrize("window", [None, (35.0, 40.0), (10.0, 40.0)])
 def test_exact_orders_that_nothing_excites_whatever_the_run_phase(window):
     """A run phase of many revolutions does not thin the samples of those that are fitted."""

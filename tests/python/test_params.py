@@ -5,6 +5,9 @@ import math
 import hdfast
 import numpy as np
 import pytest
+from hdfast.params import layout
+
+BRIEF = hdfast.Scenario.start_stop(t_off=0.01, t_end=0.02)
 
 AMPLITUDES = [20e-6, 90e-6, 6e-6, 22e-6, 4e-6 / math.sqrt(5), 8e-6, *(4e-6 / math.sqrt(n) for n in range(7, 16))]
 PHASES = [5.97, 0.91, 5.96, 1.96, 2.66, 5.20, 2.57, 3.45, 0.17, 4.73, 3.38, 2.07, 4.95, 1.91, 2.85]
@@ -37,6 +40,21 @@ def test_exact_every_parameter_is_described():
             assert parameter.meaning
             assert parameter.source
             assert parameter.low <= parameter.default <= parameter.high, parameter.name
+
+
+@pytest.mark.parametrize("base", ["two_inertia", "one_inertia"])
+@pytest.mark.parametrize("spring", ["polynomial", "piecewise"])
+def test_exact_rows_beyond_the_allowed_ranges_are_refused(base, spring):
+    model = hdfast.Model(base=base, spring=spring, orders=[1, 2], terms=["torque_ripple", "coulomb_friction"])
+    table = layout(model)
+    for parameter in table:
+        for bound, beyond in zip(parameter.allowed, (-math.inf, math.inf), strict=True):
+            if math.isfinite(bound):
+                row = {parameter.name: np.nextafter(bound, beyond)}
+                found = hdfast.sweep(row, model=model, scenario=BRIEF, metrics=[])
+                assert found.detail[0] == table.column(parameter.name), parameter.name
+    inside = {p.name: p.allowed[0] for p in table if p.allowed[0] == 0.0}
+    assert hdfast.sweep(inside, model=model, scenario=BRIEF, metrics=[]).finished.all()
 
 
 def test_exact_defaults_array():

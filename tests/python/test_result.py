@@ -1,5 +1,8 @@
 from __future__ import annotations
 
+import math
+import re
+
 import hdfast
 import numpy as np
 import pyarrow as pa
@@ -48,6 +51,26 @@ def test_exact_a_plausible_value_that_is_refused_is_told_why(spring, name, value
     assert reason in hdfast.sweep(row, model=model, metrics=[]).message(0)
     with pytest.raises(hdfast.RowError, match=reason):
         hdfast.sweep(row, model=model, metrics=[], strict=True)
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "limits"),
+    [
+        ("J_l", -1.0, "allowed: finite, above 0; plausible: 0.05 to 12"),
+        ("J_m", math.inf, "allowed: finite, above 0; plausible: 0.0001 to 0.001"),
+        ("B_m", -1.0, "allowed: finite, from 0"),
+        ("omega_set", math.nan, "allowed: any finite number"),
+        ("theta_m0", 2e9, "allowed: -1e+09 to 1e+09"),
+        ("ratio", 0.0, "not 0"),
+        ("K_p", 1e-13, "0 or at least 1e-12"),
+        ("fault_width", 0.0, "allowed: 0.01 to 10"),
+    ],
+)
+def test_exact_a_refused_value_is_told_what_is_allowed(name, value, limits):
+    model = hdfast.Model(terms=["local_fault"])
+    assert limits in hdfast.sweep({name: value}, model=model, metrics=[]).message(0)
+    with pytest.raises(hdfast.RowError, match=re.escape(limits)):
+        hdfast.sweep({name: value}, model=model, metrics=[], strict=True)
 
 
 def test_exact_percentiles_are_those_of_a_metric(result):

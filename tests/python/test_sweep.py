@@ -179,6 +179,12 @@ def test_exact_an_interrupt_before_a_strict_sweep_leaves_every_row_cancelled(mon
     assert caught.value.result.status_counts() == {"cancelled": 2}
 
 
+def test_exact_rejected_steps_count_towards_max_steps():
+    result = hdfast.sweep({}, metrics=[], max_steps=50)
+    assert result.rejected[0] > 0
+    assert result.steps[0] + result.rejected[0] == 50
+
+
 def test_exact_a_result_keeps_what_it_was_made_for():
     X, t = hdfast.defaults(2), np.array([0.0, 0.1])
     named = {"J_l": np.array([0.5, 0.6])}

@@ -133,7 +133,9 @@ rows = {"J_l": np.full(3_000_000, -1.0)}
 try:
     hdfast.sweep(rows, metrics=[], threads=1, progress=lambda done, total: _thread.interrupt_main())
 except hdfast.Interrupted as caught:
-    counts = caught.result.status_counts()
+    result = caught.result
+counts = result.status_counts()
+assert result.message(-1) == "row 2999999: cancelled, not begun: " + hdfast.statuses()[int(result.status[-1])].remedy
 print(counts["bad_parameters"], counts["cancelled"])
 """
     bad, cancelled = map(int, printed(code).split())

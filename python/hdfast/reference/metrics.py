@@ -14,6 +14,7 @@ from .signals import output_speed, transmission_error, windup_rate
 from .stepper import Vector
 
 PHASES = ["start", "run", "stop"]
+TURN = 1.0 - 1e-9  # a whole turn, but for rounding
 STANDING = 1e-6  # a mean speed up to this share of the largest one plus its floor is rounding
 LOSSES = ["loss_motor", "loss_wave_generator", "loss_load", "loss_mesh"]
 
@@ -127,8 +128,6 @@ class Metrics:
         def missing(t: float) -> float:
             return wanted - abs(angle - self.run.at(t)[0][0])
 
-        if missing(t_on) > 0.0:
-            return None
         times = [latest] + [t for t in reversed(self.scan.times) if t_on <= t < latest]
         for late, early in pairwise(times):
             if missing(early) <= 0.0:
@@ -237,14 +236,18 @@ class Metrics:
         """Least-squares amplitude of one order against the motor angle over whole revolutions.
 
         The orders of the kinematic error that turn at least once in the window are fitted along: they do not leak.
+        NaN where the wanted order does not turn once, or not once more or less than another of these.
         """
         if self.whole_revolutions is None:
             return math.nan
         numerator, _, denominator = label.partition("/")
         wanted = float(numerator) / float(denominator or 1)
         a, b = self.whole_revolutions
-        turns = abs(self.run.at(b)[0][0] - self.run.at(a)[0][0]) / (2 * math.pi)
-        known = [order for order in self.problem.orders if order != wanted and order * turns > 1 - 1e-9]
+        revolutions = round(abs(self.run.at(b)[0][0] - self.run.at(a)[0][0]) / (2 * math.pi))
+        others = [order for order in self.problem.orders if order != wanted]
+        if any(abs(order - wanted) * revolutions < TURN for order in [0.0, *others]):
+            return math.nan
+        known = [order for order in others if order * revolutions >= TURN]
         size = 2 * len(known) + 3
 
         def products(t: float) -> Vector:

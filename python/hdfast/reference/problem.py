@@ -7,7 +7,10 @@ POLYNOMIAL = ["k1", "k2", "k3", "k4", "k5", "phi_max"]
 PIECEWISE = ["K1", "K2", "K3", "T1", "T2"]
 POSITIVE = ["J_m", "J_l", "tau_max"]
 MAX_ANGLE = 1e9
-NOT_NEGATIVE = ["B_m", "B_l", "B_ml", "B_sp", "s", "K_p", "K_i"]
+ROUNDING = 1e-12  # revolutions fill a motion that is shorter by no more than this share
+GAINS = ["K_p", "K_i"]
+NOT_NEGATIVE = ["B_m", "B_l", "B_ml", "B_sp", "s", *GAINS]
+SMALLEST_GAIN = 1e-12
 
 
 @dataclass(frozen=True)
@@ -53,10 +56,9 @@ class Problem:
         if not math.isnan(self.t_run):
             return self.t_run
         revolution = 2 * math.pi / abs(self.parameters["omega_set"]) if self.parameters["omega_set"] else math.inf
-        if revolution <= self.t_off - self.t_on:
-            whole = max(1, math.ceil(0.5 / revolution)) * revolution
-            if whole <= self.t_off - self.t_on:
-                return self.t_off - whole
+        whole = math.ceil(0.5 / revolution) * revolution if revolution < math.inf else math.inf
+        if whole * (1.0 - ROUNDING) <= self.t_off - self.t_on:
+            return max(self.t_on, self.t_off - whole)
         return 0.5 * (self.t_on + self.t_off)
 
     def marks(self) -> list[float]:
@@ -79,7 +81,7 @@ class Problem:
             if p[name] < 0.0 or (p[name] == 0.0 and name not in massless):
                 return name
         for name in NOT_NEGATIVE:
-            if p[name] < 0.0:
+            if p[name] < 0.0 or (name in GAINS and 0.0 < p[name] < SMALLEST_GAIN):
                 return name
         if abs(p["theta_m0"]) > MAX_ANGLE:
             return "theta_m0"

@@ -54,4 +54,5 @@ def _row(channel: str, effect: str, own: str) -> Parameter:
         meaning=f"{p.meaning} ({channel})",
         source=info.source,
         group="sensor",
+        allowed=p.allowed,
     )

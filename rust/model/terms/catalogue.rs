@@ -62,13 +62,24 @@ macro_rules! catalog {
 
             catalog!(@states begin(motion: &Motion<R>) "Hidden states of a drive that begins in this motion."
                 [$($term $module)*]);
-            catalog!(@states settle(motion: &Motion<R>, dry: &Dry<R>) "Those that the same motion soon brings about on a \
-                motor of that friction." [$($term $module)*]);
             catalog!(@states wind(wound: &mut Wound<R>) "Those of a drive that has long been wound up, and the windup \
                 that the structure then adds." [$($term $module)*]);
             catalog!(@sum added_spring_energy "Energy [J] that belongs to what all of them add to the law of the spring."
                 [$($term $module)*]);
             catalog!(@sum added_stiffness "Stiffness [N m/rad] that all of them add to it." [$($term $module)*]);
+
+            /// Hidden states that the same motion soon brings about on a motor of that friction.
+            pub fn settle(&self, motion: &Motion<R>, dry: &Dry<R>, states: &mut [R; HIDDEN]) {
+                let mut index = 0;
+                $(
+                    if self.is_on(index) {
+                        let own = &mut states[self.first_state[index].min(HIDDEN)..];
+                        super::$module::$term::settle(self.values_of(index), motion, dry, own);
+                    }
+                    index += 1;
+                )*
+                let _ = index;
+            }
 
             /// Highest order per motor revolution that any of them adds to the kinematic error.
             pub fn highest_order(&self) -> R {
@@ -185,15 +196,15 @@ macro_rules! catalog {
             }
         }
     };
-    (@states $states:ident($($outset:ident: $type:ty),*) $what:literal [$($term:ident $module:ident)*]) => {
+    (@states $states:ident($outset:ident: $type:ty) $what:literal [$($term:ident $module:ident)*]) => {
         #[doc = $what]
         #[inline(always)]
-        pub fn $states(&self, $($outset: $type,)* states: &mut [R; HIDDEN]) {
+        pub fn $states(&self, $outset: $type, states: &mut [R; HIDDEN]) {
             let mut index = 0;
             $(
                 if self.is_on(index) {
                     let first = self.first_state[index].min(HIDDEN);
-                    super::$module::$term::$states(self.values_of(index), $($outset,)* &mut states[first..]);
+                    super::$module::$term::$states(self.values_of(index), $outset, &mut states[first..]);
                 }
                 index += 1;
             )*

@@ -444,6 +444,16 @@ def test_exact_a_collision_is_an_event():
     assert result.mask[~inside].sum() > 0.7 * found["t"].size
 
 
+def test_regress_samples_further_apart_than_an_onset_are_no_event():
+    """As where a column in milliseconds is read in seconds: nothing is left of the time before the onset."""
+    t = np.arange(0.0, 1000.0, 0.5)
+    torque = 0.1 * np.sin(2.0 * np.pi * t / 200.0)
+    acceleration = torque / 3.0
+    acceleration[800] -= 0.2 / 3.0
+    angle = 0.25 * np.cumsum(np.cumsum(acceleration))
+    assert examine({"t": t, "motor_angle": angle, "motor_torque": torque}).facts.events == []
+
+
 def test_exact_leakage_rejects_the_heldout_recording(run, clean):
     part = {name: values[1000:3000] for name, values in run.items()}
     thinned = {name: values[::2] for name, values in run.items()}

@@ -73,7 +73,7 @@ def _from_outside(motion: Motion, residual: Floats, first: int, last: int) -> bo
     """The motor turned, and at the onset its motion changed without a torque of its own to cause it."""
     edge, back = round(motion.width / 2.0 / motion.step), round(BEFORE / motion.step)
     onset = first - edge
-    if onset - back < 0 or last + edge >= len(motion.t):
+    if back < 1 or onset - back < 0 or last + edge >= len(motion.t):
         return False
     before = slice(onset - back, onset)
     needed = motion.torque - residual

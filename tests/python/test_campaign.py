@@ -7,8 +7,9 @@ import math
 import numpy as np
 import pytest
 from hdfast import Model, config, health
+from hdfast.cli import main
 from hdfast.errors import ConfigError, InputError
-from hdfast.recordings import Controller, Recording, load, load_campaign, save
+from hdfast.recordings import Controller, Recording, load, load_campaign, recorded, save
 from hdfast.sensors import SensorFacts
 
 T = np.linspace(0.0, 1.0, 101)
@@ -235,6 +236,17 @@ def test_exact_wrong_files_name_the_line(campaign, text, line, message):
     with pytest.raises(ConfigError, match=message) as caught:
         campaign(text)
     assert caught.value.line == line
+
+
+@pytest.mark.parametrize("command", ["compare", "calibrate", "diagnose", "identify friction"])
+def test_regress_a_file_without_recordings_is_wrong_input(command, campaign, tmp_path, capsys):
+    file = str(tmp_path / "c.toml")
+    without = campaign("[spec.te_pp]\nupper = 3e-4\n")
+    assert main([*command.split(), file]) == 2
+    said = "holds no [[recording]]: a campaign file names at least one (docs/campaign.md)\n"
+    assert capsys.readouterr().err == f"hdfast: {file} {said}"
+    with pytest.raises(ConfigError, match=r"^c holds no \[\[recording"):
+        recorded(without)
 
 
 def test_exact_a_file_with_other_names_is_told_its_columns_once(campaign, tmp_path):

@@ -21,7 +21,7 @@ from hdfast.diagnosis.replay import Replay
 from hdfast.diagnosis.score import nrmse
 from hdfast.diagnosis.session import Setup, nominal, set_up_usable
 from hdfast.printing import percent
-from hdfast.recordings import Campaign, load_campaign
+from hdfast.recordings import Campaign, recorded
 
 MODELS = ("given", "calibrated")
 MODEL = "model.toml"
@@ -140,5 +140,5 @@ def calibrate(campaign: str | Path | Campaign, *, threads: int | None = None) ->
         MissingPackageError: an MDF or TDMS file without the package that reads it.
     """
     with threadpool_limits(1):
-        setup = set_up_usable(campaign if isinstance(campaign, Campaign) else load_campaign(campaign), threads)
+        setup = set_up_usable(recorded(campaign), threads)
         return Calibration(setup, multistart(setup.replay, nominal(setup)))

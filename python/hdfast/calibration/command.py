@@ -10,7 +10,7 @@ from typing import Any
 from hdfast import files
 from hdfast.calibration.calibrate import RESULTS, calibrate
 from hdfast.printing import json_text, text_table
-from hdfast.recordings import load_campaign
+from hdfast.recordings import recorded
 from hdfast.threads import MAX_THREADS
 
 NAME = "calibrate"
@@ -29,7 +29,7 @@ def arguments(command: argparse.ArgumentParser, whole: Callable[[str, int, int],
 
 def run(options: argparse.Namespace) -> int:
     """Run the command; 0 when the drive was fitted."""
-    campaign = load_campaign(options.campaign)
+    campaign = recorded(options.campaign)
     if options.out:
         files.prepare_results(options.out, campaign.text, RESULTS, campaign.folder)
     found = calibrate(campaign, threads=options.threads)

@@ -16,7 +16,7 @@ from hdfast.diagnosis.replay import Replay
 from hdfast.diagnosis.score import nrmse
 from hdfast.diagnosis.session import Setup, nominal, set_up_usable
 from hdfast.printing import percent
-from hdfast.recordings import Campaign, load_campaign
+from hdfast.recordings import Campaign, recorded
 
 RESULTS = (files.COMPARISON, files.REPORT)
 ERROR = "rms over the spread of what was measured"
@@ -129,7 +129,7 @@ def compare(campaign: str | Path | Campaign, *, threads: int | None = None) -> C
             or the drive cannot be simulated as stated.
         MissingPackageError: an MDF or TDMS file without the package that reads it.
     """
-    setup = set_up_usable(campaign if isinstance(campaign, Campaign) else load_campaign(campaign), threads)
+    setup = set_up_usable(recorded(campaign), threads)
     structure = nominal(setup)
     replays = [replay for replay in (setup.replay, setup.held) if replay is not None]
     return Comparison(

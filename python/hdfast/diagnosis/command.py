@@ -11,7 +11,7 @@ from hdfast import files
 from hdfast.checks import MAX_SEED
 from hdfast.diagnosis.diagnose import RESULTS, diagnose
 from hdfast.printing import json_text
-from hdfast.recordings import load_campaign
+from hdfast.recordings import recorded
 from hdfast.threads import MAX_THREADS
 
 NAME = "diagnose"
@@ -35,7 +35,7 @@ def arguments(command: argparse.ArgumentParser, whole: Callable[[str, int, int],
 
 def run(options: argparse.Namespace) -> int:
     """Run the command; 1 when the recordings were rejected."""
-    campaign = load_campaign(options.campaign)
+    campaign = recorded(options.campaign)
     if options.out:
         files.prepare_results(options.out, campaign.text, RESULTS, campaign.folder)
     found = diagnose(

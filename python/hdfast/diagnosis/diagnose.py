@@ -17,7 +17,7 @@ from hdfast.diagnosis.session import run, usable
 from hdfast.diagnosis.stages import stages
 from hdfast.diagnosis.verdict import Verdict, conclude
 from hdfast.health import Health, check
-from hdfast.recordings import Campaign, load_campaign
+from hdfast.recordings import Campaign, recorded
 
 MODEL = "extended_model.toml"
 RESULTS = (files.VERDICT, MODEL, files.REPORT)
@@ -128,7 +128,7 @@ def diagnose(
         MissingPackageError: an MDF or TDMS file without the package that reads it.
     """
     seed = checks.whole("seed", seed, 0, checks.MAX_SEED)
-    loaded = campaign if isinstance(campaign, Campaign) else load_campaign(campaign)
+    loaded = recorded(campaign)
     number = version("hdfast")
     with threadpool_limits(1):
         health = check(loaded)

@@ -14,7 +14,7 @@ from hdfast.errors import ConfigError, InputError
 from hdfast.identify.fit import Fit, joined, plain
 from hdfast.identify.tolerances import located
 from hdfast.printing import json_text
-from hdfast.recordings import gather, load_campaign
+from hdfast.recordings import gather, recorded
 from hdfast.recordings.priors import POLYNOMIAL
 
 NAME = "identify"
@@ -138,7 +138,7 @@ def _inputs(paths: list[str], columns: Mapping[str, Any]) -> tuple[list[Any], di
         raise InputError("give one campaign TOML or recordings, not both")
     if columns:
         raise InputError("--column has no meaning with a campaign, whose section [columns] says it")
-    campaign = load_campaign(paths[0])
+    campaign = recorded(paths[0])
     chosen = [item for item in campaign.recordings if item.role == "fit"]
     notes = [f"{item.name}: held out, not used" for item in campaign.recordings if item.role != "fit"]
     if not chosen:

@@ -1,6 +1,6 @@
 """Recordings of a drive: loaded by column name, checked, saved, replayed."""
 
-from hdfast.recordings.campaign import Campaign, CampaignRecording, load_campaign
+from hdfast.recordings.campaign import Campaign, CampaignRecording, load_campaign, recorded
 from hdfast.recordings.columns import COLUMNS, ColumnMap, read_column_map
 from hdfast.recordings.load import gather, load, load_table, save
 from hdfast.recordings.priors import Prior
@@ -22,5 +22,6 @@ __all__ = [
     "load_campaign",
     "load_table",
     "read_column_map",
+    "recorded",
     "save",
 ]

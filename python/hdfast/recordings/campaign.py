@@ -10,7 +10,7 @@ from typing import Any
 
 from hdfast import checks
 from hdfast.drive_file import DriveFile, read_drive
-from hdfast.errors import InputError, choose, shorten
+from hdfast.errors import ConfigError, InputError, choose, shorten
 from hdfast.model import Model, parse_order
 from hdfast.recordings.columns import COLUMNS, ColumnMap, read_column_map
 from hdfast.recordings.formats import Source, read
@@ -128,6 +128,20 @@ def load_campaign(path: str | Path) -> Campaign:
     folder = Path(path).parent
     recordings = _Recordings(file, columns, sensors, folder).read()
     return Campaign(file.title, recordings, drive, sensors, controller, columns, file.data, file.text, folder)
+
+
+def recorded(campaign: str | Path | Campaign) -> Campaign:
+    """A campaign that has recordings: as `load_campaign`, or as it is given.
+
+    Raises:
+        ConfigError: as `load_campaign`; or the file names no recording.
+        InputError: a recording cannot be read.
+    """
+    found = campaign if isinstance(campaign, Campaign) else load_campaign(campaign)
+    if not found.recordings:
+        where = found.title if isinstance(campaign, Campaign) else campaign
+        raise ConfigError(f"{where} holds no [[recording]]: a campaign file names at least one (docs/campaign.md)")
+    return found
 
 
 def _columns(file: Sections) -> dict[str, ColumnMap]:

@@ -138,7 +138,16 @@ def test_exact_a_drive_that_cannot_be_simulated_as_stated_ends_with_a_sentence(
     file = small_campaign.write(tmp_path)
     file.write_text(file.read_text().replace(f"{name} = {small_campaign.DRIVE[name]}", f"{name} = {value}"))
     setup = set_up_usable(load_campaign(file), None)
-    with pytest.raises(InputError, match="cannot be simulated along the recorded motion"):
+    named = rf"cannot be simulated along the recorded motion; {name} = {value:g} .* cannot be simulated \(plausible"
+    with pytest.raises(InputError, match=named):
+        nominal(setup)
+
+
+def test_exact_a_drive_that_is_too_stiff_to_be_simulated_is_told_where_to_look(tmp_path: Path) -> None:
+    file = small_campaign.write(tmp_path)
+    file.write_text(file.read_text().replace("J_l = 0.5", "J_l = 1e-13"))
+    setup = set_up_usable(load_campaign(file), None)
+    with pytest.raises(InputError, match=r"look for an inertia, stiffness or damping of \[drive\]"):
         nominal(setup)
 
 

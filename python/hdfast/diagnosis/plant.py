@@ -14,8 +14,9 @@ from hdfast.diagnosis.lag import behind
 from hdfast.diagnosis.prepare import Unit
 from hdfast.diagnosis.structure import NUISANCE, REVERSAL, TORQUE_LEAD, TORQUE_SCALE, Structure
 from hdfast.diagnosis.wound import wound_up
-from hdfast.errors import Interrupted
+from hdfast.errors import Interrupted, RowError
 from hdfast.model import Model
+from hdfast.params import layout
 from hdfast.request import Progress
 from hdfast.result import SweepResult
 from hdfast.sensors import SensorStage
@@ -182,6 +183,16 @@ class Plant:
             np.asarray(self.band.simulated(result.samples["tau_m"][index, : len(unit.fine)], unit.density) / scale)
             for index, unit in enumerate(self.units)
         ]
+
+    def refused(self, structure: Structure) -> str:
+        """The parameter at the start of a structure that the engine refuses, as it says so; empty when it is none."""
+        start = {**structure.fixed, **structure.values(structure.start[None])}
+        drive = {name: value for name, value in start.items() if name in layout(structure.model)}
+        try:
+            sweep(drive, model=structure.model, scenario=self.units[0].ahead(0.0), metrics=[], max_steps=1, strict=True)
+        except RowError as error:
+            return str(error).removeprefix(f"row {error.row}: ")
+        return ""
 
     def _simulate(
         self,

@@ -49,6 +49,7 @@ LESS = "for the proof, which proves less than recordings of another day"
 NOTHING_HELD = "no recording is held out"
 NOTHING_LEFT = "none of the recordings that are held out can be used"
 UNPROVEN = "nothing is proven on other recordings: no sample of what is held out can be judged"
+WHERE_TO_LOOK = "look for an inertia, stiffness or damping of [drive] that is zero, negative or far off"
 LOST = "nothing is proven on other recordings: the drive as stated cannot be simulated along what is held out"
 
 
@@ -249,8 +250,8 @@ def nominal(setup: Setup) -> Structure:
     structure = baseline(setup.campaign, setup.replay.plant.torque_spread, setup.period)
     if not np.isfinite(setup.replay.mismatch(structure, structure.start[None])).all():
         raise InputError(
-            f"{setup.campaign.title}: the drive as stated cannot be simulated along the recorded motion; look for an "
-            "inertia, stiffness or damping of [drive] that is zero, negative or far off"
+            f"{setup.campaign.title}: the drive as stated cannot be simulated along the recorded motion; "
+            f"{setup.replay.plant.refused(structure) or WHERE_TO_LOOK}"
         )
     return structure
 

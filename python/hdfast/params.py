@@ -15,6 +15,7 @@ from hdfast import _core, checks
 from hdfast.checks import Floats
 from hdfast.errors import InputError, ParameterError, nearest, shorten
 from hdfast.model import Model
+from hdfast.spring import COEFFICIENTS
 from hdfast.terms import terms
 
 HEADER = ["name", "symbol", "unit", "default", "range", "meaning", "source"]
@@ -75,11 +76,21 @@ class ParameterTable:
         """Position of a parameter.
 
         Raises:
-            ParameterError: naming the nearest known name.
+            ParameterError: naming the model that has it, or the nearest known name.
         """
         if name not in self:
-            raise ParameterError(f"parameter {shorten(name)} is not known{nearest(str(name), self._index)}")
+            raise ParameterError(f"parameter {shorten(name)} is not known{self.hint(name)}")
         return self._index[self.canonical(name)]
+
+    def hint(self, name: object) -> str:
+        """Of a name that is not here: whose it is in another model, else the nearest one; empty when there is none."""
+        springs = [spring for spring, names in COEFFICIENTS.items() if name in names]
+        if springs:
+            return f"; {name} belongs to Model(spring={springs[0]!r})"
+        owners = [term.id for term in terms() if term.bases and term.owns(name)]
+        if owners:
+            return f"; {name} belongs to the term{'s' if len(owners) > 1 else ''} {', '.join(owners)}"
+        return nearest(str(name), self._index)
 
     def canonical(self, name: str) -> str:
         """The column name behind a name: a term's parameter may always be written with the term's id before it."""

@@ -14,7 +14,7 @@ import numpy as np
 
 from hdfast import checks
 from hdfast.checks import Floats
-from hdfast.errors import InputError, ParameterError, nearest, shorten
+from hdfast.errors import InputError, ParameterError, shorten
 from hdfast.params import ParameterTable
 
 ACCEPTED = "a float64 array (M, P), a dict of columns, a structured array or a pandas, polars or Arrow table"
@@ -76,7 +76,7 @@ def read_rows(value: Any, drive: ParameterTable, every: ParameterTable) -> Rows:
 
     Raises:
         InputError: wrong shape or dtype.
-        ParameterError: unknown name, with the nearest known one.
+        ParameterError: unknown name, with the model that has it or the nearest known one.
     """
     if isinstance(value, np.ndarray) and value.dtype.names is None:
         return _from_array(value, drive)
@@ -111,8 +111,7 @@ def _from_columns(named: dict[str, Any], every: ParameterTable) -> Rows:
     for written, given in named.items():
         if written not in every:
             raise ParameterError(
-                f"rows: parameter {shorten(written)} is not known{nearest(str(written), every.names)} "
-                "(see hdfast.params(model).names)"
+                f"rows: parameter {shorten(written)} is not known{every.hint(written)} (see hdfast.params(model).names)"
             )
         name = every.canonical(written)
         if name in columns or name in shared:

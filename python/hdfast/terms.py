@@ -45,6 +45,10 @@ class Term:
     channels: tuple[str, ...] = ()
     bases: tuple[str, ...] = ()
 
+    def owns(self, name: object) -> bool:
+        """Whether a parameter has this name, with or without the id before it."""
+        return any(name in (part.name, f"{self.id}_{part.name}") for part in self.parameters)
+
 
 class TermTable:
     """Terms in the order in which they act; prints as a table, iterates over `Term`, indexed by id."""

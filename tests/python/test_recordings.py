@@ -169,6 +169,10 @@ def test_exact_a_last_line_that_does_not_end_may_be_cut_and_is_noted(end, tmp_pa
 WRONG_TEXTS = [
     ("t,motor_angle\n0,1\n1,x\n", "line 3, column 'motor_angle': 'x' is not a number"),
     ("# c\nt,motor_angle\n0,1\n1,2,3\n", "line 4: 3 values, the header line has 2 names"),
+    (
+        "t,motor_angle\n0,1\n0,001,2\n",
+        "line 3: 3 values, the header line has 2 names; decimal commas need ; or tab between columns",
+    ),
     ("t,t\n0,1\n", "line 1: two columns are named 't'"),
     ("0,1\n1,2\n", "line 1: the header line holds the number '0'"),
     ("t;motor_angle\n0,5;1.5\n", "line 2, column 'motor_angle': '1.5' mixes decimal comma and decimal point"),

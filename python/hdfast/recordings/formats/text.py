@@ -19,8 +19,10 @@ from hdfast.recordings.units import known_unit
 SEPARATORS = (";", "\t", ",")
 LINE_END = r"\r\n|\r|\n"
 OPEN_END = "the last line has no line end: if the file was cut short, so may be its last number"
+DECIMAL_COMMA = "; decimal commas need ; or tab between columns"
 MISSING = ("", "nan", "NaN", "NAN", "NA", "null")
 _NUMBER = re.compile(r"[+-]?(\d+([.,]\d*)?|[.,]\d+)([eE][+-]?\d+)?|[+-]?inf(inity)?", re.IGNORECASE)
+_PART = re.compile(r"[+-]?\d+([eE][+-]?\d+)?")
 
 
 @dataclass(frozen=True)
@@ -164,8 +166,14 @@ def _rows(path: Path, body: list[tuple[int, str]], layout: Layout) -> Iterator[t
         while len(cells) > size and not cells[-1]:
             cells.pop()
         if len(cells) != size:
-            raise InputError(f"{path}, line {number}: {len(cells)} values, the header line has {size} names")
+            hint = DECIMAL_COMMA if layout.separator == "," and _halved(cells, size) else ""
+            raise InputError(f"{path}, line {number}: {len(cells)} values, the header line has {size} names{hint}")
         yield number, cells
+
+
+def _halved(cells: list[str], size: int) -> bool:
+    """Whether these look like so many numbers, some of them cut in two at a decimal comma."""
+    return size < len(cells) <= 2 * size and all(_PART.fullmatch(cell) for cell in cells)
 
 
 def _number(where: str, cell: str) -> float:

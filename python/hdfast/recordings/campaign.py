@@ -10,10 +10,10 @@ from typing import Any
 
 from hdfast import checks
 from hdfast.drive_file import DriveFile, read_drive
-from hdfast.errors import ConfigError, InputError, choose, shorten
+from hdfast.errors import ConfigError, InputError, choose, nearest, shorten
 from hdfast.model import Model, parse_order
 from hdfast.recordings.columns import COLUMNS, ColumnMap, read_column_map
-from hdfast.recordings.formats import Source, read
+from hdfast.recordings.formats import KINDS, Source, read
 from hdfast.recordings.load import to_table, wanted
 from hdfast.recordings.priors import TORQUE_SCALE, Prior, priors
 from hdfast.recordings.replay import INPUTS
@@ -170,7 +170,12 @@ class _Recordings:
         tables = [(facts, read(facts["file"], wanted(self.columns))) for facts in checked]
         for standard, entry in self.columns.items():
             if tables and not any(entry.name in found.columns for _, found in tables):
-                raise self.file.error(("columns", standard), f"no recording has a column {entry.name!r} for {standard}")
+                there = list(dict.fromkeys(name for _, found in tables for name in found.columns))
+                raise self.file.error(
+                    ("columns", standard),
+                    f"no recording has a column {entry.name!r} for {standard}{nearest(entry.name, there)} "
+                    f"(they have: {', '.join(there[:40])}{', ...' if len(there) > 40 else ''})",
+                )
         names = _names([entry["file"] for entry in entries])
         return [self.recording(name, *table) for name, table in zip(names, tables, strict=True)]
 
@@ -178,7 +183,7 @@ class _Recordings:
         self.file.known(path, entry, RECORDING_KEYS)
         if not isinstance(entry.get("file"), str):
             raise self.file.error(path, "[[recording]] needs the key 'file', the name of a file")
-        facts: dict[str, Any] = {"file": self.folder / entry["file"]}
+        facts: dict[str, Any] = {"file": self.file.guard((*path, "file"), _there, self.folder, entry["file"])}
         for key, allowed in (("role", ROLES), ("input", tuple(INPUTS))):
             if key in entry:
                 facts[key] = self.file.guard((*path, key), choose, key, entry[key], allowed)
@@ -198,6 +203,16 @@ class _Recordings:
         notes = (*table.notes, *(entry.absence(standard) for standard, entry in absent.items()))
         whole = (table.name, kept, self.steps, notes, table.units, table.file_columns, table.rates)
         return CampaignRecording(*whole, **facts)
+
+
+def _there(folder: Path, name: str) -> Path:
+    path = folder / name
+    if path.is_dir():
+        raise InputError(f"file = {name!r} is a folder")
+    if not path.exists():
+        beside = (one.name for one in path.parent.glob("*") if one.suffix.lower() in KINDS)
+        raise InputError(f"{path}: no such file{nearest(path.name, beside)}")
+    return path
 
 
 def _names(files: list[str]) -> list[str]:

@@ -28,6 +28,7 @@ from hdfast.tolerance.statistics import Capability, Summary, capability, summari
 from hdfast.tolerance.task import Task
 
 WORST = 5
+HEADER = ["specification", "yield", "95 % interval", "asked for", "outcome"]
 
 
 class Study(FurtherRuns):
@@ -236,7 +237,13 @@ class Study(FurtherRuns):
         counts = ", ".join(f"{name} {count:,}" for name, count in self.status_counts.items())
         head = f"Study: {self.n:,} rows ({counts}), {self.plan.sampling}, seed {self.plan.seed}"
         rows = [
-            [name, share_text(verdict.yield_), interval_text(verdict.interval), verdict.outcome]
+            [
+                name,
+                share_text(verdict.yield_),
+                interval_text(verdict.interval),
+                f"{100 * verdict.spec.min_yield:g} %",
+                verdict.outcome,
+            ]
             for name, verdict in self.yields.items()
         ]
-        return head + ("\n" + text_table(["specification", "yield", "95 % interval", "outcome"], rows) if rows else "")
+        return head + ("\n" + text_table(HEADER, rows) if rows else "")

@@ -39,7 +39,8 @@ def prepare(folder: str | Path) -> Path:
         with tempfile.NamedTemporaryFile(dir=path, prefix=".hdfast-"):
             pass
     except OSError as error:
-        raise InputError(f"out = {str(folder)!r} cannot be written: {error.strerror}") from None
+        reason = "it is a file, not a folder" if path.is_file() else error.strerror
+        raise InputError(f"out = {str(folder)!r} cannot be written: {reason}") from None
     return path
 
 

@@ -363,6 +363,7 @@ def test_exact_module_is_the_command():
         (["bench", "startstop", str(EXAMPLE), "--out", "x", "--delay", "nan"], "(allowed: a number from 0 to 10 s)"),
         (["identify", "starting-torque", "a.csv", "--ratio", "121"], "unknown option --ratio"),
         (["sweep", str(EXAMPLE), "--out", "/dev/null/x"], "cannot be written"),
+        (["sweep", str(EXAMPLE), "--out", str(EXAMPLE)], "cannot be written: it is a file, not a folder"),
         (["params", "--spring", "steel"], "steel"),
         (["bench", "coastdown"], "FILE.toml"),
         (

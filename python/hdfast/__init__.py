@@ -3,6 +3,9 @@
 `sweep` runs many rows of parameters, `simulate` one row with its trajectory; `params` lists the parameters,
 `Model` the choice of equations and `Scenario` what is done to the drive. `diagnose` finds what the model of a drive
 leaves out of its recordings, `compare` and `calibrate` hold the two side by side and refit the model.
+
+Rooms: `tolerance` (studies from distributions to yield; call it), `identify` (parameters from recordings), `bench`
+(recordings of a virtual rig), `recordings` (files and campaigns), `health` (checks of recordings).
 """
 
 from __future__ import annotations

@@ -1,6 +1,7 @@
 """Tolerance studies: from distributions to yield.
 
-`hdfast.tolerance("file.toml", n=100_000)` runs a whole study; the modules of this package are its parts.
+`hdfast.tolerance("file.toml", n=100_000)` runs a whole study: `help(hdfast.tolerance.run.tolerance)` has its
+arguments. The modules of this package are its parts.
 """
 
 from __future__ import annotations

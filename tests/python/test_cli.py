@@ -345,7 +345,8 @@ def test_exact_module_is_the_command():
     [
         (["sweep", "missing.toml"], "missing.toml: no such file"),
         (["sweep"], "FILE.toml"),
-        (["swep"], "swep"),
+        (["swep"], "did you mean 'sweep'?"),
+        (["study", "spede"], "did you mean 'speed'?"),
         (["sweep", str(EXAMPLE), "--rows", "0"], "--rows = 0"),
         (["sweep", str(EXAMPLE), "--rows", "ten"], "'ten' is not a whole number"),
         (["sweep", str(EXAMPLE), "--seed", "-1"], "--seed"),

@@ -195,7 +195,11 @@ def test_exact_a_column_missing_in_one_recording_is_a_warning(campaign, tmp_path
 
 
 WRONG = [
-    ('[columns]\nmotor_angle = "enc"\n' + BOTH, 2, "no recording has a column 'enc' for motor_angle \\(they have: t, motor_"),
+    (
+        '[columns]\nmotor_angle = "enc"\n' + BOTH,
+        2,
+        "no recording has a column 'enc' for motor_angle \\(they have: t, motor_",
+    ),
     ('[columns]\nmotor_angle = "motor_angel"\n' + BOTH, 2, "did you mean 'motor_angle'\\? \\(they have: "),
     (BOTH + '[[recording]]\nfile = "mottor.csv"\n', 4, "mottor.csv: no such file; did you mean 'motor.csv'\\?"),
     (BOTH + '[[recording]]\nfile = "elsewhere/motor.csv"\n', 4, "elsewhere/motor.csv: no such file$"),

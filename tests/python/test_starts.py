@@ -22,7 +22,13 @@ SIGNALS = ["gear_torque", "omega_m", "te"]
 
 def run(terms, scenario, t, base="two_inertia", signals=SIGNALS, **row):
     values = {name: value for term in terms for name, value in VALUES[term].items()}
-    options = {"model": hdfast.Model(base, terms=terms), "scenario": scenario, "t_eval": t, "signals": signals, "rtol": 1e-10}
+    options = {
+        "model": hdfast.Model(base, terms=terms),
+        "scenario": scenario,
+        "t_eval": t,
+        "signals": signals,
+        "rtol": 1e-10,
+    }
     return hdfast.sweep(values | row, metrics=[], strict=True, **options).samples
 
 
@@ -104,8 +110,7 @@ def stretched(terms, name, nominal):
 
 @pytest.mark.parametrize("load", [LOAD, -LOAD])
 def test_exact_a_speed_ramp_starts_at_its_reference(load):
-    """An empty integrator let the load drive the motor back at first, by 4.9 rad/s under 40 N m. The stiffer spring under
-    load is left."""
+    """An empty integrator let 40 N m drive the motor back at first, by 4.9 rad/s; the stiffer spring is left."""
     scenario = Scenario.start_stop(start="speed_ramp", stop=None, load=load, t_end=0.1)
     speed = run([], scenario, np.linspace(0.0, 0.1, 101), te_scale=0.0)["omega_m"][0]
     free = run(

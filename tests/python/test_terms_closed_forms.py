@@ -381,7 +381,7 @@ def test_exact_modes_with_one_more_body(term):
 
 
 def test_exact_a_motor_before_its_coupling_takes_no_torque_for_the_rotor():
-    """Of an imposed motion `tau_m` is the torque of the wave generator: the share of J_m in the rotor is missing in it."""
+    """`tau_m` of an imposed motion is that of the wave generator: the rotor's share of J_m is missing in it."""
     values = VALUES["input_compliance"]
     p = linear(**values)
     t = np.linspace(0.0, 0.1, 101)

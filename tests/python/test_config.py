@@ -8,6 +8,7 @@ import hdfast
 import numpy as np
 import pytest
 from hdfast import config
+from hdfast.segments import COLUMN
 from hdfast.tolerance.distributions import Tolerance
 from hdfast.tolerance.intervals import clopper_pearson
 from hdfast.tolerance.limits import judge
@@ -55,7 +56,7 @@ def test_exact_cosine_and_sine_coefficients():
 
 def test_exact_scenario_kinds():
     assert config.parse("[scenario]\nstop = 'none'\nt_end = 2\n").scenario.t_off == 2
-    assert config.parse("[scenario]\nload = [[0, 1], [0, 5]]\n").scenario.segments[-1, 11] > 0
+    assert config.parse("[scenario]\nload = [[0, 1], [0, 5]]\n").scenario.segments[-1, COLUMN["load"]] > 0
     profile = config.parse("[scenario]\nkind = 'speed_profile'\nt = [0, 1, 2]\nrelative = [0, 1, 0]\n").scenario
     assert profile.name == "speed_profile"
     assert config.parse("[drive]\ntau_load = 2\n[scenario]\nload = [[0, 1], [0, 5]]\n").nominal()["tau_load"] == 2

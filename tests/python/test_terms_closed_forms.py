@@ -362,9 +362,19 @@ def bodies(term, p, torque, load):
     return chain([p["J_m"] - rotor, p["J_l"], rotor], springs, drag, [0.0, -load, torque])
 
 
-@pytest.mark.parametrize("term", ["base_compliance", "load_compliance", "input_compliance"])
+WOUND = {
+    "base_compliance": lambda p, load: -(1.0 - 1.0 / p["ratio"]) * load / p["k_b"],
+    "load_compliance": lambda p, load: -load / p["K_c"],
+    "input_compliance": lambda p, load: load / p["ratio"] / p["k_ci"],
+}
+
+
+@pytest.mark.parametrize("term", WOUND)
 def test_exact_modes_with_one_more_body(term):
-    """Step response against the matrix exponential of the three bodies, and its modes against the undamped ones."""
+    """Step response against the matrix exponential of the three bodies, and its modes against the undamped ones.
+
+    The load has wound up the further body.
+    """
     p = linear(**VALUES[term])
     torque, load, t_end = 0.05, 3.0, 0.3
     t = np.linspace(0.0, t_end, 61)
@@ -372,7 +382,9 @@ def test_exact_modes_with_one_more_body(term):
     matrix, column = bodies(term, p, torque, load)
     augmented = np.zeros((7, 7))
     augmented[:6, :6], augmented[:6, 6] = matrix, column
-    states = np.array([expm(augmented * x)[:6, 6] for x in t]).T
+    start = np.zeros(7)
+    start[[2, 6]] = WOUND[term](p, load), 1.0
+    states = np.array([expm(augmented * x)[:6] @ start for x in t]).T
     assert_close(found, states[[0, 3, 1, 4]], 1e-8)
     undamped = matrix[3:, :3]
     squares = np.sort(np.linalg.eigvals(-undamped).real)

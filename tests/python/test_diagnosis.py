@@ -138,7 +138,7 @@ def test_exact_a_drive_that_cannot_be_simulated_as_stated_ends_with_a_sentence(
     file = small_campaign.write(tmp_path)
     file.write_text(file.read_text().replace(f"{name} = {small_campaign.DRIVE[name]}", f"{name} = {value}"))
     setup = set_up_usable(load_campaign(file), None)
-    named = rf"cannot be simulated along the recorded motion; {name} = {value:g} .* cannot be simulated \(plausible"
+    named = rf"cannot be simulated along the recorded motion; {name} = {value:g} .* cannot be simulated \(allowed"
     with pytest.raises(InputError, match=named):
         nominal(setup)
 

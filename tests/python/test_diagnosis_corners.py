@@ -634,7 +634,7 @@ def test_exact_health_is_checked_on_one_thread_of_linear_algebra(monkeypatch):
 
     monkeypatch.setattr(sys.modules["hdfast.diagnosis.diagnose"], "check", checked)
     with threadpool_limits(2), pytest.raises(InputError, match="seen"):
-        diagnose(campaign([]))
+        diagnose(campaign([{"t": np.arange(100) * 1e-3}]))
     assert set(threads) == {1}
 
 

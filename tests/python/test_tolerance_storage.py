@@ -194,7 +194,7 @@ def test_regress_an_input_with_a_table_runs_from_the_copy_and_a_changed_table_is
 
 def test_exact_a_file_in_the_place_of_the_rows_is_named(small, tmp_path):
     (tmp_path / "rows").touch()
-    with pytest.raises(hdfast.InputError, match=r"rows' cannot be written: File exists"):
+    with pytest.raises(hdfast.InputError, match=r"rows' cannot be written: it is a file, not a folder"):
         hdfast.tolerance(small, n=20, out=tmp_path)
 
 

@@ -19,12 +19,12 @@ from hdfast.errors import InputError
 
 CAMPAIGN, INPUT, PAGE, REPORT = "campaign.toml", "input.toml", "index.html", "report.html"
 COMPARISON, CALIBRATION, VERDICT = "comparison.json", "calibration.json", "verdict.json"
-TRUTH, FIT, MANIFEST, SUMMARY = "truth.json", "fit.json", "manifest.json", "summary.json"
+TRUTH, FIT, CLAIMS, MANIFEST, SUMMARY = "truth.json", "fit.json", "claims.json", "manifest.json", "summary.json"
 COMPUTED = ("rows.parquet", "trajectory.parquet", "recording.parquet")
 REPORTED = (SUMMARY, PAGE, "statistics.csv", "statistics.parquet", "worst.csv", "worst.parquet")
 RESERVED = (INPUT, MANIFEST, "rows", "trajectories.zarr", *COMPUTED, *REPORTED)
 SWEPT = (SUMMARY, MANIFEST)  # sweep, simulate and tolerance take turns in a folder
-TELLING = (COMPARISON, CALIBRATION, VERDICT, TRUTH, FIT, *SWEPT)  # of which command the results in a folder are
+TELLING = (COMPARISON, CALIBRATION, VERDICT, TRUTH, FIT, CLAIMS, *SWEPT)  # of which command the results in a folder are
 
 
 def prepare(folder: str | Path) -> Path:
@@ -42,6 +42,29 @@ def prepare(folder: str | Path) -> Path:
         reason = "it is a file, not a folder" if path.is_file() else error.strerror
         raise InputError(f"out = {str(folder)!r} cannot be written: {reason}") from None
     return path
+
+
+def prepare_own(folder: str | Path, own: Sequence[str]) -> Path:
+    """As `prepare`, for the results of one command.
+
+    Args:
+        folder: where results go.
+        own: what the command writes, one of `TELLING` among it.
+
+    Raises:
+        InputError: the folder cannot be written, or holds results of another command.
+    """
+    for name in _told(folder):
+        if name not in own:
+            raise InputError(
+                f"out = {str(folder)!r} holds {name}, as results of another command do: name another folder"
+            )
+    return prepare(folder)
+
+
+def _told(folder: str | Path) -> list[str]:
+    """Files of the folder that say whose results it holds."""
+    return [name for name in TELLING if (Path(folder) / name).exists()]
 
 
 @contextlib.contextmanager
@@ -112,13 +135,11 @@ def prepare_study(folder: str | Path, inputs: Mapping[str, bytes]) -> Path:
 
 def _prepare_copies(folder: str | Path, copies: Mapping[str, bytes], own: Sequence[str]) -> Path:
     """As `prepare`; results there are the command's own, and what has the name of a copy is one where there are any."""
-    there = [name for name in TELLING if (Path(folder) / name).exists()]
-    for name in there:
-        if name not in own:
-            raise InputError(f"out = {str(folder)!r} holds results of another command ({name}): name another folder")
-    if not there:
+    bare = not _told(folder)
+    path = prepare_own(folder, own)
+    if bare:
         _require_copies(folder, copies)
-    return prepare(folder)
+    return path
 
 
 def _require_copies(folder: str | Path, copies: Mapping[str, bytes]) -> None:

@@ -252,6 +252,7 @@ OWN = {
     "diagnose": DIAGNOSIS,
     "bench": bench_folder.RESULTS,
     "identify": identify_page.RESULTS,
+    "study": (files.CLAIMS, files.PAGE),
     "sweep": files.SWEPT,
 }
 
@@ -263,9 +264,11 @@ def test_exact_a_folder_holds_the_results_of_one_command(command, tmp_path):
     assert set(own) & set(files.TELLING)
     for name in set(files.TELLING) - {*own, files.MANIFEST}:
         (tmp_path / name).write_text("{}")
-        for prepare, content in ((files.prepare_results, ""), (files.prepare_inputs, {})):
-            with pytest.raises(InputError, match=rf"holds results of another command \({name}\): name another folder"):
-                prepare(tmp_path, content, own)
+        for prepare, content in ((files.prepare_results, [""]), (files.prepare_inputs, [{}]), (files.prepare_own, [])):
+            with pytest.raises(
+                InputError, match=f"holds {name}, as results of another command do: name another folder"
+            ):
+                prepare(tmp_path, *content, own)
         (tmp_path / name).unlink()
     assert files.prepare_results(tmp_path, "", own) == files.prepare_inputs(tmp_path, {}, own) == tmp_path
 

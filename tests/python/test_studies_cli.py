@@ -51,6 +51,13 @@ def test_exact_bench_of_a_start_and_stop(tmp_path):
     assert "<svg" in (tmp_path / "index.html").read_text()
 
 
+@pytest.mark.parametrize("command", [["study", "speed"], ["bench", "stiffness"], ["identify", "stiffness"]])
+def test_exact_results_of_another_command_are_refused_before_anything_is_computed(command, tmp_path, capsys):
+    (tmp_path / "verdict.json").write_text("{}")
+    assert cli.main([*command, "no such file", "--out", str(tmp_path)]) == 2
+    assert "holds verdict.json, as results of another command do" in capsys.readouterr().err
+
+
 def test_exact_study_writes_page_rows_and_claims(tmp_path, capsys):
     assert cli.main(["study", "load-inertia", EXAMPLE, "--out", str(tmp_path)]) == 0
     assert "S13 start A" in capsys.readouterr().out

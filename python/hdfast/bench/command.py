@@ -14,7 +14,7 @@ from hdfast.bench.rig import SENSORS, rig
 from hdfast.checks import MAX_SEED
 from hdfast.config import Config, load
 from hdfast.errors import InputError
-from hdfast.files import TRUTH
+from hdfast.files import TRUTH, prepare_own
 from hdfast.model import Model
 from hdfast.printing import json_text
 from hdfast.recordings import Recording
@@ -115,6 +115,7 @@ def run(options: argparse.Namespace) -> int:
     """Run the command and return 0."""
     from hdfast.report import bench_page
 
+    prepare_own(options.out, (TRUTH,))
     settings = load(options.file)
     sensors = _sensors(options, settings)
     recordings, truth = _record(options, settings, sensors)

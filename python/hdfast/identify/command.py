@@ -11,6 +11,7 @@ from typing import Any
 from hdfast import identify
 from hdfast.config import load as load_config
 from hdfast.errors import ConfigError, InputError
+from hdfast.files import FIT, prepare_own
 from hdfast.identify.fit import Fit, joined, plain
 from hdfast.identify.tolerances import located
 from hdfast.printing import json_text
@@ -83,6 +84,8 @@ def arguments(command: argparse.ArgumentParser, whole: Callable[[str, int, int],
 
 def run(options: argparse.Namespace) -> int:
     """Run the command; 0 when something was identified."""
+    if options.out:
+        prepare_own(options.out, (FIT,))
     fit = _identify(options)
     page = fit.report(options.out) if options.out else None
     if options.json:
@@ -92,7 +95,7 @@ def run(options: argparse.Namespace) -> int:
     elif not options.quiet:
         print(fit)
         if page is not None:
-            print(f"\n{page}\n{page.parent / 'model.toml'}\n{page.parent / 'fit.json'}")
+            print(f"\n{page}\n{page.parent / 'model.toml'}\n{page.parent / FIT}")
     return 0
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from hdfast import catalogue
-from hdfast.files import PAGE, prepare, write_json, write_text
+from hdfast.files import CLAIMS, PAGE, prepare_own, write_json, write_text
 from hdfast.printing import html_table
 from hdfast.report import folder, html, identify_plots, speed_plots, study_plots
 from hdfast.report.html import Picture, Section
@@ -16,8 +16,6 @@ from hdfast.studies.cases import Grid
 from hdfast.studies.claims import HEADER, Verdict
 from hdfast.studies.jump import gap
 from hdfast.studies.study import Study
-
-CLAIMS = "claims.json"
 
 
 def page(study: Study) -> str:
@@ -124,7 +122,7 @@ def claims_json(claims: Sequence[Verdict]) -> list[dict[str, Any]]:
 
 def write(study: Study, out: str | Path) -> Path:
     """Write everything, the claims last, and return the page."""
-    target = prepare(out)
+    target = prepare_own(out, (CLAIMS,))
     version = catalogue.build_info()["version"]
     for name, grid in study.grids.items():
         folder.write_table(target / f"rows_{name}.parquet", grid.result.to_arrow(), None, version)
@@ -135,7 +133,7 @@ def write(study: Study, out: str | Path) -> Path:
 
 def write_overview(studies: Sequence[Study], out: str | Path) -> Path:
     """One page with the claims of several studies, each study in a folder beside it."""
-    target = prepare(out)
+    target = prepare_own(out, (CLAIMS,))
     sections = []
     for study in studies:
         study.report(target / study.name)

@@ -8,6 +8,7 @@ from typing import Any
 
 from hdfast.config import load
 from hdfast.errors import InputError
+from hdfast.files import CLAIMS, prepare_own
 from hdfast.printing import json_text, text_table
 from hdfast.scenario import Scenario
 from hdfast.simulate import simulate
@@ -36,6 +37,8 @@ def run(options: argparse.Namespace) -> int:
     """Run the command; 0 whatever the verdicts are."""
     from hdfast.report import study_page
 
+    if options.out:
+        prepare_own(options.out, (CLAIMS,))
     names = list(STUDIES) if options.name == ALL else [options.name]
     drive = _drive(options.file) if options.file else None
     if drive and "validate" in names:
@@ -50,7 +53,7 @@ def run(options: argparse.Namespace) -> int:
     elif not options.quiet:
         print("\n\n".join(_text(study) for study in found))
         if page is not None:
-            print(f"\n{page}\n{page.parent / study_page.CLAIMS}")
+            print(f"\n{page}\n{page.parent / CLAIMS}")
     return 0
 
 

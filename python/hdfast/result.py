@@ -101,7 +101,7 @@ class SweepResult:
             cancelled = catalogue.status_code(catalogue.CANCELLED)
             whole = self.status != cancelled
             found = request.observation.take(samples, slopes, request.grids, request.grid_index, own, whole)
-            self.status[whole & ~found.taken] = cancelled
+            self.status[self.finished & ~found.taken] = cancelled
             self.interrupted |= not found.taken[whole].all()
             samples, slopes = ([each[name] for name in names] for each in (found.samples, found.slopes))
             self.recorded = found.recorded

@@ -221,6 +221,15 @@ def test_exact_an_interrupt_while_the_sensors_read_keeps_the_rows_that_were_read
         assert np.isnan(np.delete(values, read, axis=0)).all()
 
 
+def test_exact_an_interrupt_while_the_sensors_read_cancels_no_row_that_has_failed(monkeypatch):
+    inertias = np.full(300, 0.5)
+    inertias[250] = -1.0
+    result, read = interrupted_while_read(monkeypatch, {"J_l": inertias}, portions=1)
+    assert 250 not in read
+    assert result.status_counts()["bad_parameters"] == 1
+    assert "bad_parameters" in result.message(250)
+
+
 def test_exact_rows_that_an_interrupt_cancels_do_not_pass_the_sensors(monkeypatch):
     def stop(done, total):
         raise KeyboardInterrupt

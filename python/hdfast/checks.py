@@ -66,14 +66,14 @@ def whole(argument: str, value: Any, low: int, high: int) -> int:
     return result
 
 
-def listed(argument: str, value: Any, allowed: str = "names") -> list[Any]:
-    """The entries, up to 1000, of anything in order but a text; `allowed` says what they are, for messages."""
+def listed(argument: str, value: Any, allowed: str = "names", most: int = MAX_ENTRIES) -> list[Any]:
+    """The entries, up to `most`, of anything in order but a text; `allowed` says what they are, for messages."""
     unordered = isinstance(value, (str, bytes, set, frozenset)) or not isinstance(value, Iterable)
     if unordered or getattr(value, "ndim", 1) != 1:
         raise InputError(f"{argument} = {shorten(value)} is not a list (allowed: {allowed})")
     entries = list(value)
-    if len(entries) > MAX_ENTRIES:
-        raise InputError(f"{argument} has {len(entries)} entries (allowed: at most {MAX_ENTRIES})")
+    if len(entries) > most:
+        raise InputError(f"{argument} has {len(entries)} entries (allowed: at most {most})")
     return entries
 
 

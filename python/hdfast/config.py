@@ -219,7 +219,7 @@ class _Reader:
 
     def tolerances(self, table: ParameterTable, nominal: Mapping[str, float]) -> dict[str, Tolerance]:
         section = self.file.section("tolerance")
-        self.file.known(("tolerance",), section, [row.name for row in table])
+        self.file.known(("tolerance",), section, [row.name for row in table], table.owner)
         found = {}
         for name, entry in section.items():
             path = ("tolerance", name)

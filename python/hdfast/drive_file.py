@@ -153,14 +153,14 @@ class _Reader:
 
     def nominal(self, section: dict[str, Any], table: ParameterTable) -> None:
         names = [row.name for row in table]
-        self.file.known(("drive",), section, ["base", "spring", "sigma", *TEETH, *names])
+        self.file.known(("drive",), section, ["base", "spring", "sigma", *TEETH, *names], table.owner)
         for key, value in section.items():
             if key in names:
                 self.number(("drive", key), key, value)
         if self.values.get("ratio") == 0.0:
             raise self.file.error(("drive", "ratio"), "ratio = 0 (allowed: any other number)")
         stated = self.file.table(("drive", "sigma"), section.get("sigma", {}))
-        self.file.known(("drive", "sigma"), stated, names)
+        self.file.known(("drive", "sigma"), stated, names, table.owner)
         for key, value in stated.items():
             path = ("drive", "sigma", key)
             if key not in self.values:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import copyreg
 import difflib
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -86,8 +86,13 @@ def shorten(value: object, limit: int = 60) -> str:
     return text if len(text) <= limit else text[: limit - 3] + "..."
 
 
-def choose(argument: str, value: object, known: Iterable[str]) -> str:
-    """Check that a value is one of the known names and return it.
+def nobody(_: str) -> str:
+    """Whose a name is, in words, where that is not known."""
+    return ""
+
+
+def choose(argument: str, value: object, known: Iterable[str], owner: Callable[[str], str] = nobody) -> str:
+    """Check that a value is one of the known names and return it; `owner` says of another where it belongs.
 
     Raises:
         InputError: naming the argument, the value, the nearest and all allowed names.
@@ -95,7 +100,7 @@ def choose(argument: str, value: object, known: Iterable[str]) -> str:
     names = list(known)
     if isinstance(value, str) and value in names:
         return value
-    hint = nearest(value, names) if isinstance(value, str) else ""
+    hint = owner(value) or nearest(value, names) if isinstance(value, str) else ""
     listed = ", ".join(names[:40]) + (", ..." if len(names) > 40 else "")
     raise InputError(f"{argument} = {shorten(value)} is not known{hint} (allowed: {listed})")
 

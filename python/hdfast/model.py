@@ -44,10 +44,7 @@ def parse_order(value: object) -> Fraction:
 
 
 def _parse_orders(orders: object) -> tuple[Fraction, ...]:
-    listed = checks.listed("orders", orders, "orders")
-    if len(listed) > MAX_ORDERS:
-        raise InputError(f"orders has {len(listed)} entries (allowed: at most {MAX_ORDERS})")
-    parsed = tuple(parse_order(order) for order in listed)
+    parsed = tuple(parse_order(order) for order in checks.listed("orders", orders, "orders", MAX_ORDERS))
     seen: set[Fraction] = set()
     for order in parsed:
         if order in seen:

@@ -83,14 +83,18 @@ class ParameterTable:
         return self._index[self.canonical(name)]
 
     def hint(self, name: object) -> str:
-        """Of a name that is not here: whose it is in another model, else the nearest one; empty when there is none."""
+        """Of a name that is not here: whose it is, else the nearest one; empty when there is none."""
+        return self.owner(name) or nearest(str(name), self._index)
+
+    def owner(self, name: object) -> str:
+        """Of a name that is not here: the spring or the terms whose it is, in words; empty when it is nobody's."""
         springs = [spring for spring, names in COEFFICIENTS.items() if name in names]
         if springs:
             return f"; {name} belongs to Model(spring={springs[0]!r})"
         owners = [term.id for term in terms() if term.bases and term.owns(name)]
         if owners:
             return f"; {name} belongs to the term{'s' if len(owners) > 1 else ''} {', '.join(owners)}"
-        return nearest(str(name), self._index)
+        return ""
 
     def canonical(self, name: str) -> str:
         """The column name behind a name: a term's parameter may always be written with the term's id before it."""

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any
 
-from hdfast.errors import ConfigError, InputError, nearest, shorten
+from hdfast.errors import ConfigError, InputError, nearest, nobody, shorten
 from hdfast.toml_lines import Lines
 from hdfast.toml_lines import Path as Keys
 
@@ -80,16 +80,21 @@ class Sections:
         except InputError as error:
             raise self.error(path, str(error)) from None
 
-    def known(self, path: Keys, found: Iterable[str], allowed: Iterable[str]) -> None:
-        """Refuse keys that are not allowed."""
+    def known(
+        self,
+        path: Keys,
+        found: Iterable[str],
+        allowed: Iterable[str],
+        owner: Callable[[str], str] = nobody,
+    ) -> None:
+        """Refuse keys that are not allowed; `owner` says of one where it belongs."""
         names = list(allowed)
         for key in found:
             if key not in names:
                 inside = ".".join(part for part in path if isinstance(part, str))
                 section = f"[{inside}] " if inside else ""
-                raise self.error(
-                    (*path, key), f"{section}unknown key {key!r}{nearest(key, names)} (allowed: {_listed(names)})"
-                )
+                hint = owner(key) or nearest(key, names)
+                raise self.error((*path, key), f"{section}unknown key {key!r}{hint} (allowed: {_listed(names)})")
 
     def section(self, name: str) -> dict[str, Any]:
         """The section [name], empty when the file has none."""

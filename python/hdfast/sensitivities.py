@@ -68,7 +68,7 @@ def choose_directions(
         elif stage is not None and name in own:
             found = stage.parameters[own.column(name)].name
         else:
-            state = choose("sensitivities", name, known).removeprefix(INITIAL)
+            state = choose("sensitivities", name, known, table.owner).removeprefix(INITIAL)
             found = (True, STATES["two_inertia"].index(state))
         if found in (*drive.values(), *sensors.values()):
             raise InputError(f"sensitivities contains {name!r} twice")

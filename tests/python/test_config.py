@@ -157,6 +157,8 @@ WRONG = [
     ),
     ("[drive]\nJ_l = 1\ntau_load = 1\n[scenario]\nload = 2\n", 3, "tau_load is stated here and by load of"),
     ("[drive]\nK_p = 1\n[scenario]\nstop = 'brake'\nK_p = 1\n", 2, "K_p is stated here and by K_p of"),
+    ("[drive]\nspring = 'piecewise'\nk1 = 3e4\n", 3, r"k1 belongs to Model\(spring='polynomial'\)"),
+    ("[tolerance.T_c]\ndistribution = 'normal'\n", 1, "T_c belongs to the terms coulomb_friction, "),
     ("[spec.te_p]\nupper = 1\n", 1, "did you mean 'te_pp'"),
     ("[spec.te_pp]\nuper = 1\n", 2, "did you mean 'upper'"),
     ("[spec.te_pp]\n", 1, "needs lower, upper or both"),

@@ -46,7 +46,7 @@ def test_exact_states():
         ({"orders": [True]}, "True"),
         ({"orders": [None]}, "None"),
         ({"orders": [2, 2.0]}, "twice"),
-        ({"orders": range(1, 1000)}, "at most 64"),
+        ({"orders": range(1, 2000)}, "at most 64"),
         ({"terms": "coulomb_friction"}, "not a list"),
         ({"terms": ["coulomb_fricton"]}, "no term 'coulomb_fricton' exists"),
         ({"terms": [3]}, "no term 3 exists"),

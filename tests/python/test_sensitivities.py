@@ -303,6 +303,7 @@ def test_exact_derivatives_take_the_steps_of_the_values(terms):
     ("options", "text"),
     [
         ({"sensitivities": ["J_ll"]}, "J_l"),
+        ({"sensitivities": ["K1"]}, "K1 belongs to"),
         ({"sensitivities": "J_l"}, "not a list"),
         ({"sensitivities": ["J_l", "J_l"]}, "twice"),
         ({"sensitivities": [3]}, "3"),

@@ -76,7 +76,7 @@ def sweep(
         threads: number of threads; default HDFAST_NUM_THREADS, RAYON_NUM_THREADS, then the CPUs this process may use.
         progress: True shows a bar on stderr; a function is called with (rows done, rows in total).
         strict: raise for the first row that cannot be simulated, before any is run to its end, instead of giving it the
-                status "bad_parameters".
+            status "bad_parameters".
 
     Returns:
         The result; rows that failed carry their status, NaN metrics and a message.

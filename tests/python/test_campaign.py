@@ -204,6 +204,7 @@ WRONG = [
     (BOTH + '[[recording]]\nfile = "mottor.csv"\n', 4, "mottor.csv: no such file; did you mean 'motor.csv'\\?"),
     (BOTH + '[[recording]]\nfile = "elsewhere/motor.csv"\n', 4, "elsewhere/motor.csv: no such file$"),
     ('[[recording]]\nfile = "."\n', 2, "file = '.' is a folder"),
+    (f'[[recording]]\nfile = "{"a" * 300}"\n', 2, "cannot be read: File name too long"),
     (BOTH + MOTOR + 'rolle = "fit"\n', 5, "did you mean 'role'"),
     (BOTH + MOTOR + 'role = "test"\n', 5, "role = 'test' is not known"),
     (BOTH + MOTOR + "started_at_s = nan\n", 5, "started_at_s = nan"),

@@ -207,9 +207,13 @@ class _Recordings:
 
 def _there(folder: Path, name: str) -> Path:
     path = folder / name
-    if path.is_dir():
+    try:
+        is_folder, exists = path.is_dir(), path.exists()
+    except OSError as error:
+        raise InputError(f"file = {shorten(name)} cannot be read: {error.strerror}") from error
+    if is_folder:
         raise InputError(f"file = {name!r} is a folder")
-    if not path.exists():
+    if not exists:
         beside = (one.name for one in path.parent.glob("*") if one.suffix.lower() in KINDS)
         raise InputError(f"{path}: no such file{nearest(path.name, beside)}")
     return path

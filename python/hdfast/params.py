@@ -23,7 +23,10 @@ HEADER = ["name", "symbol", "unit", "default", "range", "meaning", "source"]
 
 @dataclass(frozen=True)
 class Parameter:
-    """One parameter: SI unit, default of the SHF-25-120 drive and its source, plausible range, allowed range."""
+    """One parameter: SI unit, default of the SHF-25-120 drive and its source, plausible range, allowed range.
+
+    Numbers in the allowed range are finite, and where it `may_be_infinite` infinity belongs to it.
+    """
 
     name: str
     symbol: str
@@ -35,6 +38,7 @@ class Parameter:
     source: str
     group: str
     allowed: tuple[float, float] = (-math.inf, math.inf)
+    may_be_infinite: bool = False
 
     @property
     def limits(self) -> str:
@@ -43,7 +47,8 @@ class Parameter:
         if high < math.inf:
             allowed = f"{low:g} to {high:g}"
         elif low > -math.inf:
-            allowed = "finite, above 0" if low == sys.float_info.min else f"finite, from {low:g}"
+            allowed = "above 0" if low == sys.float_info.min else f"from {low:g}"
+            allowed = f"{allowed}, infinity too" if self.may_be_infinite else f"finite, {allowed}"
         else:
             allowed = "any finite number"
         return f"allowed: {allowed}; plausible: {self.low:g} to {self.high:g}; {self.meaning}"

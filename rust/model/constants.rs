@@ -126,10 +126,9 @@ impl<S: Scalar> Row<S> {
     pub fn new(layout: &Layout, values: &[S], own_harmonics: bool) -> Result<Self, BadParameter> {
         let (zero, one) = (S::zero(), S::splat(1.0));
         let check = |index: usize, good: bool| if good { Ok(()) } else { Err(BadParameter { index }) };
-        let tau_max = layout.scenario(ScenarioColumn::TauMax);
         for (index, (value, (least, most))) in values.iter().zip(layout.allowed()).enumerate() {
             let value = value.plain();
-            check(index, value.is_finite() || (index == tau_max && value == f64::INFINITY))?;
+            check(index, value.is_finite() || (layout.may_be_infinite(index) && value == f64::INFINITY))?;
             check(index, least <= value && value <= most)?;
         }
         let [ratio, j_m, j_l, b_m, b_l, b_ml, b_sp, s] = *values.first_chunk().expect("a full row");
@@ -168,7 +167,7 @@ impl<S: Scalar> Row<S> {
             k_p: scenario(ScenarioColumn::Kp),
             k_i: scenario(ScenarioColumn::Ki),
             inverse_k_p: zero,
-            tau_max: values[tau_max],
+            tau_max: scenario(ScenarioColumn::TauMax),
         };
         if constants.k_p.plain() > 0.0 {
             constants.inverse_k_p = one / constants.k_p;

@@ -261,8 +261,12 @@ impl Layout {
         }
     }
 
-    /// The allowed range of every parameter in row order. All but the torque limit have to be finite; what else a
-    /// parameter has to be stands in its meaning.
+    /// Whether a parameter may be infinite: the torque limit alone.
+    pub fn may_be_infinite(&self, index: usize) -> bool {
+        index == self.scenario(ScenarioColumn::TauMax)
+    }
+
+    /// The allowed range of every parameter in row order; what else a parameter has to be stands in its meaning.
     pub fn allowed(&self) -> impl Iterator<Item = (f64, f64)> + '_ {
         let of = |(index, entry): (usize, &Entry)| match self.base {
             Base::OneInertia if index == LOAD_INERTIA => NOT_NEGATIVE,

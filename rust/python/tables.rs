@@ -165,13 +165,15 @@ pub fn layout<'py>(
         .parameters(&labels)
         .into_iter()
         .zip(layout.allowed())
-        .map(|(parameter, allowed)| {
+        .enumerate()
+        .map(|(index, (parameter, allowed))| {
             let item = named(py, &parameter.name, parameter.unit, &parameter.meaning)?;
             item.set_item("symbol", parameter.symbol)?;
             item.set_item("default", parameter.default)?;
             item.set_item("low", parameter.low)?;
             item.set_item("high", parameter.high)?;
             item.set_item("allowed", allowed)?;
+            item.set_item("may_be_infinite", layout.may_be_infinite(index))?;
             item.set_item("source", parameter.source)?;
             item.set_item("group", if parameter.group == Group::Drive { "drive" } else { "scenario" })?;
             Ok(item)

@@ -57,6 +57,18 @@ def test_exact_rows_beyond_the_allowed_ranges_are_refused(base, spring):
     assert hdfast.sweep(inside, model=model, scenario=BRIEF, metrics=[]).finished.all()
 
 
+@pytest.mark.parametrize("base", ["two_inertia", "one_inertia"])
+def test_exact_infinity_is_named_where_it_is_allowed(base):
+    for parameter in layout(hdfast.Model(base)):
+        if parameter.name == "tau_max":
+            assert parameter.limits.startswith("allowed: above 0, infinity too; plausible: ")
+            assert hdfast.sweep(
+                {"tau_max": math.inf}, model=hdfast.Model(base), metrics=[], scenario=BRIEF
+            ).finished.all()
+        else:
+            assert "infinity" not in parameter.limits
+
+
 def test_exact_defaults_array():
     X = hdfast.defaults(3)
     assert X.shape == (3, len(hdfast.params()))

@@ -199,22 +199,38 @@ impl<S: Scalar> Row<S> {
         })
     }
 
-    /// Angular frequency [rad/s] and decay rate [1/s] of the free torsional mode at zero windup, linearised.
-    pub fn free_mode(&self, layout: &Layout) -> (S, S) {
+    /// Angular frequency [rad/s] of the free torsional mode without damping, on a spring of this stiffness [N m/rad].
+    pub fn free_frequency(&self, stiffness: S) -> S {
+        let (motor, load) = (self.constants.reflected_inertia(), self.constants.j_l);
+        (stiffness * (motor + load) / (motor * load)).sqrt()
+    }
+
+    /// Decay rate [1/s] of the free torsional mode, the same on every spring.
+    pub fn free_decay(&self) -> S {
         let c = &self.constants;
         let (motor, load) = (c.reflected_inertia(), c.j_l);
         let (total, product) = (motor + load, motor * load);
-        let stiffness = spring::tangent(layout.spring, c, S::zero());
         let reflected = c.d_mm / (c.inverse_ratio * c.inverse_ratio);
         let damping = (reflected * load * load + c.b_l * motor * motor) / (total * total) + c.b_sp;
-        ((stiffness * total / product).sqrt(), damping * total / (S::splat(2.0) * product))
+        damping * total / (S::splat(2.0) * product)
     }
 
-    /// Angular frequency of the free torsional mode [rad/s], of the speed loop for a rigid gear.
+    /// Stiffness of the spring at a windup [N m/rad], with what terms add to its law.
+    pub fn stiffness(&self, layout: &Layout, windup: S) -> S {
+        let stiffness = spring::tangent(layout.spring, &self.constants, windup);
+        if layout.terms.spring_amplitude().is_none() {
+            return stiffness;
+        }
+        let mut terms = Terms::new(&layout.terms);
+        terms.set_lane(0, &self.terms);
+        stiffness + terms.added_stiffness(windup)
+    }
+
+    /// Angular frequency of the free torsional mode on the relaxed spring [rad/s], of the speed loop for a rigid gear.
     pub fn mode(&self, layout: &Layout) -> f64 {
         let c = &self.constants;
         let mode = match layout.base {
-            Base::TwoInertia => self.free_mode(layout).0,
+            Base::TwoInertia => self.free_frequency(spring::tangent(layout.spring, c, S::zero())),
             Base::OneInertia => (c.k_p + c.d_mm) / c.j_m + (c.k_i / c.j_m).sqrt(),
         };
         mode.plain()

@@ -192,7 +192,9 @@ impl Metric {
                 entry(
                     format!("mode_frequency_{event}"),
                     "Hz",
-                    format!("frequency of the torsional mode after the {event}, NaN where no single damped wave fits"),
+                    format!(
+                        "frequency of the torsional mode about the mean windup after the {event}, NaN where no single damped wave fits"
+                    ),
                     Self::Mode(ModePart::Frequency, phase),
                 ),
                 entry(
@@ -322,7 +324,7 @@ impl Metric {
             | Self::TePeakToPeak(_)
             | Self::SpeedRipple
             | Self::UpsilonMin => {}
-            Self::Mode(..) => demand.sample(&[Signal::ThetaM, Signal::WindupRate], layout),
+            Self::Mode(..) => demand.sample(&[Signal::ThetaM, Signal::WindupRate, Signal::Windup], layout),
             Self::SteadySpeed
             | Self::RiseTime(_)
             | Self::DeadTime

@@ -10,7 +10,7 @@ use std::f64::consts::TAU;
 pub const SAMPLES: usize = 128;
 /// How many lines of the kinematic error are fitted along.
 const LINES: usize = 4;
-/// A wave that is there is found in half as many.
+/// A wave that is there is found in half as many; more of them find what a ramp or a line forces.
 const ITERATIONS: usize = 12;
 /// Of the wave, rms over rms, what the fit may leave unexplained.
 const UNEXPLAINED: f64 = 0.25;
@@ -28,27 +28,31 @@ pub struct Mode {
 
 const MISSING: Mode = Mode { frequency: f64::NAN, decay: f64::NAN, amplitude: f64::NAN };
 
-/// The window of the fit after an event [s].
-pub fn window<S: Scalar>(layout: &Layout, row: &Row<S>) -> S {
-    S::splat(5.0) / row.free_mode(layout).1
+/// The longest window of the fit after an event [s]: five decay times.
+pub fn window<S: Scalar>(row: &Row<S>) -> S {
+    S::splat(5.0) / row.free_decay()
 }
 
 /// Fits the mode in the samples between two times, with an offset, a slope and the strongest lines of the kinematic error
-/// that turn at least once. NaN where no single damped wave fits.
+/// that turn at least once. Begins from the free mode about the mean windup, where a loaded spring is stiffer; NaN
+/// where no single damped wave fits.
 pub fn mode<S: Scalar, const N: usize>(layout: &Layout, seat: &Seat<S, N>, from: f64, to: f64) -> Mode {
     let row = &seat.assignment.row;
     let mut times = Vec::with_capacity(SAMPLES);
     let mut angles = Vec::with_capacity(SAMPLES);
     let mut data = Vec::with_capacity(SAMPLES);
+    let mut windup = 0.0;
     let interval = (to - from) / SAMPLES as f64;
-    let values = seat.samples.probed(Signal::ThetaM).zip(seat.samples.probed(Signal::WindupRate));
-    for (t, (angle, rate)) in seat.samples.probes().zip(values) {
+    let probed = |signal| seat.samples.probed(signal);
+    let values = probed(Signal::ThetaM).zip(probed(Signal::WindupRate)).zip(probed(Signal::Windup));
+    for (t, ((angle, rate), wound)) in seat.samples.probes().zip(values) {
         let place = (t - from) / interval;
         let is_own = (place - place.round()).abs() < 1e-6; // and not another metric's
         if t > from && t <= to && is_own && place.round() as usize == times.len() + 1 {
             times.push(t - from);
             angles.push(angle.plain());
             data.push(rate.plain());
+            windup += wound.plain();
         }
     }
     if times.len() < SAMPLES / 2 {
@@ -63,8 +67,8 @@ pub fn mode<S: Scalar, const N: usize>(layout: &Layout, seat: &Seat<S, N>, from:
         problem.push(angles.iter().map(|angle| (order * angle).sin()).collect());
     }
     let background = problem.len();
-    let (omega, decay) = row.free_mode(layout);
-    let (mut omega, mut decay) = (omega.plain(), decay.plain());
+    let stiffness = row.stiffness(layout, S::splat(windup / times.len() as f64));
+    let (mut omega, mut decay) = (row.free_frequency(stiffness).plain(), row.free_decay().plain());
     for _ in 0..ITERATIONS {
         problem.truncate(background);
         let Some([a, b, c, d]) = wave_coefficients(&mut problem, &times, omega, decay) else { return MISSING };

@@ -35,7 +35,7 @@ pub fn probe_grid<S: Scalar>(metrics: &[Metric], layout: &Layout, row: &Row<S>, 
     }
     for (phase, event, end) in [(Phase::Start, program.on, program.off), (Phase::Stop, program.off, program.end)] {
         if metrics.iter().any(|metric| metric.looks_at_mode(phase)) {
-            let end = number(end).min(number(event) + mode::window(layout, row));
+            let end = number(end).min(number(event) + mode::window(row));
             add_uniform(&mut times, number(event), end, mode::SAMPLES);
         }
     }

@@ -179,7 +179,7 @@ impl<'a, S: Scalar, const N: usize> Reduction<'a, S, N> {
         let found = self.modes[event].unwrap_or_else(|| {
             let (from, end) = if event == 0 { (Mark::On, Mark::Off) } else { (Mark::Off, Mark::End) };
             let from = self.seat.time_of(from);
-            let window = mode::window(self.layout, &self.seat.assignment.row).plain();
+            let window = mode::window(&self.seat.assignment.row).plain();
             let to = self.seat.time_of(end).min(from + window);
             mode::mode(self.layout, self.seat, from, to)
         });

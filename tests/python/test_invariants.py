@@ -148,6 +148,53 @@ def test_exact_table_of_modes(J_l):
     np.testing.assert_allclose(found["mode_decay_start"][0], decay, rtol=1e-2)
 
 
+@pytest.mark.parametrize("J_l", [0.1, 0.5, 2.0, 5.0])
+@pytest.mark.parametrize("spring", ["polynomial", "piecewise"])
+def test_exact_modes_of_a_loaded_spring(sweep, spring, J_l):
+    """A small step on a spring that its load has wound up: the mode of the two inertias on its tangent there."""
+    only_nominal_where_slow(sweep, J_l)
+    loads = np.array([20.0] if sweep.slow else [0.0, 5.0, -5.0, 20.0, -20.0, 60.0, -60.0])
+    p = parameters(spring, te_scale=0.0, J_l=J_l)
+    _, decay = closed_forms.torsional_mode(linear(J_l=J_l))
+    found = sweep(
+        one(p, tau_load=loads),
+        model=hdfast.Model(spring=spring),
+        scenario=Scenario.start_stop(stop=None, t_end=5 / decay),
+        metrics=["mode_frequency_start", "mode_decay_start"],
+        rtol=1e-8,
+    ).metrics
+    for load, frequency, rate in zip(loads, *found.values(), strict=True):
+        stiffness = tangent_under(spring, load)
+        expected = closed_forms.torsional_mode(linear(J_l=J_l, k1=stiffness))
+        np.testing.assert_allclose([frequency, rate], expected, rtol=1e-2, err_msg=f"{load} N m")
+
+
+def tangent_under(spring, load):
+    """Stiffness [N m/rad] of the default spring under a torque [N m]."""
+    p = parameters(spring)
+    if spring == "piecewise":
+        return p["K1"] if abs(load) < p["T1"] else p["K2"] if abs(load) < p["T2"] else p["K3"]
+    law = np.polynomial.Polynomial([-abs(load), *(p[f"k{n}"] for n in range(1, 6))])
+    windup = min(root.real for root in law.roots() if abs(root.imag) < 1e-12 and root.real > -1e-12)
+    return law.deriv()(min(windup, p["phi_max"]))
+
+
+def test_exact_mode_of_a_soft_windup():
+    """What the teeth lack of their stiffness without torque is there under a load."""
+    p = parameters(te_scale=0.0)
+    missing = 1.2e4
+    found = hdfast.sweep(
+        one(p, tau_load=np.array([0.0, 20.0, -20.0]), delta_K=missing, phi_0=6e-5),
+        model=hdfast.Model(terms=["soft_windup"]),
+        scenario=Scenario.start_stop(speed_rpm=15, stop=None, t_end=0.25),
+        metrics=["mode_frequency_start"],
+        rtol=1e-8,
+    )["mode_frequency_start"]
+    loaded = tangent_under("polynomial", 20.0)
+    expected = [closed_forms.torsional_mode(linear(k1=k1))[0] for k1 in (p["k1"] - missing, loaded, loaded)]
+    np.testing.assert_allclose(found, expected, rtol=1e-2)
+
+
 def damped(t, amplitude, phase, frequency, decay, offset, slope):
     return amplitude * np.exp(-decay * t) * np.cos(2 * math.pi * frequency * t + phase) + offset + slope * t
 

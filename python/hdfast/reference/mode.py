@@ -6,7 +6,7 @@ from operator import itemgetter
 from .drive import Drive
 from .fit import dot, fit_columns
 from .integrate import Trajectory
-from .signals import windup_rate
+from .signals import windup, windup_rate
 from .stepper import Vector
 
 SAMPLES = 128
@@ -16,32 +16,34 @@ UNEXPLAINED = 0.25
 MISSING = (math.nan, math.nan, math.nan)
 
 
-def linear_mode(drive: Drive) -> tuple[float, float, float]:
-    """Angular frequency [rad/s] and decay rate [1/s] of the free mode at zero windup, and J_M/J_T."""
+def linear_mode(drive: Drive, phi: float = 0.0) -> tuple[float, float, float]:
+    """Angular frequency [rad/s] and decay rate [1/s] of the free mode about the windup `phi` [rad], and J_M/J_T."""
     motor = drive.ratio**2 * drive.J_m
     total = motor + drive.J_l
     effective = motor * drive.J_l / total
     damping = drive.ratio**2 * (drive.B_m + drive.B_ml) * (drive.J_l / total) ** 2
     damping += drive.B_l * (motor / total) ** 2 + drive.B_sp
-    return math.sqrt(drive.tangent(0.0) / effective), damping / (2.0 * effective), motor / total
+    return math.sqrt(drive.tangent(phi) / effective), damping / (2.0 * effective), motor / total
 
 
 def fit_mode(run: Trajectory, event: float, limit: float) -> tuple[float, float, float]:
     """Frequency [Hz], decay [1/s] and amplitude of the output speed [rad/s] extrapolated to the event.
 
     The window is five decay times, at most until `limit`. An offset, a slope and the strongest lines of the kinematic
-    error that turn at least once are fitted along with the mode. NaN where no single damped wave fits: none is found in
-    12 iterations, or more of the data than a quarter of the wave is left, rms over rms.
+    error that turn at least once are fitted along with the mode, from the free mode about the mean windup of the window
+    on. NaN where no single damped wave fits: none is found in 12 iterations, or more of the data than a quarter of the
+    wave is left, rms over rms.
     """
     drive = run.drive
     if drive.rigid or not limit > event:
         return MISSING
-    omega, decay, share = linear_mode(drive)
+    decay = linear_mode(drive)[1]
     width = min(limit - event, 5.0 / decay) if decay > 0.0 else limit - event
     times = [width * k / SAMPLES for k in range(1, SAMPLES + 1)]
     states = [run.at(event + t)[0] for t in times]
     data = [windup_rate(drive, y) for y in states]
     angles = [y[0] for y in states]
+    omega, decay, share = linear_mode(drive, sum(windup(drive, y) for y in states) / SAMPLES)
     background = [[1.0] * SAMPLES, times]
     for order in strongest_lines(drive, angles[-1] - angles[0]):
         background += [[math.cos(order * a) for a in angles], [math.sin(order * a) for a in angles]]

@@ -125,7 +125,7 @@ def prepare(
         raise InputError(f"rows has {given.count} rows (allowed: at most {MAX_ROWS})")
     scenarios = _scenarios(scenario)
     index = _index("scenario_index", scenario_index, given.count, len(scenarios), "scenario")
-    _check_idle(given, scenarios)
+    _check_idle(given, scenarios, initial_state is not None)
     defaults, given = _with_scenario_values(table, given, scenarios, index)
     if t_eval is None and (signals is not None or t_eval_index is not None):
         raise InputError("signals and t_eval_index need t_eval, the times at which to sample [s]")
@@ -221,11 +221,13 @@ def _index(argument: str, value: Any, rows: int, choices: int, what: str) -> Ind
     return array.astype(np.uint32)
 
 
-def _check_idle(given: Rows, scenarios: list[Scenario]) -> None:
+def _check_idle(given: Rows, scenarios: list[Scenario], placed: bool) -> None:
     """Rows must not differ in what changes nothing; one number for all may, so that a drive fits every scenario."""
-    for name, reason in scenarios[0].idle.items():
+    from_state = {"theta_m0": "with initial_state, which has the angle"} if placed else {}
+    idle = [{**scenario.idle, **from_state} for scenario in scenarios]
+    for name, reason in idle[0].items():
         column = given.columns.get(name, np.empty(0))
-        if np.any(column[1:] != column[:-1]) and all(name in scenario.idle for scenario in scenarios):
+        if np.any(column[1:] != column[:-1]) and all(name in others for others in idle):
             raise InputError(f"rows differ in {name}, which has no meaning {reason} (allowed: left out, or one number)")
 
 

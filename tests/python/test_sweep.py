@@ -300,6 +300,10 @@ WRONG = [
         {"rows": {"theta_m0": [0.0, 1.0]}, "scenario": hdfast.Scenario.motion(np.arange(5.0), np.arange(5.0))},
         "rows differ in theta_m0, which has no meaning in motion, which prescribes the angle",
     ),
+    (
+        {"rows": {"theta_m0": [0.0, 1.0]}, "initial_state": np.zeros(5)},
+        r"rows differ in theta_m0, which has no meaning with initial_state, which has the angle \(allowed: left out",
+    ),
 ]
 
 

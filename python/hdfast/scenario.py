@@ -116,7 +116,8 @@ class Scenario:
             start: "torque_step" applies the mean motor torque that sustains the set speed against damping, load and
                 the friction of all terms (as warm as the drive begins; a drive that delivers another torque than asked,
                 by `torque_gain` say, misses the speed), "speed_ramp" lets the PI controller follow a linear reference.
-                Both begin with the motor torque that holds the load torque of the start.
+                Both begin with the motor torque that holds the load torque of the start, "speed_ramp" by the integrator
+                of its controller: not with K_i = 0, and from an `initial_state` only with the z that does.
             stop: "coast" (no motor torque), "brake" (PI controller, reference to zero) or None (run on).
             t_on: start of the motion [s]. Until then a "torque_step" keeps the torque it begins with: a load that
                 changes, or torques of terms, gravity say, move the drive before.
@@ -132,8 +133,9 @@ class Scenario:
             K_i: its integral gain [N m/rad]; default 0.8.
             tau_max: its torque limit [N m]; default 2, may be infinite.
             initial: "relaxed" (in equilibrium with the load torque, which has long wound up spring, couplings and
-                housing, so that nothing creeps; torques of terms, gravity say, and gaps or soft ends of the spring then
-                set the load swinging) or "zero_angle" (both angles zero; neither terms nor motor hold a load).
+                housing, so that nothing creeps; torques of terms, gravity say, gaps or soft ends of the spring and
+                `mesh_stiffness_variation` then set the load swinging, and `torque_gain`, which holds another torque
+                than asked, moves the drive) or "zero_angle" (both angles zero; neither terms nor motor hold a load).
             theta_m0: motor angle at t = 0 [rad] of a relaxed start; of "zero_angle" 0.
             run_window: (begin, end) of the run phase [s]; the end is t_off. By default it holds the last whole
                 revolutions of the set speed that last half a second, also where the drive misses that speed;

@@ -57,8 +57,8 @@ def sweep(
         t_eval_index: (M,) integers, which grid of the list each row takes.
         signals: names of the signals sampled at t_eval; default te, omega_m, omega_l.
         metrics: names of the metrics, also `order_<o>` and `speed_order_<o>`; default all fixed ones.
-        initial_state: (M, S) or (S,) start in place of the scenario's, columns as `model.states`; z may be left out,
-            angles up to 1e9 rad in size. Hidden states of terms are those that the load torque winds up.
+        initial_state: (M, S) or (S,) start in place of the scenario's, columns as `model.states`; z may be left out and
+            is then 0, angles are up to 1e9 rad in size. Hidden states of terms are those that the load torque winds up.
         sensitivities: names of parameters (scenario columns, parameters of terms and of sensors included) and of
             initial states (`initial_theta_m`, `initial_omega_m`, ...) with respect to which all numbers are
             differentiated, readings of the sensors included; with the methods auto, dop853 and rodas5p.

@@ -90,6 +90,26 @@ def test_exact_a_given_start_in_equilibrium_stays_there(terms):
     assert_at_rest(found.samples, LOAD)
 
 
+def test_exact_the_integrator_of_a_given_start_holds_its_load():
+    """That of a drive at rest goes on at rest; without it, or without integral action, nothing holds the load."""
+    scenario = Scenario.start_stop(start="speed_ramp", t_on=0.2, t_end=1.0)
+    resting = hdfast.sweep({"tau_load": LOAD}, scenario=scenario, t_eval=[0.0], signals=SIGNALS, metrics=[])
+    angle = [0.0, 0.0, -resting.samples["te"][0, 0], 0.0]
+    held = LOAD * local_ratio(hdfast.params()) / 0.8
+    t = np.linspace(0.0, 0.2, 41)
+    options = {"t_eval": t, "signals": SIGNALS, "metrics": [], "rtol": 1e-10}
+    found = hdfast.sweep({"tau_load": LOAD}, scenario=scenario, initial_state=[*angle, held], **options)
+    assert_at_rest(found.samples, LOAD)
+    for start, K_i in ((angle, 0.8), ([*angle, held], 0.0)):
+        moved = hdfast.sweep({"tau_load": LOAD, "K_i": K_i}, scenario=scenario, initial_state=start, **options)
+        assert np.min(moved.samples["omega_m"]) < -1.0
+
+
+def local_ratio(table):
+    """Motor turns handed on to the output at motor angle 0, which the kinematic error changes."""
+    return 1.0 / 121.0 - sum(n * table[f"te_sin_{n}"].default for n in range(1, 16))
+
+
 @pytest.mark.parametrize("terms", YIELDING, ids="+".join)
 def test_exact_a_start_from_zero_angles_bears_and_holds_nothing(terms):
     """The spring is wound by the kinematic error at angle 0."""

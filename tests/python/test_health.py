@@ -11,7 +11,7 @@ from collisions import collided
 from hdfast import health
 from hdfast.diagnosis.session import usable, with_heldout
 from hdfast.errors import InputError
-from hdfast.health import alignment, leakage, nameplate, result, steps, timing
+from hdfast.health import alignment, leakage, nameplate, order, result, steps, timing
 from hdfast.health.subject import Subject
 from hdfast.recordings import Recording, load_campaign
 from hypothesis import given, settings
@@ -655,7 +655,7 @@ def test_exact_what_the_drive_leaves_open_is_named(run):
 @settings(max_examples=60, deadline=None)
 @given(st.lists(st.integers(0, 20), max_size=12))
 def test_against_brute_force_longest_increasing(values):
-    found = timing.longest_increasing(np.array(values, dtype=float))
+    found = order.longest_increasing(np.array(values, dtype=float))
     chosen = [values[k] for k in found]
     assert all(a < b for a, b in pairwise(chosen))
     assert not any(all(a < b for a, b in pairwise(other)) for other in combinations(values, len(chosen) + 1))

@@ -8,8 +8,12 @@ from hdfast.health import (
     columns,
     coverage,
     events,
+    freezes,
+    jumps,
     leakage,
     nameplate,
+    output_torque,
+    reference,
     saturation,
     sides,
     steps,
@@ -30,6 +34,8 @@ ON_EACH: tuple[Callable[[Subject], None], ...] = (
     sides.check,
     torque_sign.check,
     units.check,
+    reference.check,
+    output_torque.check,
     events.check,
 )
 
@@ -48,6 +54,9 @@ def check(campaign: Campaign) -> Health:
             columns.together(subject)
         if not subject.rejected:
             wrapping.check(subject)
+        if not subject.rejected:
+            freezes.check(subject)
+            jumps.check(subject)
     columns.loaded(subjects)
     readable = [subject for subject in subjects if not subject.rejected]
     for subject in readable:

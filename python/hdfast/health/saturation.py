@@ -19,28 +19,30 @@ FEWEST_STAYS, SHORTEST_STAY = 3, 3
 FEWEST_LEVELS = 20
 CROWDED = 6.0
 BEYOND = 1.5
+SHOWN, FOLLOWED = 0.2, 0.05
 
 
 @dataclass(frozen=True)
 class Plateau:
-    """Where a torque stays at one of its extremes: level [N m], share of samples, number of separate stays."""
+    """Where a torque stays at one of its extremes, to a width [N m]: share of samples, number of separate stays."""
 
     level: float
     share: float
     stays: int
+    width: float = 0.0
 
 
 def check(subject: Subject) -> None:
     """Tell a torque that is cut off from one that was asked to be constant.
 
     At the stated limit of the controller a plateau is a saturation; far beyond it, torque or limit is wrong. Without a
-    stated limit it takes several separate stays at one extreme while the torque between them varies freely.
+    stated limit it takes several separate stays at one extreme, other than 0, while the torque between them varies
+    freely; for so long that too little is left, they reject unless the torque may have been asked to stay.
     """
     torque = subject.checked["motor_torque"]
     torque = torque[np.isfinite(torque)]
     controller = subject.campaign.controller
     limit = controller.limit if controller is not None else np.inf
-    closed_loop = np.isfinite(limit) or "speed_reference" in subject.checked
     if np.isfinite(limit):
         share = float(np.mean(np.abs(torque) >= AT_LIMIT * limit))
         found = [Plateau(limit, share, 1)] if share else []
@@ -59,15 +61,39 @@ def check(subject: Subject) -> None:
         return
     level = max(found, key=lambda plateau: plateau.share).level
     subject.facts.saturation = (level, share)
-    reject = share > MOST and (closed_loop or len(found) > 1)
+    reject = share > MOST and (bool(np.isfinite(limit)) or not _asked(subject, found))
+    if reject:
+        remedy = "record with less torque"
+    else:
+        remedy = "a limit of the drive or of its controller holds it" + (", or it is asked for" if share > MOST else "")
     subject.find(
         NAME,
         REJECT if reject else WARNING,
-        f"motor_torque stays at {level:.4g} N m in {100.0 * share:.3g} % of the samples; "
-        + ("record with less torque" if reject else "a limit of the drive or of its controller holds it"),
+        f"motor_torque stays at {level:.4g} N m in {100.0 * share:.3g} % of the samples; {remedy}",
         value=share,
         limit=MOST,
     )
+
+
+def _asked(subject: Subject, found: list[Plateau]) -> bool:
+    """Whether a torque may stay because it is asked to: the speed follows its reference, or the motion shows it too.
+
+    A single plateau without a reference is a command as well as a limit.
+    """
+    motion, fit = subject.motion, subject.rigid
+    inside = motion.valid & np.any([np.abs(motion.torque - one.level) < one.width for one in found], axis=0)
+    reference = subject.checked.get("speed_reference", np.zeros(0))
+    known = np.isfinite(reference)
+    if known.any() and np.ptp(reference[known]) > 0.0:
+        asked = np.interp(motion.t, subject.checked["t"][known], reference[known])
+        return bool(_size((motion.speed - asked)[inside]) <= FOLLOWED * np.ptp(reference[known]))
+    if len(found) < 2 or fit is None:
+        return True
+    return bool(_size(fit.residual[inside]) <= SHOWN * np.std((motion.torque - fit.residual)[motion.valid]))
+
+
+def _size(values: Floats) -> float:
+    return float(np.sqrt(np.mean(values**2))) if values.size else 0.0
 
 
 def cut_off(torque: Floats, step: float) -> list[Plateau]:
@@ -88,8 +114,9 @@ def cut_off(torque: Floats, step: float) -> list[Plateau]:
         lengths = edges[1::2] - edges[::2]
         long = lengths[lengths >= SHORTEST_STAY]
         flat = _flat(side * torque, top - width, width)
-        if long.size >= FEWEST_STAYS and flat:
-            found.append(Plateau(side * top, float(long.sum()) / torque.size, int(long.size)))
+        off = top - width <= 0.0 <= top
+        if long.size >= FEWEST_STAYS and flat and not off:
+            found.append(Plateau(side * top, float(long.sum()) / torque.size, int(long.size), width))
     return found
 
 

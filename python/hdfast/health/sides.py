@@ -35,7 +35,7 @@ def check(subject: Subject) -> None:
             sentence = f"the angles give a ratio of {subject.facts.ratio:.6g}; [drive] states none"
             subject.find("ratio", NOTE, sentence, value=subject.facts.ratio)
         return
-    turned = travel / abs(ratio)
+    turned = max(travel, float(np.ptp(load))) / abs(ratio)
     if turned < SMALLEST_TRAVEL:
         return
     dead = still(load, travel, subject.facts.resolution.get("load_angle", 0.0))

@@ -6,10 +6,12 @@ import numpy as np
 
 from hdfast.checks import Floats
 from hdfast.health.finding import NOTE, WARNING
+from hdfast.health.straight import knots
 from hdfast.health.subject import Subject
 from hdfast.recordings import clock
 from hdfast.recordings.columns import CHANNELS
 
+MEASURED = ("motor_angle", "motor_torque", "load_angle", "output_torque")
 FEWEST_CHANGES = 20
 LARGEST_COUNT = 1000
 OFF_LATTICE = 0.05
@@ -72,15 +74,16 @@ def lattice(increments: Floats) -> float:
 def held(subject: Subject) -> None:
     """Find columns whose values stay the same over several samples and then jump by more than one step.
 
-    One that was interpolated on the times of others has as many new values as it had of its own.
+    One that lines have filled up has as many new values as it had of its own.
     """
     t = subject.checked["t"]
     for name in CHANNELS:
         if name not in subject.checked:
             continue
         subject.facts.effective_rate_hz[name] = rate(subject, name)
-        own = subject.recording.rates.get(name)
+        own = own_rate(subject, name)
         if own is not None:
+            subject.facts.effective_rate_hz[name] = min(own, subject.facts.effective_rate_hz[name])
             sentence = (
                 f"{name} has {own:.4g} samples per second of its own, and straight lines between them at "
                 f"{subject.facts.rate_hz:.4g} Hz; nothing faster is compared"
@@ -98,14 +101,22 @@ def held(subject: Subject) -> None:
 
 
 def rate(subject: Subject, name: str) -> float:
-    """Numbers per second of a column, below the rate of the clock where a recorder left out every so many samples.
-
-    Interpolated ones are not counted.
-    """
+    """Numbers per second of a column, below the rate of the clock where a recorder left out every so many samples."""
     known = np.isfinite(subject.checked[name])
     several = known.sum() > 1 and not known.all()
-    found = 1.0 / clock.period(subject.checked["t"][known]) if several else subject.facts.rate_hz
-    return min(found, subject.recording.rates.get(name, found))
+    return 1.0 / clock.period(subject.checked["t"][known]) if several else subject.facts.rate_hz
+
+
+def own_rate(subject: Subject, name: str) -> float | None:
+    """Samples per second that a column had before lines filled it up; None where none did.
+
+    A torque that is commanded may be made of lines.
+    """
+    told = subject.recording.rates.get(name)
+    commanded = name == "motor_torque" and "speed_reference" not in subject.checked
+    if told is not None or name not in MEASURED or commanded:
+        return told
+    return knots(subject.checked["t"], subject.checked[name])
 
 
 def hold(t: Floats, values: Floats, step: float) -> float | None:

@@ -16,6 +16,7 @@ from hdfast.health.rigid import RigidFit, rigid_fit
 from hdfast.recordings import Campaign, CampaignRecording, Recording
 
 REQUIRED = ("t", "motor_angle", "motor_torque")
+ANGLES = ("motor_angle", "load_angle")
 LARGEST = 1e12
 Window = tuple[float, float]
 
@@ -51,7 +52,7 @@ class Subject:
 
     Attributes:
         timed: (n,) samples whose time can be used.
-        unused: columns with too few numbers.
+        unused: columns with too few numbers, or with a fault that makes them useless.
         findings, facts: what the checks found.
     """
 
@@ -60,6 +61,7 @@ class Subject:
         self.recording = recording
         self.timed: NDArray[np.bool_] = np.ones(recording.samples, dtype=bool)
         self.unused: set[str] = set()
+        self._left_out: dict[str, NDArray[np.bool_]] = {}
         self.findings: list[Finding] = []
         self.facts = Facts()
         drive = campaign.drive.values
@@ -82,11 +84,30 @@ class Subject:
     def clean(self, name: str) -> Floats:
         """A column (n,) with NaN for everything that no sensor gives."""
         values = self.recording[name]
-        return np.where(np.abs(values) < LARGEST, values, np.nan)
+        known = np.abs(values) < LARGEST
+        if name in self._left_out:
+            known &= ~self._left_out[name]
+        return np.where(known, values, np.nan)
+
+    def known(self, name: str) -> NDArray[np.intp]:
+        """Samples with a time and a number in a column; none of one that is missing or not used."""
+        if name not in self.recording or name in self.unused:
+            return np.zeros(0, dtype=np.intp)
+        return np.flatnonzero(self.timed & np.isfinite(self.clean(name)))
+
+    def leave_out(self, name: str, rows: NDArray[np.intp]) -> None:
+        """Take some samples of a column for missing."""
+        self._left_out.setdefault(name, np.zeros(self.recording.samples, dtype=bool))[rows] = True
+        self.__dict__.pop("checked", None)
+
+    def drop(self, name: str) -> None:
+        """Do not use a column."""
+        self.unused.add(name)
+        self.__dict__.pop("checked", None)
 
     @cached_property
     def checked(self) -> Recording:
-        """The columns and samples that can be used; first asked for after columns and time were judged."""
+        """The columns and samples that can be used, after what was judged so far; columns and time come first."""
         columns = {name: self.clean(name)[self.timed] for name in self.recording if name not in self.unused}
         return Recording(self.recording.name, columns, self.facts.resolution, self.recording.notes)
 

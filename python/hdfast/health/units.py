@@ -12,7 +12,7 @@ from hdfast.recordings import COLUMNS
 from hdfast.recordings.units import correction, factor
 
 NAME = "units"
-DEGREES, RPM = 180.0 / math.pi, 30.0 / math.pi
+DEGREES = 180.0 / math.pi
 CLOSE = 0.03
 CLOSE_INERTIA = 0.15
 FASTEST = 2000.0
@@ -27,10 +27,12 @@ def near_unit(relative: float, ratio: float | None, close: float = CLOSE) -> str
     }
     if ratio:
         reasons[abs(ratio)] = "both angles look like the same side of the gear: scale one of them by the ratio"
-    return _nearest(relative, reasons, close)
+        reasons[ratio**2] = "the two angles look exchanged: name each other's column in [columns]"
+    return explained(relative, reasons, close)
 
 
-def _nearest(value: float, reasons: dict[float, str], close: float) -> str:
+def explained(value: float, reasons: dict[float, str], close: float = CLOSE) -> str:
+    """The reason whose factor a value is close to; nothing where it is close to 1 or to none."""
     if not value > 0.0 or abs(math.log(value)) < close:
         return ""
     factor = min(reasons, key=lambda known: abs(math.log(value / known)))
@@ -48,7 +50,6 @@ def check(subject: Subject) -> None:
             f"the motor reaches {fastest:.4g} rad/s; motor_angle may be in degrees or counts: scale it in [columns]"
         )
         subject.find(NAME, WARNING, sentence, value=fastest, limit=FASTEST)
-    _reference(subject)
     _inertia(subject)
 
 
@@ -68,33 +69,6 @@ def _rate(subject: Subject) -> None:
     subject.find(NAME, WARNING, sentence, value=rate, limit=SLOWEST_RATE if rate < SLOWEST_RATE else FASTEST_RATE)
 
 
-def _reference(subject: Subject) -> None:
-    if "speed_reference" not in subject.checked:
-        return
-    motion = subject.motion
-    given = subject.checked["speed_reference"]
-    known = np.isfinite(given)
-    if known.sum() < 2:
-        return
-    asked = np.interp(motion.t, subject.checked["t"][known], given[known])
-    used = motion.moving & (np.abs(asked) > 0.1 * np.max(np.abs(asked)))
-    if used.sum() < 20:
-        return
-    share = motion.speed[used] / np.max(np.abs(motion.speed[used]))
-    relative = float(np.sum(asked[used] * share) / np.sum(motion.speed[used] * share))
-    reasons = {
-        DEGREES: "speed_reference looks like deg/s: scale = 0.0174533",
-        RPM: "speed_reference looks like r/min: scale = 0.1047198",
-    }
-    if subject.ratio:
-        reasons[1.0 / abs(subject.ratio)] = "speed_reference looks like the speed of the output: scale = ratio"
-        reasons[RPM / abs(subject.ratio)] = "speed_reference looks like r/min of the output: scale = 0.1047198 ratio"
-    hint = _nearest(abs(relative), reasons, CLOSE)
-    if hint:
-        sentence = f"speed_reference is {relative:.4g} times the motor speed; {hint} in [columns] speed_reference"
-        subject.find(NAME, WARNING, sentence, value=relative)
-
-
 def _inertia(subject: Subject) -> None:
     fit = subject.rigid
     if fit is None or subject.inertia is None or fit.inertia <= 10.0 * fit.inertia_error:
@@ -108,7 +82,7 @@ def _inertia(subject: Subject) -> None:
         reasons[abs(subject.ratio)] = "motor_torque may be the torque at the output: divide it by the ratio"
         reasons[subject.ratio**2] = "torque and angle may both be those of the output"
         reasons[1.0 / abs(subject.ratio)] = "motor_torque may be divided by the ratio once too often"
-    hint = _nearest(relative, reasons, CLOSE_INERTIA)
+    hint = explained(relative, reasons, CLOSE_INERTIA)
     if hint:
         sentence = f"the torque per acceleration is {relative:.3g} times the stated inertia; {hint}"
         subject.find(NAME, WARNING, sentence, value=relative)

@@ -8,20 +8,20 @@ from hdfast.checks import Floats
 from hdfast.errors import InputError
 from hdfast.health.alignment import slope
 from hdfast.health.sides import still, unlike
-from hdfast.health.wrapping import told, wraps
+from hdfast.health.wrapping import wraps
 from hdfast.recordings import Recording
 
 
 def refuse_wrapped(recording: Recording, *names: str, ratio: float | None = None) -> None:
-    """Refuse named angles that jump by whole turns.
+    """Refuse named angles that start again after a turn or another period.
 
     Raises:
         InputError: naming the recording and the column.
     """
     for name in names:
-        count = wraps(recording, name, ratio)
-        if count:
-            raise InputError(f"{recording.name}: {told(name, count)}")
+        found = wraps(recording, name, ratio)
+        if found is not None:
+            raise InputError(f"{recording.name}: {found.told(name)}")
 
 
 def refuse_apart(recording: Recording, motor: Floats, load: Floats, ratio: float) -> None:

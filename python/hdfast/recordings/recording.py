@@ -11,6 +11,7 @@ from hdfast.checks import Floats
 from hdfast.errors import InputError
 from hdfast.recordings.clock import MOST_DISORDER
 from hdfast.recordings.columns import COLUMNS, FEWEST_FINITE
+from hdfast.recordings.doubled import doubled
 from hdfast.recordings.table import Table
 from hdfast.recordings.units import correction, scalable
 
@@ -66,7 +67,9 @@ class Recording(Table):
 
 
 def checked(table: Table) -> Recording:
-    """The recording of a table; samples without time, and few that repeat a time, are left out and noted.
+    """The recording of a table; samples without time, rows written twice and few that repeat a time are left out.
+
+    What is left out is noted.
 
     Raises:
         InputError: as `Recording`.
@@ -77,6 +80,10 @@ def checked(table: Table) -> Recording:
         columns = {name: values[timed] for name, values in columns.items()}
         notes = (*notes, f"{int((~timed).sum())} samples without time left out")
     if timed.any():
+        again = doubled(columns)
+        if again.any():
+            columns = {name: values[~again] for name, values in columns.items()}
+            notes = (*notes, f"{int(again.sum())} rows written twice left out")
         new = np.diff(columns["t"], prepend=np.nan) != 0.0
         if 0.0 < np.mean(~new) <= MOST_DISORDER:
             columns = {name: values[new] for name, values in columns.items()}

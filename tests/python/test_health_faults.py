@@ -114,9 +114,8 @@ def test_regress_dropouts_are_named_and_left_out(clean, name, kind, level):
 @pytest.mark.parametrize("kind", KINDS)
 def test_regress_spikes_are_named_and_left_out(clean, name, kind):
     found = rows(clean[kind], slice(None))
-    rng = np.random.default_rng(0)
-    places = np.sort(rng.choice(np.arange(1000, 3000), 8, replace=False))
-    found[name][places] += rng.choice([-1.0, 1.0], 8) * rng.uniform(1.0, 30.0, 8) / TO_MOTOR[name]
+    places = np.arange(1010, 3000, 250)
+    found[name][places] += np.array([1.0, -2.0, 30.0, -1.0, 5.0, -9.0, 1.5, -3.0]) / TO_MOTOR[name]
     result = examine(found)
     [finding] = result.findings
     assert f"{name} has spikes in 8 samples, 8 times, first in sample {places[0]} at" in finding.sentence
@@ -166,6 +165,14 @@ def test_exact_an_impact_is_no_jump(run):
     for name, share in TO_MOTOR.items():
         run[name] = np.where(gone < 0.0, run[name], run[name][1500] - 40.0 * gone / share)
     assert not [f for f in examine(run).findings if f.check in ("jumps", "time", "freezes")]
+
+
+@pytest.mark.parametrize("name", TO_MOTOR)
+@pytest.mark.parametrize("hertz", [100.0, 200.0, 330.0])
+def test_exact_what_rings_after_an_impact_is_no_spike_and_no_lost_count(run, name, hertz):
+    after = np.maximum(run["t"] - 1.5, 0.0)
+    run[name] += 0.3 * np.exp(-60.0 * after) * np.sin(TURN * hertz * after) / TO_MOTOR[name]
+    assert not told(examine(run), "jumps", "warning") + told(examine(run), "jumps", "reject")
 
 
 @pytest.mark.parametrize("kind", KINDS)

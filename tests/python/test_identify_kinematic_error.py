@@ -180,7 +180,10 @@ def test_exact_wrong_recordings_are_named():
         (np.negative, "load_angle turns against motor_angle; flip the sign of scale"),
         (np.degrees, "load_angle moves 57.29[0-9] times as far as motor_angle / ratio; load_angle looks like degrees"),
         (np.zeros_like, "load_angle stays while the motor turns by"),
-        (lambda load: (load + 1.0) % 2.0, "load_angle moves"),
+        (
+            lambda load: (load + 1.0) % 2.0,
+            r"load_angle jumps by 2 \(0.3183 turns\) 3 times and starts again: unwrap it",
+        ),
         (lambda load: (load + 6.0) % (2.0 * np.pi), "load_angle jumps by a whole turn 1 times: unwrap it"),
     ],
 )

@@ -2,7 +2,8 @@
 
 A step between neighbouring samples is compared with the median of those around it. It is a jump where it is off by many
 times what other steps are off by, by many times what the speed changes by from one sample to the next anywhere, and by
-several of the steps around it, so that neither noise nor an impact nor a sample that is missing is one.
+several of the steps around it, and where none of its size is beside it: neither noise nor an impact, nor what rings
+after it, nor a sample that is missing is one.
 """
 
 from __future__ import annotations
@@ -80,15 +81,20 @@ class Angle:
                 return int(other)
         return None
 
+    def alone(self, first: int, last: int) -> bool:
+        """Whether nothing rings beside the jumps at which an angle leaves and returns."""
+        beside = np.concatenate([self.off[max(first - BESIDE, 0) : first], self.off[last + 1 : last + 1 + BESIDE]])
+        return bool(np.all(np.abs(beside) <= ALIKE * abs(self.off[first])))
+
     def stays(self, jump: int) -> bool:
         """Whether the angle moves after a jump as before it."""
         before, after = self.speed(jump - BESIDE, jump), self.speed(jump + 1, jump + 1 + BESIDE)
-        return abs(after - before) <= ALIKE * abs(self.off[jump])
+        return bool(abs(after - before) <= ALIKE * abs(self.off[jump]))
 
 
 def check(subject: Subject) -> None:
     """Leave dropouts and spikes out; reject an angle that has lost counts, and a clock at which both angles jump."""
-    found = {}
+    found: dict[str, dict[int, float]] = {}
     for name in ANGLES:
         angle = Angle.of(subject, name)
         if angle is not None:
@@ -96,7 +102,7 @@ def check(subject: Subject) -> None:
             _away(subject, name, angle, away)
             if 0 < len(lost) <= MOST_LOST:
                 found[name] = {int(angle.rows[place + 1]): float(angle.off[place]) for place in lost}
-    together = set.intersection(*(set(places) for places in found.values())) if len(found) > 1 else set()
+    together = set(found.get(ANGLES[0], ())) & set(found.get(ANGLES[1], ()))
     if together:
         sentence = "both angles jump at once in {where}: samples are missing there, or the clock was set"
         _reject(subject, "time", sentence, dict.fromkeys(sorted(together), float(len(together))))
@@ -125,9 +131,10 @@ def _sorted(angle: Angle) -> tuple[list[slice], list[int]]:
         jump, places = int(places[0]), places[1:]
         other = angle.back(jump, places)
         if other is not None:
-            away.append(slice(jump + 1, other + 1))
+            if angle.alone(jump, other):
+                away.append(slice(jump + 1, other + 1))
             places = places[np.searchsorted(places, other, side="right") :]
-        elif angle.stays(jump):
+        elif angle.alone(jump, jump) and angle.stays(jump):
             lost.append(jump)
     return away, lost
 

@@ -22,6 +22,7 @@ NAME = "output_torque"
 FEWEST = 100
 EXPLAINED, WORTH_TELLING = 0.5, 0.1
 WITHIN = 0.3  # of a power of ten: a factor of 2
+ALONE = 3  # powers of ten that need no second witness: a ratio that is not stated may be 10 or 100
 STEPS, SHARE = 10.0, 0.02
 UNITS = {2: " (N cm?)", 3: " (N mm or mN m?)", -2: " (at the motor?)", -3: " (kN m?)"}
 
@@ -99,7 +100,7 @@ def _told(factors: Sequence[float]) -> str:
         return ""
     sizes = [math.log10(abs(factor)) for factor in factors]
     power = round(sizes[0])
-    if max(abs(size - power) for size in sizes) > WITHIN or (abs(power) == 1 and len(factors) == 1):
+    if max(abs(size - power) for size in sizes) > WITHIN or (0 < abs(power) < ALONE and len(factors) == 1):
         return ""
     relative = f"output_torque is {factors[0]:.3g} times what moves the load"
     if power:

@@ -120,7 +120,8 @@ class Scenario:
                 of its controller: not with K_i = 0, and from an `initial_state` only with the z that does.
             stop: "coast" (no motor torque), "brake" (PI controller, reference to zero) or None (run on).
             t_on: start of the motion [s]. Until then a "torque_step" keeps the torque it begins with: a load that
-                changes, or torques of terms, gravity say, move the drive before.
+                changes, or torques of terms, gravity say, move the drive before. The kinematic error makes every other
+                angle an unstable rest of a loaded drive without friction: held for seconds, it creeps away.
             t_off: begin of the stop [s]; default half of t_end, or t_end without a stop.
             t_end: end of the run [s].
             t_ramp: duration of the reference ramp of "speed_ramp" [s]; default 0.2, at most to t_off.

@@ -9,6 +9,7 @@ import numpy as np
 
 from hdfast.checks import Floats
 from hdfast.health.finding import REJECT
+from hdfast.health.stretches import stretches
 from hdfast.health.subject import Subject
 from hdfast.sensors.facts import SensorFacts
 
@@ -120,6 +121,5 @@ def _reversals(sign: Floats) -> int:
 
 def _starts(sign: Floats, pause: int) -> int:
     """Departures from a standstill of at least so many samples."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[0], sign == 0.0, [0]]).astype(int)))
-    begins, ends = edges[::2], edges[1::2]
+    begins, ends = stretches(sign == 0.0)
     return int(np.sum((ends - begins >= pause) & (ends < len(sign))))

@@ -34,12 +34,10 @@ def check(subject: Subject) -> None:
     motion = subject.motion
     if motion.moving.sum() < FEWEST:
         return
-    known = np.isfinite(subject.checked[NAME])
-    values = subject.checked[NAME][known]
-    sentence = _dead(subject, values)
+    values = subject.checked[NAME]
+    sentence = _dead(subject, values[np.isfinite(values)])
     if not sentence:
-        torque = np.interp(motion.t, subject.checked["t"][known], values)
-        smooth = as_acceleration(torque, round(motion.width / motion.step))
+        smooth = as_acceleration(subject.on_grid(NAME), round(motion.width / motion.step))
         sentence = _told(_factors(subject, motion, smooth))
     if sentence:
         subject.find(NAME, WARNING, f"{sentence}; the column is not used")

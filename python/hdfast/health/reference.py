@@ -20,11 +20,9 @@ def check(subject: Subject) -> None:
     if "speed_reference" not in subject.checked:
         return
     motion = subject.motion
-    given = subject.checked["speed_reference"]
-    known = np.isfinite(given)
-    if known.sum() < 2:
+    if np.isfinite(subject.checked["speed_reference"]).sum() < 2:
         return
-    asked = np.interp(motion.t, subject.checked["t"][known], given[known])
+    asked = subject.on_grid("speed_reference")
     used = motion.moving & (np.abs(asked) > 0.1 * np.max(np.abs(asked)))
     if used.sum() < FEWEST:
         return

@@ -8,6 +8,7 @@ import numpy as np
 
 from hdfast.checks import Floats
 from hdfast.health.finding import REJECT, WARNING
+from hdfast.health.stretches import stretches
 from hdfast.health.subject import Subject
 
 NAME = "saturation"
@@ -85,7 +86,7 @@ def _asked(subject: Subject, found: list[Plateau]) -> bool:
     reference = subject.checked.get("speed_reference", np.zeros(0))
     known = np.isfinite(reference)
     if known.any() and np.ptp(reference[known]) > 0.0:
-        asked = np.interp(motion.t, subject.checked["t"][known], reference[known])
+        asked = subject.on_grid("speed_reference")
         return bool(_size((motion.speed - asked)[inside]) <= FOLLOWED * np.ptp(reference[known]))
     if len(found) < 2 or fit is None:
         return True
@@ -109,9 +110,8 @@ def cut_off(torque: Floats, step: float) -> list[Plateau]:
     found = []
     for side in (1.0, -1.0):
         top = float(np.max(side * torque))
-        inside = np.concatenate([[False], side * torque > top - width, [False]])
-        edges = np.flatnonzero(np.diff(inside.astype(int)))
-        lengths = edges[1::2] - edges[::2]
+        begins, ends = stretches(side * torque > top - width)
+        lengths = ends - begins
         long = lengths[lengths >= SHORTEST_STAY]
         flat = _flat(side * torque, top - width, width)
         off = top - width <= 0.0 <= top

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from hdfast.checks import Floats
+from hdfast.health.stretches import stretches
 
 BENT, USUAL = 0.01, 0.99  # of the usual bend, and what is usual
 FEWEST = 20
@@ -26,8 +27,7 @@ def knots(t: Floats, values: Floats) -> float | None:
     bends = np.diff(np.diff(values) / np.diff(t))
     sizes = np.abs(bends)
     bent = sizes > BENT * np.sqrt(np.mean(np.minimum(sizes, np.quantile(sizes, USUAL)) ** 2))
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], bent, [False]]).astype(int)))
-    begins, lengths = edges[::2], edges[1::2] - edges[::2]
+    begins, ends = stretches(bent)
     if begins.size < FEWEST:
         return None
     spacing = np.diff(begins)
@@ -35,7 +35,7 @@ def knots(t: Floats, values: Floats) -> float | None:
     usual = float(np.mean(near))
     regular = np.abs(spacing - usual) < 1.0
     onward = np.abs(np.add.reduceat(bends, begins)) > WHOLE * np.maximum.reduceat(sizes, begins)
-    if min(np.mean(regular), np.mean(onward), np.mean(lengths <= min(2.0, usual - 1.0))) < SHARE:
+    if min(np.mean(regular), np.mean(onward), np.mean(ends - begins <= min(2.0, usual - 1.0))) < SHARE:
         return None
     period = usual * float(np.median(np.diff(t)))
     return 1.0 / period if period < LONGEST else None

@@ -116,6 +116,11 @@ class Subject:
         """Smoothed motion on an even grid."""
         return Motion.of(self.checked, self.facts.rate_hz)
 
+    def on_grid(self, name: str) -> Floats:
+        """A column with numbers on the grid of the motion, shape (m,)."""
+        known = np.isfinite(self.checked[name])
+        return np.interp(self.motion.t, self.checked["t"][known], self.checked[name][known])
+
     @cached_property
     def rigid(self) -> RigidFit | None:
         """The motor torque explained by a rigid drive."""

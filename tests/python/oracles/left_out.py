@@ -31,6 +31,8 @@ HIDDEN = {
 }
 DRY_MOTOR = {"coulomb_friction", "stribeck_friction", "load_dependent_friction"}
 LINES = ("te_harmonic", "te_load_dependence")
+# motor and output [rad/s]: so far may a shaft that breaks away dip below zero and still go on
+BREAKAWAY_NOISE = (1e-8, 1e-10)
 
 
 class LeftOut:
@@ -407,8 +409,8 @@ class LeftOut:
             if not sticky[shaft]:
                 continue
 
-            def stop(t, x, shaft=shaft):
-                return x[1 + 2 * shaft]
+            def stop(t, x, shaft=shaft, way=way):
+                return x[1 + 2 * shaft] + way * BREAKAWAY_NOISE[shaft]
 
             def pulled(t, x, shaft=shaft):
                 _, nets, bands = self.balance(t, x, directions)

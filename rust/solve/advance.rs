@@ -11,6 +11,7 @@ use super::sampling::{Sampled, Waiting};
 use super::seat::{Assignment, Memory, Seat};
 use super::status::Status;
 use super::stepper::Stepper;
+use super::unseen::Unseen;
 use super::watch::WatchList;
 use crate::model::{Harmonics, Layout, Model, Signal};
 use crate::real::{Mask, Path, Real, Scalar, Task, lanes_of};
@@ -115,6 +116,8 @@ pub struct Advance<'a, P: Path, M: Model<N>, T: Method, const N: usize> {
     pub(super) stiffness: Plain<P>,
     /// Steps below which stiffness is looked for [s].
     pub(super) short_step: Plain<P>,
+    /// What holds steps down where values show no error; only where there are derivatives.
+    pub(super) unseen: Option<Box<Unseen<Plain<P>, N>>>,
     pub(super) first_share: f64,
     pub(super) events: Events<P::Lanes>,
     pub(super) occupied: u64,
@@ -133,12 +136,14 @@ impl<'a, P: Path, M: Model<N>, T: Method, const N: usize> Advance<'a, P, M, T, N
         first: &Assignment<Lane<P>>,
     ) -> Self {
         let zero = Plain::<P>::zero();
+        let stepper = Stepper::new::<M, T>(layout, &first.row, harmonics, demand.integrands, demand.watched);
+        let unseen = (P::Lanes::DIFFERENTIATES && !T::IS_IMPLICIT).then(|| Box::new(Unseen::new(&stepper)));
         Self {
             demand,
             layout,
             harmonics,
             cancelled,
-            stepper: Stepper::new::<M, T>(layout, &first.row, harmonics, demand.integrands, demand.watched),
+            stepper,
             controller: Controller::new(),
             replay: Replay::new(layout, &first.row, harmonics),
             seats: (0..P::Lanes::LANES).map(|_| None).collect(),
@@ -152,6 +157,7 @@ impl<'a, P: Path, M: Model<N>, T: Method, const N: usize> Advance<'a, P, M, T, N
             accepted: zero,
             stiffness: zero,
             short_step: zero,
+            unseen,
             first_share: 3.0 * demand.rtol.powf(1.0 / f64::from(T::ERROR_ORDER)),
             events: Events::new(),
             occupied: 0,
@@ -205,6 +211,9 @@ impl<'a, P: Path, M: Model<N>, T: Method, const N: usize> Advance<'a, P, M, T, N
         self.count_outside(accepted, step, &trial);
         self.stepper.commit::<M, HELD>(accepted, step, &trial);
         self.choose_step(step, verdict.factor, accepted & landing);
+        if P::Lanes::DIFFERENTIATES && !T::IS_IMPLICIT {
+            self.hold_unseen(accepted, error);
+        }
         self.settle_events::<HELD>(accepted, &trial);
         self.count::<HELD>(accepted, step, &trial);
         let arrived = (accepted & landing).to_bits() & self.occupied;
@@ -223,13 +232,15 @@ impl<'a, P: Path, M: Model<N>, T: Method, const N: usize> Advance<'a, P, M, T, N
         if self.stale == 0 {
             return;
         }
-        self.stepper.settle::<M>(<P::Lanes as Real>::Mask::from_bits(self.stale));
-        let mut rates = self.stepper.refresh::<M>(<P::Lanes as Real>::Mask::from_bits(self.stale));
+        let stale = <P::Lanes as Real>::Mask::from_bits(self.stale);
+        self.stepper.settle::<M>(stale);
+        let mut rates = self.stepper.refresh::<M>(stale);
         if M::STICKS && self.release(&rates) {
-            rates = self.stepper.refresh::<M>(<P::Lanes as Real>::Mask::from_bits(self.stale));
+            self.stepper.settle::<M>(stale);
+            rates = self.stepper.refresh::<M>(stale);
         }
         if M::STICKS && P::Lanes::DIFFERENTIATES && self.carry_from_event(&rates) {
-            rates = self.stepper.refresh::<M>(<P::Lanes as Real>::Mask::from_bits(self.stale));
+            rates = self.stepper.refresh::<M>(stale);
         }
         for lane in lanes_of(self.stale) {
             self.open_windows(lane);

@@ -17,6 +17,7 @@ impl<P: Path, M: Model<N>, T: Method, const N: usize> Advance<'_, P, M, T, N> {
         let lag = match event {
             Event::Stop(shaft) => -trial.state[M::STICKING[shaft]].tangent().get(lane) / slope[M::STICKING[shaft]],
             Event::Release(_) | Event::Jump => self.lag(lane, trial, &slope, |rates| event.reserve(rates)),
+            Event::JumpAtOnce => self.events.lag.get(lane),
         };
         self.events.passed |= 1 << lane;
         self.events.lag.set(lane, lag);

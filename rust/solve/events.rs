@@ -31,6 +31,8 @@ pub(super) enum Event {
     Release(usize),
     /// Hidden states jump.
     Jump,
+    /// They jump as soon as the step begins: a start, a jump of the input or another event has left them overloaded.
+    JumpAtOnce,
 }
 
 impl Event {
@@ -38,8 +40,13 @@ impl Event {
     pub(super) fn reserve<R: Real, const N: usize>(self, rates: &Rates<R, N>) -> R {
         match self {
             Self::Stop(shaft) | Self::Release(shaft) => rates.shafts[shaft].spare(),
-            Self::Jump => rates.reserve,
+            Self::Jump | Self::JumpAtOnce => rates.reserve,
         }
+    }
+
+    /// The same without any delay.
+    fn at_once(self) -> Self {
+        if self == Self::Jump { Self::JumpAtOnce } else { self }
     }
 }
 
@@ -87,7 +94,7 @@ pub struct Events<R: Real> {
     on_stop: u64,
     /// Lanes whose derivatives have yet to jump.
     pub(super) passed: u64,
-    /// Derivative of the time of the event.
+    /// Derivative of the time of the last event, or of the start or jump of the input since.
     pub(super) lag: R::Plain,
 }
 
@@ -254,16 +261,16 @@ impl<P: Path, M: Model<N>, T: Method, const N: usize> Advance<'_, P, M, T, N> {
             let t = number(dense.t + share * dense.step);
             event.reserve(&self.replay.rates_in(&seat, t, &dense.at(number(share)), branch)).plain()
         };
-        let share = match end {
+        let found = match end {
             Some(trial) => {
                 let start = left(0.0);
                 let at_end = event.reserve(&trial.rates).plain().get(lane);
-                Some(if start <= 0.0 { EARLIEST } else { root(&mut left, start, at_end) })
+                Some(if start <= 0.0 { (EARLIEST, event.at_once()) } else { (root(&mut left, start, at_end), event) })
             }
-            None => dip(left),
+            None => dip(left).map(|share| (share, event)),
         };
         self.seats[lane] = Some(seat);
-        share.map(|share| (share, event))
+        found
     }
 
     /// What happens in a lane where a reserve is used up.
@@ -336,7 +343,7 @@ impl<P: Path, M: Model<N>, T: Method, const N: usize> Advance<'_, P, M, T, N> {
                 let net = trial.rates.shafts[shaft].net.plain().get(lane);
                 self.set_direction(lane, shaft, net.signum());
             }
-            Event::Jump => self.jump(lane),
+            Event::Jump | Event::JumpAtOnce => self.jump(lane),
         }
         self.stale |= 1 << lane;
         if let Some(seat) = &self.seats[lane] {

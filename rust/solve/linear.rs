@@ -4,14 +4,15 @@
 //! pivoting: damping and stored energy keep the leading minors away from zero; where one vanishes all the same, the
 //! step is rejected like any other that is not finite.
 
+use super::along::Along;
+use super::stepper::plain;
 use crate::model::terms::Terms;
 use crate::model::{Drivetrain, Harmonics, Model};
-use crate::real::{Dual, Real};
+use crate::real::Real;
 
 /// Derivatives of the right-hand side at the start of a step, and the factors of the step's matrix.
-pub struct Linear<V: Real, const N: usize> {
-    harmonics: Harmonics<Dual<V>>,
-    terms: Terms<Dual<V>>,
+pub struct Linear<V: Real<Plain = V, Lane = f64>, const N: usize> {
+    along: Along<V>,
     /// How many states are in use.
     active: usize,
     /// Columns: derivatives by each state, then by time.
@@ -23,8 +24,7 @@ pub struct Linear<V: Real, const N: usize> {
 impl<V: Real<Plain = V, Lane = f64>, const N: usize> Linear<V, N> {
     pub fn new<R: Real<Plain = V>>(harmonics: &Harmonics<R>, terms: &Terms<R>, active: usize) -> Self {
         Self {
-            harmonics: harmonics.map(steady),
-            terms: terms.map(steady),
+            along: Along::new(harmonics, terms),
             active,
             derivatives: vec![[V::zero(); N]; active + 1],
             factors: [[V::zero(); N]; N],
@@ -34,28 +34,10 @@ impl<V: Real<Plain = V, Lane = f64>, const N: usize> Linear<V, N> {
     /// Differentiates the right-hand side.
     #[inline(always)]
     pub fn differentiate<R: Real<Plain = V>, M: Model<N>>(&mut self, drive: &Drivetrain<R>, t: V, state: &[R; N]) {
-        self.harmonics.copy_from(drive.harmonics, steady);
-        self.terms.copy_from(drive.terms, steady);
-        let drive = Drivetrain {
-            constants: &drive.constants.map(steady),
-            harmonics: &self.harmonics,
-            input: &drive.input.map(steady),
-            spring: drive.spring,
-            terms: &self.terms,
-            directions: &drive.directions.map(steady),
-            pieces: drive.pieces,
-        };
+        let held = self.along.hold(drive);
         for (column, derivative) in self.derivatives.iter_mut().enumerate() {
             let along = |index: usize| V::splat(if index == column { 1.0 } else { 0.0 });
-            let mut moved = [Dual::zero(); N];
-            for index in 0..N {
-                moved[index] = steady(state[index]).with_tangent(along(index));
-            }
-            let t = Dual::constant(t).with_tangent(along(self.active));
-            let rates = M::rates(&drive, t, &moved);
-            for index in 0..N {
-                derivative[index] = rates.slope[index].tangent();
-            }
+            *derivative = held.change::<M, N>((t, along(self.active)), &plain(state), &std::array::from_fn(along));
         }
     }
 
@@ -105,10 +87,4 @@ impl<V: Real<Plain = V, Lane = f64>, const N: usize> Linear<V, N> {
             values[row] = values[row] * self.factors[row][row];
         }
     }
-}
-
-/// A number that the differentiation leaves alone.
-#[inline(always)]
-fn steady<R: Real<Plain = V>, V: Real<Plain = V, Lane = f64>>(number: R) -> Dual<V> {
-    Dual::constant(number.plain())
 }

@@ -2,6 +2,7 @@
 
 mod advance;
 mod again;
+mod along;
 mod begin;
 mod carry;
 mod controller;
@@ -33,6 +34,7 @@ mod status;
 mod stepper;
 mod stiffness;
 mod tableau;
+mod unseen;
 mod watch;
 
 pub use advance::{Advance, Demand, Rows};

@@ -95,6 +95,7 @@ impl<P: Path, M: Model<N>, T: Method, const N: usize> Advance<'_, P, M, T, N> {
                 if jumps {
                     self.step.set(lane, self.step.get(lane).min(self.first_step(&seat)));
                     self.controller.reset_lane(lane);
+                    self.events.lag.set(lane, 0.0);
                     self.stale |= 1 << lane;
                 } else {
                     self.bent |= 1 << lane;
@@ -124,11 +125,15 @@ impl<P: Path, M: Model<N>, T: Method, const N: usize> Advance<'_, P, M, T, N> {
         self.attempts.set(lane, 0.0);
         self.accepted.set(lane, 0.0);
         self.stiffness.set(lane, 0.0);
+        if let Some(unseen) = &mut self.unseen {
+            unseen.longest.set(lane, 0.0);
+        }
         self.short_step.set(lane, SHORT / seat.assignment.row.mode(self.layout));
         self.controller.reset_lane(lane);
         self.set_integrals(lane, [Lane::<P>::zero(); INTEGRALS]);
         self.stepper.watch.reset_lane(lane);
         self.events.forget(lane);
+        self.events.lag.set(lane, 0.0);
         (0..2).for_each(|shaft| self.set_direction(lane, shaft, 0.0));
         seat.initial = state;
         let mut sample = seat.samples.due();

@@ -34,7 +34,10 @@ impl<P: Path, M: Model<N>, T: Method, const N: usize> Advance<'_, P, M, T, N> {
         let number = Plain::<P>::splat;
         let (rates, states) = self.stepper.last_stages::<M, T>(step, &plain(&trial.state));
         let bound = number(T::STABILITY * T::STABILITY);
-        let stiff = (states * bound).lt(rates * step * step);
+        let mut stiff = (states * bound).lt(rates * step * step);
+        if let Some(unseen) = &self.unseen {
+            stiff = stiff | (number(0.0).lt(unseen.longest) & unseen.longest.le(step));
+        }
         let one = Plain::<P>::select(stiff, number(1.0), number(-1.0));
         let count = (self.stiffness + one).max(Plain::<P>::zero());
         self.stiffness = Plain::<P>::select(short, count, self.stiffness);

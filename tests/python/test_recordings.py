@@ -284,6 +284,20 @@ def test_exact_an_attribute_of_an_hdf5_states_a_unit(tmp_path, unit):
         found.need("a coast-down", "motor_angle")
 
 
+def test_exact_packed_numbers_of_an_hdf5_are_unpacked(tmp_path):
+    """By the attributes of the netCDF convention: counts times a factor plus an offset, one that means nothing."""
+    import h5py
+
+    counts = np.arange(T.size, dtype=np.int16)
+    counts[3] = -999
+    with h5py.File(tmp_path / "run.h5", "w") as file:
+        file["t"], file["motor_angle"] = T, counts
+        file["motor_angle"].attrs.update({"scale_factor": np.float32(0.5), "add_offset": 2.0, "_FillValue": [-999]})
+    found = load(tmp_path / "run.h5").columns["motor_angle"]
+    assert np.flatnonzero(np.isnan(found)).tolist() == [3]
+    np.testing.assert_array_equal(np.delete(found, 3), np.delete(0.5 * np.arange(T.size) + 2.0, 3))
+
+
 def test_exact_a_unit_that_is_not_known_is_noted(tmp_path):
     import pyarrow as pa
     import pyarrow.parquet as pq

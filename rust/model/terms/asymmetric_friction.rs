@@ -35,6 +35,7 @@ impl Term for AsymmetricFriction {
     #[inline(always)]
     fn motor_friction<R: Real>(p: &[R], motion: &Motion<R>, dry: &mut Dry<R>, mut hidden: Hidden<R>) {
         dry.lean = p[0];
-        dry.drag = dry.drag * p[1].mul_add(hidden.sign(0, motion.omega_m, MOTOR_SPEED), R::splat(1.0));
+        let onward = dry.direction.mul_add(R::splat(f64::MIN_POSITIVE), motion.omega_m);
+        dry.drag = dry.drag * p[1].mul_add(hidden.sign(0, onward, MOTOR_SPEED), R::splat(1.0));
     }
 }

@@ -12,7 +12,11 @@ from hdfast.recordings.formats.source import Source, Wanted, check_size, numbers
 
 
 def read(path: Path, wanted: Wanted, separator: str = "/") -> Source:
-    """Read the wanted datasets; an attribute `unit` or `units` is its unit. Links to other files are not followed."""
+    """Read the wanted datasets; an attribute `unit` or `units` is its unit. Links to other files are not followed.
+
+    Packed numbers are unpacked by the attributes `scale_factor`, `add_offset` and `_FillValue` (missing) of the netCDF
+    convention.
+    """
     import h5py
 
     found: dict[str, Any] = {}
@@ -30,13 +34,26 @@ def read(path: Path, wanted: Wanted, separator: str = "/") -> Source:
                 raise InputError(f"{path}: column {name!r} holds {dataset.dtype}, not numbers")
             one_dimensional(path, name, dataset.shape)
             check_size(path, dataset.size)
-            found[name] = numbers(path, name, dataset[()])
+            found[name] = _unpacked(numbers(path, name, dataset[()]), dataset.attrs)
             unit = dataset.attrs.get("unit", dataset.attrs.get("units"))
             if isinstance(unit, np.ndarray) and unit.size == 1:
                 unit = unit.item()
             if isinstance(unit, (str, bytes)):
                 units[name] = unit if isinstance(unit, str) else unit.decode("utf-8", "replace")
     return Source([full.replace("/", separator) for full in names], found, units)
+
+
+def _unpacked(values: Any, attributes: Any) -> Any:
+    """Numbers as packed data stand for them; whatever has no such attribute stays as it is."""
+    for name in ("_FillValue", "scale_factor", "add_offset"):
+        if name not in attributes:
+            continue
+        by = np.float64(np.asarray(attributes[name]).item())
+        if name == "_FillValue":
+            values = np.where(values == by, np.nan, values)
+        else:
+            values = values * by if name == "scale_factor" else values + by
+    return values
 
 
 def _names(file: Any, dataset: type) -> list[str]:

@@ -1,5 +1,6 @@
 """Stops, breakaways and jumps wherever in a step they lie: steps of the engine's choice see what short ones see."""
 
+import hdfast
 import numpy as np
 import pytest
 from drives import linear, parameters
@@ -54,6 +55,17 @@ def test_against_short_steps_coupling_that_slips_at_a_peak():
     p = linear(coulomb_friction_T_c=5.0, T_slip=6.0, relief=0.1, T_external=5.8, f_external=7.0, psi=0.0)
     t = np.linspace(0.0, 1.0, 6)
     assert_as_in_short_steps(p, terms, torque_steps([(1.0, 0.0)]), t, ["windup", "theta_l"], 1e-5)
+
+
+@pytest.mark.parametrize("s", [0.3, 1.0])
+def test_exact_a_shaft_breaks_away_once_where_its_drag_differs_by_direction(s):
+    """The output drags at the resting motor: what holds it counts the drag of the way it would go."""
+    terms = ["stribeck_friction", "asymmetric_friction", "gravity_unbalance"]
+    row = {name: value for term in terms for name, value in VALUES[term].items()} | {"s": s}
+    scenario = Scenario.start_stop(stop="coast", t_on=0.1, t_off=0.3, t_end=0.8, load=6.0)
+    result = hdfast.sweep(row, model=hdfast.Model(terms=terms), scenario=scenario, metrics=[], rtol=1e-12)
+    assert result.finished.all()
+    assert result.rejected[0] < 0.1 * result.steps[0]
 
 
 def test_exact_event_in_a_step_of_no_length():

@@ -137,3 +137,13 @@ def test_exact_eight_hidden_states_at_rest_underflow_no_tolerance():
     scenario = hdfast.Scenario.start_stop(t_on=0.1, t_off=0.3, t_end=0.6)
     result = hdfast.sweep({"J_l": 0.5}, model=model, scenario=scenario, metrics=["te_pp"], atol=1e-9)
     assert result.status_counts() == {"finished": 1}
+
+
+@pytest.mark.parametrize("load", [0.0, 20.0])
+@pytest.mark.parametrize("term", [term.id for term in hdfast.terms() if not term.channels])
+def test_exact_default_parameters_leave_a_controlled_drive_its_speed(term, load):
+    """Whoever switches a term on with nothing else gets a drive that runs as asked."""
+    scenario = hdfast.Scenario.start_stop(start="speed_ramp", load=load)
+    result = hdfast.sweep({}, model=hdfast.Model(terms=[term]), scenario=scenario, metrics=["steady_speed"])
+    assert result.finished.all()
+    assert abs(result["steady_speed"][0] / scenario.values["omega_set"] - 1) < 1e-3

@@ -63,6 +63,7 @@ impl<'a, R: Real> Sides<'a, R> {
     fn motor_friction(&mut self, direction: R, gear_torque: R) -> Dry<R> {
         let mut dry = Dry::of_motor(direction, self.dampers(), gear_torque);
         self.drive.terms.motor_friction(&self.motion, &mut dry, &mut self.inner);
+        dry.hold();
         dry
     }
 

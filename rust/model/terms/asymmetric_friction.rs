@@ -36,6 +36,9 @@ impl Term for AsymmetricFriction {
     fn motor_friction<R: Real>(p: &[R], motion: &Motion<R>, dry: &mut Dry<R>, mut hidden: Hidden<R>) {
         dry.lean = p[0];
         let onward = dry.direction.mul_add(R::splat(f64::MIN_POSITIVE), motion.omega_m);
-        dry.drag = dry.drag * p[1].mul_add(hidden.sign(0, onward, MOTOR_SPEED), R::splat(1.0));
+        let way = hidden.sign(0, onward, MOTOR_SPEED);
+        let held = dry.direction.abs().le(R::zero());
+        dry.drag = R::select(held, dry.drag, dry.drag * p[1].mul_add(way, R::splat(1.0)));
+        dry.held_apart = R::select(held, p[1], R::zero());
     }
 }

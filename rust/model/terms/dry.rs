@@ -21,6 +21,8 @@ pub struct Dry<R> {
     pub handed_on: R,
     /// Factor on both; like `grip` and `lean` set by terms that act before the laws.
     pub drag: R,
+    /// Of a shaft that is held: the share by which its dampers would pull more on it forward, and less backward.
+    pub held_apart: R,
     /// Factor on the friction of the laws.
     pub grip: R,
     /// What their dry levels gain forward and lose backward, as a share.
@@ -43,6 +45,7 @@ impl<R: Real> Dry<R> {
             viscous,
             handed_on,
             drag: one,
+            held_apart: zero,
             grip: one,
             lean: zero,
             gear_torque,
@@ -64,6 +67,13 @@ impl<R: Real> Dry<R> {
         self.level = self.grip.mul_add(level + apart, self.level);
         self.breakaway = self.grip.mul_add(breakaway + apart, self.breakaway);
         self.bias = self.grip.mul_add(self.lean.mul_add(R::select(resting, breakaway, level), bias), self.bias);
+    }
+
+    /// Once all terms have had their say: what holds a shaft has to be exceeded by as much as its dampers would then pull
+    /// more. They do where the shafts that they join move apart while this one rests.
+    #[inline(always)]
+    pub fn hold(&mut self) {
+        self.breakaway = (self.held_apart * self.drag).mul_add(self.viscous, self.breakaway);
     }
 
     /// Factor on the level of a law that has no jump, at a way between -1 and 1.

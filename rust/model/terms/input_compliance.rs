@@ -24,7 +24,7 @@ impl Term for InputCompliance {
                 .size_25(200.0, 50.0, 500.0)
                 .within(0.0, f64::INFINITY),
             TermParameter::new("c_ci", "N m s/rad", "damping of the coupling")
-                .size_25(0.005, 0.0, 0.05)
+                .size_25(0.02, 0.0, 0.05)
                 .within(0.0, f64::INFINITY),
             TermParameter::new("rotor_share", "1", "share of J_m in the rotor")
                 .size_25(0.63, 0.3, 0.8)

@@ -31,8 +31,6 @@ HIDDEN = {
 }
 DRY_MOTOR = {"coulomb_friction", "stribeck_friction", "load_dependent_friction"}
 LINES = ("te_harmonic", "te_load_dependence")
-# motor and output [rad/s]: so far may a shaft that breaks away dip below zero and still go on
-BREAKAWAY_NOISE = (1e-8, 1e-10)
 
 
 class LeftOut:
@@ -184,11 +182,11 @@ class LeftOut:
             torque, inertia = coupling, inertia - rotor
         return torque, inertia
 
-    def damping(self, x):
-        """Torques of the motor's dampers B_m and B_ml on it, as warm and worn as it is."""
+    def damping(self, x, direction):
+        """Torques of B_m and B_ml on the motor, as warm and worn as it is; at rest, as it is about to slide."""
         p, drag = self.p, 1.0
         if "asymmetric_friction" in self.on:
-            drag *= 1 + p["eps_B"] * np.sign(x[1])
+            drag *= 1 + p["eps_B"] * (np.sign(x[1]) or direction)
         if "thermal_viscous" in self.on:
             warming = self.hidden("thermal_viscous", x)[0]
             drag *= np.exp(-p["thermal_viscous_beta"] * (p["ambient_temperature"] - 20 + warming))
@@ -236,7 +234,7 @@ class LeftOut:
             smoothed = np.hypot(speed, 0.1) / 100
             total += factor * p["drag_torque"] * speed / 100 * smoothed ** (p["drag_power"] - 1)
         if "thermal_viscous" in on:
-            on_motor, slip = self.damping(x)
+            on_motor, slip = self.damping(x, direction)
             loss = (total + on_motor) * speed + slip * (speed - p["s"] * x[3])
             cooling = self.hidden("thermal_viscous", x)[0] * p["heat_capacity"] / p["cooling_time"]
             rates[self.places["thermal_viscous"]] = (loss - cooling) / p["heat_capacity"]
@@ -302,12 +300,15 @@ class LeftOut:
         T_g, reactions = self.gear_torque(x, windup, rate, rates)
         torque, inertia = self.drive(x, rates)
         load, far_inertia = self.output(t, x, rates)
-        on_motor, slip = self.damping(x)
+        on_motor, slip = self.damping(x, directions[0])
         net_m = torque - on_motor - slip - local_ratio * T_g - reactions[0]
         net_l = T_g - p["B_l"] * x[3] + p["s"] * slip - load - reactions[1]
         holding = p["T_cl"] if "load_side_friction" in self.on else 0.0
         bands = [
-            lambda: [self.motor_friction(x, T_g, d, np.zeros(self.size)) for d in (-1, 1)],
+            lambda: [
+                self.motor_friction(x, T_g, d, np.zeros(self.size)) + sum(self.damping(x, d)) - on_motor - slip
+                for d in (-1, 1)
+            ],
             lambda: [-holding, holding],
         ]
         resisting = [self.motor_friction(x, T_g, directions[0], rates), directions[1] * holding]
@@ -409,8 +410,8 @@ class LeftOut:
             if not sticky[shaft]:
                 continue
 
-            def stop(t, x, shaft=shaft, way=way):
-                return x[1 + 2 * shaft] + way * BREAKAWAY_NOISE[shaft]
+            def stop(t, x, shaft=shaft):
+                return x[1 + 2 * shaft]
 
             def pulled(t, x, shaft=shaft):
                 _, nets, bands = self.balance(t, x, directions)

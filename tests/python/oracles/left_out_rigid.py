@@ -42,7 +42,7 @@ class RigidLeftOut(LeftOut):
         x[2], x[3] = x[0] / p["ratio"] - error, local_ratio * x[1]
         torque, inertia = self.drive(x, rates)
         load, far_inertia = self.output(t, x, rates)
-        on_motor, slip = self.damping(x)
+        on_motor, slip = self.damping(x, directions[0])
         drag = p["B_l"] * x[3] - p["s"] * slip + load
         net = torque - on_motor - slip
         at_rest = self.output_acceleration(x, rates, 0.0)

@@ -17,6 +17,9 @@ const STANDING: f64 = 1e-6;
 /// Motor speed below which relative accuracy is not asked for [rad/s].
 const CRAWL: f64 = 0.1;
 
+/// Share of a mean square that rounding leaves of the difference to the square of the mean.
+const ROUNDING: f64 = 64.0 * f64::EPSILON;
+
 /// A finished row on its way to numbers.
 pub struct Reduction<'a, S, const N: usize> {
     layout: &'a Layout,
@@ -121,8 +124,9 @@ impl<'a, S: Scalar, const N: usize> Reduction<'a, S, N> {
     }
 
     fn deviation(&self, value: Integral, square: Integral, phase: Phase) -> S {
-        let mean = self.mean(value, phase);
-        root_of_mean(self.mean(square, phase) - mean * mean)
+        let (mean, square) = (self.mean(value, phase), self.mean(square, phase));
+        let spread = square - mean * mean;
+        root_of_mean(if spread.plain() > ROUNDING * square.plain() { spread } else { S::zero() })
     }
 
     /// Time of the first upward crossing of a share of the signal's own steady mean.

@@ -12,7 +12,7 @@ use super::advance::{Advance, Plain};
 use super::events::{EARLIEST, Landing};
 use super::record::Branch;
 use super::replay::Lane;
-use super::root::{PARTS, Search, root, used_up};
+use super::root::{PARTS, Search, used_up};
 use super::stepper::{Stepper, Trial};
 use crate::model::{CORNERS, Drivetrain, Model, Pieces};
 use crate::real::{Mask, Path, Real, Task};
@@ -80,7 +80,8 @@ impl<P: Path, M: Model<N>, T: Method, const N: usize> Advance<'_, P, M, T, N> {
         found.filter(|found| found.1 != branch).map(|(share, next)| (share.max(EARLIEST), Landing::Corner(next)))
     }
 
-    /// The same for corners that the ends of the step do not show.
+    /// The same for corners that the ends of the step do not show, or not all of them: one that is left at once and one
+    /// that is left later.
     fn hidden_corner(&mut self, lane: usize, branch: Branch, step: &Plain<P>) -> Option<(f64, Branch)> {
         let (dense, enough) = (self.dense_in(lane, step), -self.leeway());
         let seat = self.seats[lane].take()?;
@@ -89,18 +90,12 @@ impl<P: Path, M: Model<N>, T: Method, const N: usize> Advance<'_, P, M, T, N> {
             let state = dense.at(Lane::<P>::splat(share));
             self.replay.corners(&seat, dense.t + share * dense.step, &state, branch, held)
         };
-        let (start, end) = (corners(0.0, true), corners(1.0, true));
+        let samples: [_; PARTS + 1] = std::array::from_fn(|part| corners(part as f64 / PARTS as f64, true));
         let mut found = Vec::new();
-        for corner in (0..CORNERS).filter(|&corner| start[corner] > 0.0 && end[corner] < enough) {
-            found.push((root(|share| corners(share, true)[corner], start[corner], end[corner]), corner));
-        }
-        if found.is_empty() {
-            let samples: [_; PARTS + 1] = std::array::from_fn(|part| corners(part as f64 / PARTS as f64, true));
-            for corner in 0..CORNERS {
-                let left = samples.map(|sample| sample[corner]);
-                let share = used_up(&left, |share| corners(share, true)[corner], enough);
-                found.extend(share.map(|share| (share, corner)));
-            }
+        for corner in 0..CORNERS {
+            let left = samples.map(|sample| sample[corner]);
+            let share = used_up(&left, |share| corners(share, true)[corner], enough);
+            found.extend(share.map(|share| (share, corner)));
         }
         let first = found.iter().map(|corner| corner.0).min_by(f64::total_cmp);
         let next = first.map(|first| {

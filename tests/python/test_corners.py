@@ -57,6 +57,23 @@ def test_against_scipy_piece_by_piece(name):
         assert np.all(errors < LIMITS[name] * rtols), (method, errors / rtols)
 
 
+@pytest.mark.parametrize("method", ["dop853", "tsit5", "rodas5p"])
+def test_exact_no_knee_is_run_over(method):
+    """Steps of a free swing, far beyond the knees, that enter the soft piece and leave it again at once."""
+    rng, count = np.random.default_rng(0), 400
+    rows = {
+        "J_l": 10 ** rng.uniform(-1.3, 0.7, count),
+        "B_sp": 10 ** rng.uniform(0.3, 1.7, count),
+        "T1": 10 ** rng.uniform(0.0, 1.15, count),
+    }
+    pulse = ([0.0, 0.2, 0.2, 0.203, 0.203, 0.206, 0.206, 1.0], [0.0, 0.0, 100.0, 100.0, -100.0, -100.0, 0.0, 0.0])
+    scenario = hdfast.Scenario.torque_profile([0.0, 1.0], [0.0, 0.0], load=pulse)
+    options = {"model": hdfast.Model(spring="piecewise", orders=[]), "metrics": ["energy_residual"]}
+    found = hdfast.sweep(rows, scenario=scenario, method=method, **options)
+    assert found.finished.all()
+    assert np.max(np.abs(found["energy_residual"])) < 1e-3
+
+
 ON_EVERY_PATH = {
     "knees": (hdfast.Model(spring="piecewise"), {"tau_load": 14.0, "T1": 5.0}),
     "limit": (hdfast.Model(), {"tau_max": 0.1}),

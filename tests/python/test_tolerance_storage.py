@@ -20,6 +20,7 @@ from hdfast.tolerance.chunks import halving, ranges, run_here
 from hdfast.tolerance.run import fingerprint
 from hdfast.tolerance.sample import Plan
 from hdfast.tolerance.store import FolderStore, MemoryStore
+from hdfast.tolerance.study import Study
 from hdfast.tolerance.task import Task
 from hdfast.tolerance.trajectories import Trajectories
 from processes import interruptible
@@ -280,6 +281,8 @@ def test_exact_a_poison_row_is_found_and_costs_nobody_else(tmp_path):
     assert np.array_equal(values[good], clean.column("te_pp")[good])
     again = FolderStore(tmp_path / "out", fingerprint(task), chunk=32, resume=True)
     assert again.poison == store.poison
+    study = Study(task.config, task.plan, 64, again, "exclude", task)
+    assert study.reason(37) == "row 37: MemoryError: too much"
 
 
 def test_exact_joined_halves_are_the_bytes_of_one_run(tmp_path):

@@ -115,6 +115,23 @@ def test_exact_failure_policies():
     assert f"{bad} rows left out" in page
 
 
+def test_regress_a_study_says_why_rows_failed(tmp_path, capsys):
+    """In the words of the sweep, of the first of them: refused, asked again and on the page."""
+    parsed = config.parse(FAILING)
+    swept = hdfast.sweep({**parsed.drive, **parsed.plan().draw(0, 200)}, scenario=parsed.scenario, metrics=["te_pp"])
+    first = int(np.argmin(swept.finished))
+    assert "bad_parameters (J_l = -" in swept.message(first)
+    file, out = tmp_path / "small.toml", tmp_path / "out"
+    file.write_text(FAILING)
+    assert main(["tolerance", str(file), "--rows", "200"]) == 1
+    assert swept.message(first).removesuffix(".") in capsys.readouterr().err
+    with pytest.raises(FailedRowsError, match="bad_parameters"):
+        hdfast.tolerance(parsed, n=200).sobol(256)
+    excluded = hdfast.tolerance(parsed, n=200, failed="exclude", out=out)
+    assert excluded.reason(first) == swept.message(first)
+    assert f"The first that failed is {swept.message(first)}" in tolerance_page.specification(excluded).texts
+
+
 def test_exact_excluded_rows_are_excluded_everywhere():
     """Rows that failed have no say in the course of a yield, in what drives a loss, or in what a tolerance does."""
     half = config.parse(FAILING.replace("sigma = 0.02", "sigma = 0.05").replace("upper = 3e-4", "upper = 1"))

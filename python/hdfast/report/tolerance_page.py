@@ -77,6 +77,8 @@ def specification(study: Study) -> Section:
     if study.status_counts.keys() - {"finished"}:
         counts = ", ".join(f"{name} {count:,}" for name, count in study.status_counts.items())
         texts.append(f"Outcome of the rows: {counts}. Policy for rows that failed: {study.policy}.")
+        first = int(study.finished.argmin())
+        texts += [] if first in dict(study.store.poison) else [f"The first that failed is {study.reason(first)}"]
     texts += [
         f"{metric}: {found.ppm.value:.3g} ppm outside ({_span(found.ppm.low, found.ppm.high, '.3g')} at 95 %) by "
         f"subset simulation in {found.levels} levels and {found.evaluations:,} rows."

@@ -13,6 +13,7 @@ from hdfast import checks
 from hdfast.checks import Floats
 from hdfast.config import Config
 from hdfast.errors import InputError, choose
+from hdfast.result import SweepResult
 from hdfast.tolerance.allocation import Allocation, allocate
 from hdfast.tolerance.effects import PERCENTAGE, Effect, effects
 from hdfast.tolerance.indices import (
@@ -50,9 +51,12 @@ class FurtherRuns:
 
     def evaluate(self, columns: Mapping[str, Floats]) -> tuple[dict[str, Floats], NDArray[np.bool_]]:
         """Metrics of other rows of the same drive: columns (m,) to metrics (m,) and which rows finished."""
-        given: dict[str, Any] = {**self.config.drive, **columns}
-        result = simulate(self.config, given, metrics=list(self.metrics), threads=self.task.threads)
+        result = self._run(columns)
         return dict(result.metrics), result.finished
+
+    def _run(self, columns: Mapping[str, Floats]) -> SweepResult:
+        given: dict[str, Any] = {**self.config.drive, **columns}
+        return simulate(self.config, given, metrics=list(self.metrics), threads=self.task.threads)
 
     @cached_property
     def effects(self) -> list[Effect]:
@@ -124,10 +128,10 @@ class FurtherRuns:
         spec = self.specs[choose("metric", metric, self.specs)]
 
         def distance(scores: Floats) -> Floats:
-            values, finished = self.evaluate(self.plan.from_scores(self.plan.dependent_scores(scores)))
+            result = self._run(self.plan.from_scores(self.plan.dependent_scores(scores)))
             if self.policy == "refuse":
-                gate(values[metric], finished, self.policy, metric)
-            return margin(spec, np.where(finished, values[metric], np.nan), 1.0)
+                gate(result[metric], result.finished, self.policy, metric, reason=result.message)
+            return margin(spec, np.where(result.finished, result[metric], np.nan), 1.0)
 
         found = subset_simulation(distance, len(self.plan.names), **{"seed": self.plan.seed, **options})
         self.rare_events[metric] = found
@@ -149,11 +153,11 @@ class FurtherRuns:
     def _complete(self, points: Floats) -> dict[str, Floats]:
         """Metrics at (m, d) probabilities that every row has."""
         columns = {t.name: t.quantile(points[:, j]) for j, t in enumerate(self.plan.tolerances)}
-        values, finished = self.evaluate(columns)
+        result = self._run(columns)
         whole = {}
-        for metric, found in values.items():
-            if metric in self.specs or not finished.all():
-                gate(found, finished, "refuse", metric)
+        for metric, found in result.metrics.items():
+            if metric in self.specs or not result.finished.all():
+                gate(found, result.finished, "refuse", metric, reason=result.message)
             if np.all(np.isfinite(found)):
                 whole[metric] = np.asarray(found)
         return whole

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -22,11 +23,13 @@ class FailedRowsError(Carrying, RuntimeError):
         count: how many there are.
     """
 
-    def __init__(self, metric: str, rows: list[int], count: int, total: int) -> None:
+    def __init__(self, metric: str, rows: list[int], count: int, total: int, reason: str = "") -> None:
         listed = ", ".join(map(str, rows)) + (", ..." if count > len(rows) else "")
+        first = f"; {reason.removesuffix('.')};" if reason else ":"
         super().__init__(
-            f"{count} of {total} rows have no {metric} (rows {listed}): say what that means with failed='exclude' "
-            "(leave them out, the count stays on every figure) or failed='worst' (count them as out of limits)"
+            f"{count} of {total} rows have no {metric} (rows {listed}){first} say what that means with "
+            "failed='exclude' (leave them out, the count stays on every figure) or failed='worst' (count them as out "
+            "of limits)"
         )
         self.metric, self.rows, self.count = metric, rows, count
 
@@ -60,7 +63,14 @@ class Usable:
         return self.values[np.isfinite(self.values)] if self.missing else self.values
 
 
-def gate(values: Floats, finished: NDArray[np.bool_], policy: str, metric: str, bad_side: float = np.inf) -> Usable:
+def gate(
+    values: Floats,
+    finished: NDArray[np.bool_],
+    policy: str,
+    metric: str,
+    bad_side: float = np.inf,
+    reason: Callable[[int], str] = lambda _: "",
+) -> Usable:
     """Let the values of a metric through to statistics.
 
     Args:
@@ -69,6 +79,7 @@ def gate(values: Floats, finished: NDArray[np.bool_], policy: str, metric: str, 
         policy: "refuse", "exclude" or "worst".
         metric: its name, for messages.
         bad_side: what stands for a missing value under "worst": +inf or -inf.
+        reason: what became of a row, asked of the first that is missing.
 
     Raises:
         FailedRowsError: under "refuse", when a row is missing.
@@ -76,7 +87,8 @@ def gate(values: Floats, finished: NDArray[np.bool_], policy: str, metric: str, 
     good = finished & np.isfinite(values)
     missing = int(len(values) - np.count_nonzero(good))
     if missing and policy == "refuse":
-        raise FailedRowsError(metric, np.flatnonzero(~good)[:5].tolist(), missing, len(values))
+        rows = np.flatnonzero(~good)[:5].tolist()
+        raise FailedRowsError(metric, rows, missing, len(values), reason(rows[0]))
     if missing and policy == "worst":
         return Usable(np.where(good, values, bad_side), np.arange(len(values)), missing, policy)
     index = np.flatnonzero(good)

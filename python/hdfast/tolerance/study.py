@@ -24,6 +24,7 @@ from hdfast.tolerance.limits import JOINT, Spec, Verdict, as_worst_case, counted
 from hdfast.tolerance.policy import FailedRowsError, Usable, gate
 from hdfast.tolerance.sample import Plan
 from hdfast.tolerance.sensitivity import rank_correlation, variance_share
+from hdfast.tolerance.simulation import columns, simulate
 from hdfast.tolerance.statistics import Capability, Summary, capability, summarise
 from hdfast.tolerance.task import Task
 
@@ -72,7 +73,21 @@ class Study(FurtherRuns):
             FailedRowsError: under "refuse", when rows failed or lack the metric.
         """
         spec = self.specs.get(metric)
-        return gate(self.column(metric), self.finished, self.policy, metric, spec.bad_side if spec else math.inf)
+        bad_side = spec.bad_side if spec else math.inf
+        return gate(self.column(metric), self.finished, self.policy, metric, bad_side, self.reason)
+
+    def _require(self, metric: str, values: Floats) -> None:
+        if self.policy == "refuse":
+            gate(values, self.finished, self.policy, metric, reason=self.reason)
+
+    def reason(self, row: int) -> str:
+        """What became of a row and, when it failed, what to do; it runs again, unless it ended its process."""
+        known = dict(self.store.poison)
+        if row in known:
+            return f"row {row}: {known[row]}"
+        drawn = columns(self.config, self.plan, row, row + 1)
+        found = simulate(self.config, drawn, metrics=list(self.metrics), threads=1)
+        return f"row {row}{found.message(0).removeprefix('row 0')}"
 
     def held(self, spec: Spec) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
         """(n,) which rows lie within limits, and (n,) which rows count after the failure policy.
@@ -81,8 +96,7 @@ class Study(FurtherRuns):
             FailedRowsError: under "refuse", when rows failed or lack the metric.
         """
         values = self.column(spec.metric)
-        if self.policy == "refuse":
-            gate(values, self.finished, self.policy, spec.metric)
+        self._require(spec.metric, values)
         return self.finished & spec.holds(values), counted(values, self.finished, self.policy)
 
     def _groups_of(self, usable: Usable) -> Groups | None:
@@ -94,8 +108,7 @@ class Study(FurtherRuns):
         return [self._verdict(spec, self.column(spec.metric)) for spec in self.specs.values()]
 
     def _verdict(self, spec: Spec, values: Floats) -> Verdict:
-        if self.policy == "refuse":
-            gate(values, self.finished, self.policy, spec.metric)
+        self._require(spec.metric, values)
         found = judge_values(spec, values, self.finished, policy=self.policy, groups=self.groups)
         return found if self.plan.design.random else as_worst_case(found)
 
@@ -117,8 +130,7 @@ class Study(FurtherRuns):
         smallest = np.full(self.n, np.inf)
         for spec in self.specs.values():
             values = self.column(spec.metric)
-            if self.policy == "refuse":
-                gate(values, self.finished, self.policy, spec.metric)
+            self._require(spec.metric, values)
             good = self.finished & np.isfinite(values)
             deviation = standard_deviation(values[good]) or 1.0
             smallest = np.minimum(smallest, margin(spec, np.where(good, values, np.nan), deviation))

@@ -132,6 +132,14 @@ def test_regress_a_study_says_why_rows_failed(tmp_path, capsys):
     assert f"The first that failed is {swept.message(first)}" in tolerance_page.specification(excluded).texts
 
 
+def test_regress_excluded_rows_do_not_hide_the_worst_drives():
+    parsed = config.parse(FAILING)
+    excluded, worst = (hdfast.tolerance(parsed, n=200, failed=policy) for policy in ("exclude", "worst"))
+    assert [row["margin"] for row in excluded.worst(3)] == sorted(excluded.worst_margin[excluded.finished])[:3]
+    assert worst.worst(1)[0]["margin"] == -math.inf
+    assert len(excluded.worst(200)) == excluded.finished.sum()
+
+
 def test_exact_excluded_rows_are_excluded_everywhere():
     """Rows that failed have no say in the course of a yield, in what drives a loss, or in what a tolerance does."""
     half = config.parse(FAILING.replace("sigma = 0.02", "sigma = 0.05").replace("upper = 3e-4", "upper = 1"))

@@ -177,10 +177,14 @@ class Study(FurtherRuns):
         return found
 
     def worst(self, count: int = WORST) -> list[dict[str, Any]]:
-        """The rows nearest to or furthest beyond their limits, with `row`, `margin` and every column."""
+        """The rows nearest to or furthest beyond their limits, with `row`, `margin` and every column.
+
+        Under "exclude" only rows that count in the yield of all specifications together.
+        """
         if not self.specs:
             return []
-        order = np.argsort(self.worst_margin, kind="stable")[:count].tolist()
+        used = np.flatnonzero(counted(self.worst_margin, self.finished, self.policy))
+        order = used[np.argsort(self.worst_margin[used], kind="stable")][:count].tolist()
         rows = self.store.rows(order)
         return [
             {"row": number, "margin": float(self.worst_margin[number]), **row}

@@ -248,10 +248,10 @@ class _Reader:
         named = {entry["file"] for entry in self.file.section("tolerance").values() if "file" in entry}
         return {name: (Path(self.file.name).parent / name).read_bytes() for name in sorted(named)}
 
-    def correlation(self, names: Iterable[str]) -> Correlation | None:
+    def correlation(self, laws: Mapping[str, Tolerance]) -> Correlation | None:
         path = ("correlation",)
         found: Correlation | None = self.file.guard(
-            path, read_correlation, self.file.section("correlation"), names, partial(self.file.known, path)
+            path, read_correlation, self.file.section("correlation"), laws, partial(self.file.known, path)
         )
         return found
 

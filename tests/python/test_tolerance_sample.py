@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 
@@ -171,6 +172,32 @@ def test_exact_rank_correlation_is_what_was_asked_for(sampling):
     coupled = correlation([["J_l", "k1", -0.7]], "rank", ["J_l", "k1", "B_m"])
     drawn = Plan(MIXED, sampling, 5, block=1000, correlation=coupled).draw(0, 16_000)
     assert stats.spearmanr(drawn["J_l"], drawn["k1"]).statistic == pytest.approx(-0.7, abs=0.02)
+
+
+TIED = {
+    "a": tolerance({"distribution": "discrete", "values": [0.4, 0.6]}),
+    "b": tolerance({"distribution": "discrete", "values": [1.0, 2.0, 2.0, 5.0], "weights": [3, 1, 1, 5]}),
+    "c": tolerance({"distribution": "empirical", "values": [1.0, 1.0, 1.0, 2.0, 4.0]}),
+    "e": tolerance({"distribution": "discrete", "values": np.arange(2000.0) // 2}),
+    "d": tolerance({"distribution": "normal", "sigma": 1.0}),
+}
+
+
+@pytest.mark.parametrize(
+    ("pair", "asked"), [("aa", 0.8), ("ab", -0.6), ("bc", 0.5), ("cd", 0.9), ("ad", 0.7), ("ee", 0.8)]
+)
+def test_against_scipy_rank_correlation_of_laws_with_ties(pair, asked):
+    laws = {"x": replace(TIED[pair[0]], name="x"), "y": replace(TIED[pair[1]], name="y")}
+    coupled = correlation([["x", "y", asked]], "rank", list(laws), laws)
+    drawn = Plan(tuple(laws.values()), seed=5, correlation=coupled).draw(0, 100_000)
+    assert stats.spearmanr(drawn["x"], drawn["y"]).statistic == pytest.approx(asked, abs=0.01)
+
+
+def test_exact_rank_correlation_beyond_that_of_laws_with_ties_is_refused():
+    """Two values of equal weight against a continuous law: at most sqrt(3) / 2."""
+    laws = {"x": TIED["a"], "y": TIED["d"]}
+    with pytest.raises(hdfast.InputError, match=r"x and y = -0\.9 is beyond .* above -0\.866 and below 0\.866"):
+        correlation([["x", "y", -0.9]], "rank", list(laws), laws)
 
 
 def test_exact_latin_hypercube_fills_every_stratum_even_when_correlated():

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import scipy
@@ -14,7 +14,11 @@ from hdfast import checks
 from hdfast.checks import Floats
 from hdfast.errors import InputError, choose
 
+if TYPE_CHECKING:
+    from hdfast.tolerance.distributions import Tolerance
+
 KINDS = ("scores", "rank")
+CELLS = 100  # of probability, into which a continuous law is cut beside one with ties
 
 
 @dataclass(frozen=True)
@@ -83,11 +87,17 @@ class Correlation:
         return np.take_along_axis(np.sort(u, axis=0), ranks, axis=0)
 
 
-def correlation(pairs: Sequence[Sequence[Any]], kind: str, names: Sequence[str]) -> Correlation | None:
+def correlation(
+    pairs: Sequence[Sequence[Any]], kind: str, names: Sequence[str], laws: Mapping[str, Tolerance] | None = None
+) -> Correlation | None:
     """Correlation from pairs [name, name, value]; None without pairs.
 
+    Args:
+        laws: of the names, whose ties a rank correlation heeds; continuous ones when left out.
+
     Raises:
-        InputError: an unknown name, a value outside -1 to 1, or pairs that no joint distribution has.
+        InputError: an unknown name, a value outside -1 to 1 or beyond what the laws of a pair can have, or pairs that
+            no joint distribution has.
     """
     if not pairs:
         return None
@@ -97,7 +107,8 @@ def correlation(pairs: Sequence[Sequence[Any]], kind: str, names: Sequence[str])
         if len(pair) < 2 or pair in values:
             raise InputError(f"pairs: {first}, {second} is given twice or is no pair of different parameters")
         number = checks.number(f"correlation of {first} and {second}", value, -1.0, 1.0)
-        values[pair] = 2.0 * math.sin(math.pi * number / 6.0) if kind == "rank" else number
+        ties = [np.empty((0, 2)) if laws is None else laws[name].ties for name in (first, second)]
+        values[pair] = _score_correlation(first, second, number, *ties) if kind == "rank" else number
     used = [name for name in names if any(name in pair for pair in values)]
     matrix = np.eye(len(used))
     for pair, number in values.items():
@@ -106,6 +117,40 @@ def correlation(pairs: Sequence[Sequence[Any]], kind: str, names: Sequence[str])
     _require_joint(matrix, "together")
     given = tuple((str(first), str(second), float(value)) for first, second, value in pairs)
     return Correlation(tuple(used), tuple(map(tuple, matrix.tolist())), kind, given)
+
+
+def _score_correlation(first: str, second: str, asked: float, *ties: Floats) -> float:
+    """Correlation of the normal scores of two parameters whose values have Spearman's correlation `asked`."""
+    if not any(map(len, ties)):
+        return 2.0 * math.sin(math.pi * asked / 6.0)
+    steps = [_steps(own) for own in ties]
+    low, high = (_spearman(angle, *steps) for angle in (-math.pi / 2.0, math.pi / 2.0))
+    if not low < asked < high:
+        raise InputError(
+            f"correlation of {first} and {second} = {asked:g} is beyond the rank correlation that these laws, whose "
+            f"equal values share a rank, can have (allowed: above {low:.3g} and below {high:.3g})"
+        )
+    angle = scipy.optimize.brentq(lambda found: _spearman(found, *steps) - asked, -math.pi / 2.0, math.pi / 2.0)
+    return math.sin(angle)
+
+
+def _steps(ties: Floats) -> tuple[Floats, Floats]:
+    """Scores (m,) at which the mean rank of a law steps, and its steps (m,) in standard deviations of that rank."""
+    ties = ties[ties[:, 1] - ties[:, 0] > 0.5 / CELLS]  # narrower ones count as little as the cut
+    edges = np.union1d(np.linspace(0.0, 1.0, CELLS + 1), ties)
+    edges = edges[~np.any((edges > ties[:, :1]) & (edges < ties[:, 1:]), axis=0)]
+    ranks, shares = (edges[1:] + edges[:-1]) / 2.0, np.diff(edges)
+    deviation = math.sqrt(float(np.sum(shares * (ranks - 0.5) ** 2)))
+    return scipy.special.ndtri(edges[1:-1]), np.diff(ranks) / deviation
+
+
+def _spearman(angle: float, first: tuple[Floats, Floats], second: tuple[Floats, Floats]) -> float:
+    """Spearman's correlation where that of the scores is sin(angle): Hoeffding's covariance by Plackett's integral."""
+    nodes, weights = np.polynomial.legendre.leggauss(64)
+    s, t = first[0][:, None, None], second[0][:, None]
+    between = angle * (nodes + 1.0) / 2.0
+    density = np.exp(-(s**2 + t**2 - 2.0 * s * t * np.sin(between)) / (2.0 * np.cos(between) ** 2)) / (2.0 * math.pi)
+    return float(first[1] @ (density @ weights) @ second[1]) * angle / 2.0
 
 
 def _require_joint(matrix: Floats, how: str) -> None:

@@ -83,6 +83,22 @@ class Tolerance:
         own = np.unique(self.quantile(np.cumsum(self.shape) - np.array(self.shape) / 2.0))
         return np.asarray(own[np.argmin(np.abs(own - values[:, None]), axis=1)])
 
+    @property
+    def ties(self) -> Floats:
+        """(k, 2) probabilities between which one and the same value is drawn; none of a continuous law."""
+        if not self.points:
+            return np.empty((0, 2))
+        if self.distribution == "discrete":
+            edges = np.append(0.0, np.cumsum(self.shape))
+            starts, stops = edges[:-1], edges[1:]
+        else:
+            starts = (np.arange(len(self.points)) + 0.5) / len(self.points)
+            stops = np.append(starts[:-1], 1.0)
+            starts[0] = 0.0
+        _, first, count = np.unique(self.points, return_index=True, return_counts=True)
+        found = np.column_stack([starts[first], stops[first + count - 1]])
+        return found[found[:, 0] < found[:, 1]]
+
     def extremes(self) -> tuple[float, float]:
         """Worst-case values: the bounds where finite, else the quantiles at -3 and +3 standard deviations (0.135 %)."""
         low, high = self.quantile(np.array([0.0013498980316301, 0.9986501019683699])).tolist()

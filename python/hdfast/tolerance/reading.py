@@ -186,11 +186,11 @@ class _Entry:
         return table.column(column).to_numpy()
 
 
-def read_correlation(section: Mapping[str, Any], names: Iterable[str], known: Known) -> Any:
+def read_correlation(section: Mapping[str, Any], laws: Mapping[str, Tolerance], known: Known) -> Any:
     """Read [correlation]: `pairs` of [name, name, value] and `kind`, "scores" or "rank"; None without pairs.
 
     Raises:
-        InputError: an unknown name or value, or pairs that contradict each other.
+        InputError: an unknown name or value, or pairs that contradict each other or the laws.
     """
     from hdfast.tolerance.correlation import KINDS, correlation
 
@@ -201,4 +201,4 @@ def read_correlation(section: Mapping[str, Any], names: Iterable[str], known: Kn
     pairs = section.get("pairs", [])
     if not isinstance(pairs, list) or not all(isinstance(pair, list) and len(pair) == 3 for pair in pairs):
         raise InputError("pairs is not a list of [name, name, correlation]")
-    return correlation(pairs, kind, list(names))
+    return correlation(pairs, kind, list(laws), laws)

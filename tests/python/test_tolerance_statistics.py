@@ -69,6 +69,16 @@ def test_exact_intervals_hold_in_95_percent_of_seeds(sampling, rows, options):
     assert max(wide.values()) < 1.8, wide
 
 
+@pytest.mark.parametrize(
+    ("sampling", "rows", "options"),
+    [("sobol", 512, {"replicates": 2}), ("sobol", 512, {"replicates": 4}), ("latin_hypercube", 200, {"block": 100})],
+)
+def test_regress_percentiles_of_few_groups_hold_in_95_percent_of_seeds(sampling, rows, options):
+    """Two groups that agree by chance gave limits of no width."""
+    found, _ = coverage(sampling, rows, **options)
+    assert min(found[f"P{100 * share:g}"] for share in SHARES) >= ENOUGH, found
+
+
 def test_exact_intervals_of_batches_hold():
     """Rows of a batch resemble each other: binomial intervals would be far too narrow here."""
     tolerances = tuple(replace(tolerance, batch_share=0.6) for tolerance in PROBLEM.tolerances)

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from hdfast.checks import Floats
 
 CONFIDENCE = 0.95
+FEW = 5  # groups, fewer of which agree by chance often enough for limits of no width
 
 
 @dataclass(frozen=True)
@@ -158,7 +159,8 @@ def percentile(
     Returns:
         The percentile (Hyndman and Fan type 7, as NumPy); a limit is infinite when n is too small for it. With groups
         the limits are those percentiles whose share lies at the ends of the interval of the share (Woodruff 1952), with
-        as many degrees of freedom as there are groups to tell of it less one.
+        as many degrees of freedom as there are groups to tell of it less one; those of fewer than five groups are no
+        narrower than the limits of as many independent rows.
     """
     if not len(values):
         return Estimate(math.nan, math.nan, math.nan)
@@ -173,6 +175,9 @@ def percentile(
         reach = max(_reach(held, groups, confidence) for held in (values <= value, values < value))
         low = math.floor(len(values) * (share_below - reach))
         high = math.ceil(len(values) * (share_below + reach)) + 1
+        if groups.count < FEW:
+            least = _order_ranks(len(values), share_below, confidence)
+            low, high = min(low, least[0]), max(high, least[1])
     return Estimate(
         value,
         float(ordered[low - 1]) if low >= 1 else -math.inf,

@@ -13,7 +13,17 @@ from hdfast.tolerance.intervals import Groups, clopper_pearson
 from hdfast.tolerance.limits import Spec
 from hdfast.tolerance.sample import Plan
 from scipy import stats
-from toleranced import LinearGaussian, additive, additive_indices, g_function, g_indices, ishigami, ishigami_indices
+from toleranced import (
+    LinearGaussian,
+    additive,
+    additive_indices,
+    g_function,
+    g_indices,
+    ishigami,
+    ishigami_indices,
+    normal,
+    uniform,
+)
 
 PROBLEM = LinearGaussian()
 SEEDS = 200
@@ -268,6 +278,54 @@ def test_exact_a_change_of_a_yield_is_as_open_as_the_few_rows_it_rests_on(change
     assert found.value == changed / rows
     assert found.high == pytest.approx(high)
     assert found.value - found.low == pytest.approx(math.hypot(changed / rows - low, clopper_pearson(0, rows)[1]))
+
+
+@pytest.mark.parametrize(
+    ("law", "allowed", "widest"),
+    [
+        (uniform("a", 0.0, 1.0), (0.0, math.inf), 1.0),
+        (uniform("a", 0.2, 1.0), (0.0, math.inf), 1.5),
+        (uniform("a", -1.0, 1.0), (0.0, math.inf), 1.0),
+        (normal("a", 6.0, 1.0), (0.0, 15.0), 2.0),
+        (Tolerance("a", "lognormal", 1.0, 0.1, 0.0, math.inf), (0.0, math.exp(0.6)), 2.0),
+        (Tolerance("a", "triangular", 0.0, 0.0, 0.0, 1.0), (0.0, 3.0), 3.0),
+        (normal("a", 6.0, 1.0), (-math.inf, math.inf), math.inf),
+    ],
+)
+def test_exact_a_spread_is_widened_within_what_its_parameter_may_be(law, allowed, widest):
+    assert law.widest(allowed) == pytest.approx(widest, rel=1e-8)
+    found = law.scaled(min(law.widest(allowed), 1e3)).quantile(np.array([0.00135, 0.99865]))
+    assert (allowed[0] <= found.min() and found.max() <= allowed[1]) or widest == 1.0
+
+
+def failing_below_zero(columns):
+    y, good = columns["a"], columns["a"] >= 0.0
+    return {"y": np.where(good, y, np.nan)}, good
+
+
+def test_regress_no_factor_makes_drives_that_cannot_be():
+    """A limit of the model is no loss of yield, and no reason to tighten."""
+    plan, specs = Plan((uniform("a", 0.0, 1.0),)), {"y": Spec("y", -math.inf, 0.96, 0.9)}
+    bound = {"allowed": {"a": (0.0, math.inf)}}
+    half, wide = effects(
+        lambda p, n: failing_below_zero(p.draw(0, n)), plan, specs, ["y"], rows=500, factors=[0.5, 1.5], **bound
+    )
+    assert (half.used, wide.used, wide.missing) == (0.5, 1.0, 0)
+    assert wide.yields["y"].value == wide.percentiles["y"].value == 0.0
+    found = allocate(failing_below_zero, plan, specs, **bound)
+    assert (found.factors, found.cost, found.reached) == ({"a": 1.0}, 1.0, True)
+
+
+def test_regress_an_allocation_is_no_worse_than_what_is():
+    """What lies beyond the present spread misleads the surface; within it the middle is what is bad."""
+
+    def misleading(columns):
+        away = np.abs(columns["a"])
+        return {"y": np.select([away > 1.0, away < 0.4], [10.0, 1.0], 0.9)}, np.ones(len(away), dtype=bool)
+
+    specs = {"y": Spec("y", -math.inf, 0.95, 0.55)}
+    found = allocate(misleading, Plan((uniform("a", -1.0, 1.0),)), specs, bounds=(0.25, 1.0))
+    assert (found.factors, found.cost, found.reached) == ({"a": 1.0}, 1.0, True)
 
 
 def test_exact_allocation_of_a_linear_problem():

@@ -262,6 +262,19 @@ def test_regress_no_evidence_of_an_effect_is_no_advice_to_relax():
     assert "relax" not in " ".join(section.texts)
 
 
+def test_regress_a_page_names_spreads_that_cannot_be_wider_and_advises_what_was_reached_only():
+    text = SMALL + '[tolerance.B_l]\ndistribution = "uniform"\nlower = 0.0\nupper = 1.0\n'
+    bounded = hdfast.tolerance(config.parse(text), n=20)
+    section = tolerance_page.effects(bounded)
+    assert "B_l times 1 (allowed: finite, from 0)" in " ".join(section.texts)
+    assert section.tables[0].count("not possible") == 1
+    assert bounded.allocate(rows=200).factors["B_l"] == 1.0
+    far = hdfast.tolerance(config.parse(SMALL.replace("upper = 3e-4", "upper = 1e-5")), n=20)
+    section = tolerance_page.allocation(far)
+    assert "short of what is asked for" in " ".join(section.texts)
+    assert "tighten" not in section.tables[0]
+
+
 def test_regress_an_allocation_says_how_sure_its_yields_are():
     """The cheapest spreads have hardly more than the yield asked for."""
     study = hdfast.tolerance(config.parse(SMALL.replace("upper = 3e-4", "upper = 2e-4")), n=20)

@@ -10,6 +10,7 @@ from hdfast.report import tables, tolerance_plots
 from hdfast.report.html import Section, picture, render
 from hdfast.report.tables import number
 from hdfast.result import MAIN_METRICS
+from hdfast.tolerance.effects import Effect
 from hdfast.tolerance.further import EFFECT_ROWS
 from hdfast.tolerance.intervals import Estimate
 from hdfast.tolerance.limits import JOINT, MET, NOT_MET, Verdict
@@ -165,12 +166,19 @@ def effects(study: Study) -> Section:
     rows = []
     for name in study.plan.names:
         found = {effect.factor: effect for effect in study.effects if effect.parameter == name}
-        rows.append([name, *(_change(found[factor].yields.get(JOINT)) for factor in sorted(found))])
+        rows.append([name, *(_change(found[factor]) for factor in sorted(found))])
     header = ["tolerance", "held at its middle", "spread halved", "spread times 1.5"]
     texts = [
         f"The same {EFFECT_ROWS:,} drives simulated again with one spread changed. Where an interval includes 0 these "
         "drives do not tell a change from none, and a change as large as its ends is not excluded."
     ]
+    limited = [
+        f"{effect.parameter} times {effect.used:.3g} ({study.config.table[effect.parameter].limits.split(';')[0]})"
+        for effect in study.effects
+        if effect.used < effect.factor
+    ]
+    if limited:
+        texts.append(f"Spreads are widened no further than their parameters may go: {', '.join(limited)}.")
     missing = max(effect.missing for effect in study.effects)
     if missing:
         texts.append(f"Up to {missing} of them lack a metric before or after a change and are left out of its figure.")
@@ -196,7 +204,7 @@ def allocation(study: Study) -> Section:
             tolerance.name,
             number(tolerance.cost),
             f"{found.factors[tolerance.name]:.2f}",
-            _advice(found.factors[tolerance.name]),
+            _advice(found.factors[tolerance.name]) if found.reached else "",
         ]
         for tolerance in study.plan.tolerances
     ]
@@ -207,7 +215,8 @@ def allocation(study: Study) -> Section:
     reached = "as asked for in these rows" if found.reached else "short of what is asked for within these bounds"
     texts = [
         "Halving a spread is taken to double its cost (1 where the tolerance names none); factors "
-        f"stay between 0.25 and 2. The cost falls to {100 * found.cost:.0f} % of what it is now. A simulation of "
+        "stay between 0.25 and 2, and within what their parameters may be. The cost falls to "
+        f"{100 * found.cost:.0f} % of what it is now. A simulation of "
         f"{EFFECT_ROWS:,} drives with these spreads has the yields {yields}: {reached}.",
         "The search ends at the first spreads with which these drives have yields as asked for. Where the interval of "
         "one includes what is asked for, it is undecided whether all drives have: a study with these spreads and "
@@ -216,8 +225,8 @@ def allocation(study: Study) -> Section:
         + ", ".join(f"{100 * fit:.1f} % of {metric}" for metric, fit in found.fit.items())
         + ".",
     ]
-    if found.cost > 1.0:
-        texts[0] = texts[0].replace("falls to", "rises to")
+    if found.cost >= 1.0:
+        texts[0] = texts[0].replace("falls to", "rises to" if found.cost > 1.0 else "stays at")
     return Section(
         title, texts, tables=[html_table(["tolerance", "cost", "factor on the spread", ""], rows, right=(1, 2))]
     )
@@ -229,9 +238,12 @@ def _advice(factor: float) -> str:
     return "may be relaxed" if factor > 1.05 else "keep"
 
 
-def _change(estimate: Estimate | None) -> str:
+def _change(effect: Effect) -> str:
+    estimate = effect.yields.get(JOINT)
     if estimate is None:
         return "-"
+    if effect.used == 1.0 < effect.factor:
+        return "not possible"
     return f"{100 * estimate.value:+.2f} ({_span(100 * estimate.low, 100 * estimate.high, '+.2f')})"
 
 

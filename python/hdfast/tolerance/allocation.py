@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -29,7 +29,8 @@ class Allocation:
     """Spreads that reach the yields at the lowest cost.
 
     Attributes:
-        factors: factor on the spread of each tolerance; below 1 tighten, above 1 relax.
+        factors: factor on the spread of each tolerance; below 1 tighten, above 1 relax. All are 1 where the present
+            tolerances have the yields aimed at and the search found nothing cheaper that has.
         cost: of the new tolerances relative to the present ones.
         verdicts: yields of a simulation with the new tolerances, one per specification.
         reached: True when that simulation has at least the yields aimed at. Its rows ended the search, so that other
@@ -54,6 +55,7 @@ def allocate(
     bounds: tuple[float, float] = (0.25, 2.0),
     rows: int = 2000,
     policy: str = "worst",
+    allowed: Mapping[str, tuple[float, float]] | None = None,
 ) -> Allocation:
     """Minimise the sum of cost / factor^exponent over all tolerances, subject to the yield of every specification.
 
@@ -66,9 +68,10 @@ def allocate(
         specs: limits by metric.
         target: "asked" (the min_yield of every specification) or "present" (the yields as they are).
         exponent: halving a spread multiplies its cost by 2^exponent.
-        bounds: smallest and largest factor allowed.
+        bounds: smallest and largest factor allowed; the largest of a tolerance is less where its `allowed` says so.
         rows: of the fit and of every confirmation.
         policy: under "exclude" rows that lack a metric are left out of its yield, else they count as outside.
+        allowed: range of each parameter, which no spread is widened beyond; without end for those left out.
 
     Raises:
         InputError: naming argument, value and allowed range.
@@ -82,23 +85,33 @@ def allocate(
     if not specs or not plan.names or not low < high:
         raise InputError(f"an allocation needs specifications, tolerances and bounds that rise, these are {bounds}")
     scores = _scores(plan, rows)
-    surfaces = _fit(evaluate, plan, specs, scores)
+    widest = np.array(list(plan.widest(allowed or {}).values()))
+    surfaces = _fit(evaluate, plan, specs, scores, np.minimum(FIT_SPREAD, widest))
     aims = {metric: spec.min_yield for metric, spec in specs.items()}
+    present = _confirm(evaluate, plan, specs, rows, policy)
     if target == "present":
-        present = _confirm(evaluate, plan, specs, rows, policy)
         aims = {verdict.spec.metric: verdict.yield_ for verdict in present}
+    highs = np.minimum(high, np.maximum(low, widest))
     costs = np.array([tolerance.cost for tolerance in plan.tolerances])
     raised = dict(aims)
     for _ in range(ROUNDS):
-        factors = _search(surfaces, plan, specs, raised, costs, exponent, (low, high))
+        factors = _search(surfaces, plan, specs, raised, costs, exponent, low, highs)
         named = dict(zip(plan.names, factors.tolist(), strict=True))
         verdicts = _confirm(evaluate, plan.scaled(named), specs, rows, policy)
-        short = {v.spec.metric: aims[v.spec.metric] - v.yield_ for v in verdicts}
+        short = _short(aims, verdicts)
         if max(short.values()) <= 0.0:
             break
         raised = {m: min(1.0, raised[m] + max(0.0, gap) * 1.2) for m, gap in short.items()}
     cost = float(np.sum(costs * factors**-exponent) / np.sum(costs))
+    as_is = low <= 1.0 <= high and max(_short(aims, present).values()) <= 0.0
+    if as_is and (cost > 1.0 or max(short.values()) > 0.0):
+        named, cost, verdicts, short = dict.fromkeys(plan.names, 1.0), 1.0, present, _short(aims, present)
     return Allocation(named, cost, verdicts, max(short.values()) <= 0.0, {m: s.fit for m, s in surfaces.items()})
+
+
+def _short(aims: Mapping[str, float], verdicts: Sequence[Verdict]) -> dict[str, float]:
+    """How far each yield is below the one aimed at; positive where it is."""
+    return {verdict.spec.metric: aims[verdict.spec.metric] - verdict.yield_ for verdict in verdicts}
 
 
 @dataclass(frozen=True)
@@ -136,12 +149,12 @@ def _deviates(plan: Plan, scores: Floats) -> Floats:
 
 def _fit(
     evaluate: Callable[[dict[str, Floats]], tuple[Mapping[str, Floats], NDArray[np.bool_]]],
-    plan: Plan, specs: Mapping[str, Spec], scores: Floats,
+    plan: Plan, specs: Mapping[str, Spec], scores: Floats, spreads: Floats,
 ) -> dict[str, _Surface]:  # fmt: skip
-    """One surface per specification, over a spread wide enough for tolerances that are relaxed."""
-    wide = plan.scaled(dict.fromkeys(plan.names, FIT_SPREAD))
+    """One surface per specification, over spreads (d,) wide enough for tolerances that are relaxed."""
+    wide = plan.scaled(dict(zip(plan.names, spreads.tolist(), strict=True)))
     values, finished = evaluate(wide.from_scores(scores))
-    deviates = FIT_SPREAD * _deviates(plan, scores)
+    deviates = spreads * _deviates(plan, scores)
     surfaces = {}
     for metric in specs:
         good = finished & np.isfinite(values[metric])
@@ -157,9 +170,9 @@ def _fit(
 
 def _search(
     surfaces: Mapping[str, _Surface], plan: Plan, specs: Mapping[str, Spec], aims: Mapping[str, float], costs: Floats,
-    exponent: float, bounds: tuple[float, float],
+    exponent: float, low: float, highs: Floats,
 ) -> Floats:  # fmt: skip
-    """Factors of lowest cost on the surfaces; optimised in logarithms, where the cost is convex."""
+    """Factors of lowest cost on the surfaces, from `low` to `highs` (d,); in logarithms, where the cost is convex."""
     deviates = _deviates(plan, _scores(plan, 8192))
     scale = {metric: float(np.std(surface(deviates))) or 1.0 for metric, surface in surfaces.items()}
 
@@ -171,17 +184,17 @@ def _search(
             found.append(min(float(np.quantile(distance, 1.0 - aims[metric])), 10.0))
         return np.array(found)
 
-    limits = tuple(math.log(bound) for bound in bounds)
+    limits = np.log(np.column_stack([np.full(len(highs), low), highs]))
     best = scipy.optimize.minimize(
         lambda logs: float(np.sum(costs * np.exp(-exponent * logs)) / np.sum(costs)),
-        np.zeros(len(costs)),
+        np.clip(np.zeros(len(costs)), *limits.T),
         jac=lambda logs: -exponent * costs * np.exp(-exponent * logs) / np.sum(costs),
-        bounds=[limits] * len(costs),
+        bounds=limits,
         constraints={"type": "ineq", "fun": slack},
         method="SLSQP",
         options={"eps": 1e-2, "maxiter": 60},
     )
-    found: Floats = np.exp(np.clip(np.asarray(best.x, dtype=np.float64), limits[0], limits[1]))
+    found: Floats = np.exp(np.clip(np.asarray(best.x, dtype=np.float64), *limits.T))
     return found
 
 

@@ -70,6 +70,17 @@ class Tolerance:
         """The same tolerance with its spread multiplied; bounds move along. Lognormal laws scale in the logarithm."""
         return replace(self, spread=self.spread * factor)
 
+    def widest(self, allowed: tuple[float, float]) -> float:
+        """Largest factor on the spread that leaves the worst-case values within `allowed`; 1 where none does."""
+        ends, limits, middle = np.array(self.extremes()), np.array(allowed), self.middle
+        with np.errstate(divide="ignore", invalid="ignore"):
+            if self.distribution == "lognormal":
+                room, distance = np.log(np.maximum(limits, 0.0) / middle), np.log(ends / middle)
+            else:
+                room, distance = limits - middle, ends - middle
+            factors = np.where(distance == 0.0, np.inf, room / distance)
+        return max(1.0, (1.0 - 1e-9) * float(np.min(factors)))
+
     @property
     def deviation(self) -> float:
         """Standard deviation of the values."""

@@ -31,6 +31,7 @@ class Effect:
 
     Attributes:
         parameter, factor: what was changed; 0 holds the parameter at its middle.
+        used: the factor in fact, less than `factor` where the worst-case values would not be allowed; 1: no change.
         yields: change of each yield, JOINT among them, as a share (0.01 is one more drive in a hundred).
         percentiles: change of the percentile of each metric in its unit.
         variances: change of each variance relative to what it was.
@@ -43,6 +44,7 @@ class Effect:
     percentiles: dict[str, Estimate]
     variances: dict[str, float]
     missing: int
+    used: float
 
 
 def followed(spec: Spec | None, percentage: float = PERCENTAGE) -> float:
@@ -61,6 +63,7 @@ def effects(
     factors: Sequence[float] = FACTORS,
     names: Sequence[str] | None = None,
     policy: str = "worst",
+    allowed: Mapping[str, tuple[float, float]] | None = None,
 ) -> list[Effect]:
     """Effects of every tolerance at every factor.
 
@@ -76,6 +79,7 @@ def effects(
         names: parameters to change, default all.
         policy: under "exclude" a row that lacks a metric in either run is left out of the yields too, else it counts
             as outside.
+        allowed: range of each parameter, which no spread is widened beyond; without end for those left out.
 
     Returns:
         One per parameter and factor; a row that lacks a metric in either run is left out of its percentile and
@@ -96,16 +100,18 @@ def effects(
         plan = replace(plan, sampling="monte_carlo")
         groups = plan.groups(0, rows)
     before = evaluate(plan, rows)
+    widest = plan.widest(allowed or {})
     found = []
     for name in plan.names if names is None else names:
         for factor in factors:
-            after = evaluate(plan.scaled({name: factor}), rows)
-            found.append(_compare(name, factor, before, after, specs, metrics, percentage, groups, policy))
+            used = min(factor, widest[name])
+            after = before if used == 1.0 else evaluate(plan.scaled({name: used}), rows)
+            found.append(_compare((name, factor, used), before, after, specs, metrics, percentage, groups, policy))
     return found
 
 
 def _compare(
-    name: str, factor: float, before: Run, after: Run, specs: Mapping[str, Spec], metrics: Sequence[str],
+    change: tuple[str, float, float], before: Run, after: Run, specs: Mapping[str, Spec], metrics: Sequence[str],
     percentage: float, groups: Groups | None, policy: str,
 ) -> Effect:  # fmt: skip
     old_held, new_held = _held(before, specs), _held(after, specs)
@@ -128,7 +134,8 @@ def _compare(
         percentiles[metric] = _percentile_change(old, new, share_below, groups and groups.take(both))
         varies = len(old) > 0 and np.ptp(old) > 0.0
         variances[metric] = float(np.var(new) / np.var(old)) - 1.0 if varies else math.nan
-    return Effect(name, factor, yields, percentiles, variances, int(np.sum(~complete)))
+    name, factor, applied = change
+    return Effect(name, factor, yields, percentiles, variances, int(np.sum(~complete)), applied)
 
 
 def _held(run: Run, specs: Mapping[str, Spec]) -> dict[str, NDArray[np.bool_]]:

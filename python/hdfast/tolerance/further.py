@@ -49,6 +49,10 @@ class FurtherRuns:
         """Limits by metric."""
         return self.config.specs
 
+    @property
+    def _allowed(self) -> dict[str, tuple[float, float]]:
+        return {name: self.config.table[name].allowed for name in self.plan.names}
+
     def evaluate(self, columns: Mapping[str, Floats]) -> tuple[dict[str, Floats], NDArray[np.bool_]]:
         """Metrics of other rows of the same drive: columns (m,) to metrics (m,) and which rows finished."""
         result = self._run(columns)
@@ -81,6 +85,7 @@ class FurtherRuns:
             percentage=percentage,
             names=names,
             policy=self.policy,
+            allowed=self._allowed,
             **options,
         )
 
@@ -139,7 +144,7 @@ class FurtherRuns:
 
     def allocate(self, **options: Any) -> Allocation:
         """Which tolerances to tighten or relax at the lowest cost; see `hdfast.tolerance.allocation.allocate`."""
-        return allocate(self.evaluate, self.plan, self.specs, policy=self.policy, **options)
+        return allocate(self.evaluate, self.plan, self.specs, policy=self.policy, allowed=self._allowed, **options)
 
     def _require_tolerances(self, what: str) -> None:
         if not self.plan.names:

@@ -158,6 +158,10 @@ class Plan:
             return None
         return Groups(self.design.groups(self, start, stop).astype(np.int64), alike=False)
 
+    def widest(self, allowed: Mapping[str, tuple[float, float]]) -> dict[str, float]:
+        """Largest factor on each spread within the allowed ranges; infinite where there is none."""
+        return {t.name: t.widest(allowed.get(t.name, (-np.inf, np.inf))) for t in self.tolerances}
+
     def scaled(self, factors: Mapping[str, float]) -> Plan:
         """The same plan with the spread of some tolerances multiplied."""
         return replace(self, tolerances=tuple(t.scaled(factors.get(t.name, 1.0)) for t in self.tolerances))

@@ -250,6 +250,32 @@ def effects_by_plan(plan, **options):
     return effects(lambda plan, n: run(plan.draw(0, n)), plan, LIMITS, ["y"], **options)
 
 
+@pytest.mark.parametrize(
+    "law",
+    [
+        Tolerance("a", "lognormal", 3.0, 2.0, 0.0, math.inf),
+        Tolerance("a", "triangular", 0.0, 0.0, 0.0, 1.0),
+        Tolerance("a", "triangular", 1.0, 0.0, 0.0, 1.0),
+        Tolerance("a", "discrete", 0.0, 0.0, 0.1, 0.2, (0.5, 0.5), (0.1, 0.2)),
+    ],
+)
+def test_regress_a_gradient_stays_within_the_law(law):
+    """Beside the median of a wide lognormal law, and beside a mode at a bound, lay drives that cannot be."""
+
+    def evaluate(columns):
+        return {"y": np.where((columns["a"] >= law.lower) & (columns["a"] <= law.upper), 5.0 * columns["a"], np.nan)}
+
+    found = sensitivity.gradient(evaluate, (law,))["y"]
+    assert found.slope["a"] == pytest.approx(5.0)
+    assert found.deviation == pytest.approx(5.0 * law.deviation)
+
+
+def test_against_scipy_deviation_of_a_wide_lognormal_law():
+    for width in (0.1, 2.0, 4.0):
+        law = Tolerance("a", "lognormal", 3.0, width / 2.0, 0.0, math.inf, spread=2.0)
+        assert law.deviation == pytest.approx(stats.lognorm(width, scale=3.0).std())
+
+
 def test_exact_effects_of_a_linear_problem():
     """Without a the spread is sqrt(1.25), with half of it sqrt(2.25); percentile and yield follow."""
     found = effects_by_plan(Plan(PROBLEM.tolerances), rows=20_000)

@@ -132,6 +132,12 @@ def test_regress_a_study_says_why_rows_failed(tmp_path, capsys):
     assert f"The first that failed is {swept.message(first)}" in tolerance_page.specification(excluded).texts
 
 
+def test_regress_gradients_of_drives_that_fail_are_refused():
+    broad = config.parse(SMALL.replace("relative = true\nsigma = 0.05", "mean = 0.1\nsigma = 2.0"))
+    with pytest.raises(FailedRowsError, match=r"1 of 7 rows .* bad_parameters"):
+        hdfast.tolerance(broad, n=20, failed="exclude").gradients()
+
+
 def test_regress_excluded_rows_do_not_hide_the_worst_drives():
     parsed = config.parse(FAILING)
     excluded, worst = (hdfast.tolerance(parsed, n=200, failed=policy) for policy in ("exclude", "worst"))

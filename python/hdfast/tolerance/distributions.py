@@ -84,8 +84,24 @@ class Tolerance:
     @property
     def deviation(self) -> float:
         """Standard deviation of the values."""
+        if self.distribution == "lognormal" and (self.lower, self.upper) == (0.0, math.inf):
+            variance = (self.spread * self.width) ** 2
+            return self.centre * math.exp(variance / 2.0) * math.sqrt(math.expm1(variance))
         u = (np.arange(4096) + 0.5) / 4096
         return standard_deviation(self.quantile(u))
+
+    def beside(self, step: float) -> tuple[float, float]:
+        """Values below and above the middle by `step` standard deviations, of the logarithm where the law is lognormal.
+
+        Neither leaves the law: at its bound one of them is the middle.
+        """
+        steps = np.array([-step, step])
+        if self.distribution == "lognormal":
+            values = self.middle * np.exp(steps * self.spread * self.width)
+        else:
+            values = self.middle + steps * self.deviation
+        low, high = np.clip(values, *self.quantile(np.array([0.0, 1.0]))).tolist()
+        return low, high
 
     def nearest(self, values: Floats) -> Floats:
         """Those (n,) values that can occur nearest to these: of a discrete law its own, the lower of two as near."""

@@ -98,7 +98,10 @@ class FurtherRuns:
         """
         self._require_independence("Sobol indices")
         points = saltelli_points(len(self.plan.names), checks.whole("base", base, 2, 10**7), self.plan.seed)
-        return {m: sobol_indices(v, self.plan.names, seed=self.plan.seed) for m, v in self._complete(points).items()}
+        return {
+            m: sobol_indices(v, self.plan.names, seed=self.plan.seed)
+            for m, v in self._complete(self._at(points)).items()
+        }
 
     def morris(self, walks: int = 50) -> dict[str, Screening]:
         """Elementary effects by metric, over the range P0.5 to P99.5 of every parameter; walks * (d + 1) rows.
@@ -107,14 +110,17 @@ class FurtherRuns:
         """
         self._require_independence("Elementary effects")
         points = morris_points(len(self.plan.names), checks.whole("walks", walks, 2, 10**6), self.plan.seed)
-        found = self._complete(0.005 + 0.99 * points)
+        found = self._complete(self._at(0.005 + 0.99 * points))
         return {metric: morris_effects(points, values, self.plan.names) for metric, values in found.items()}
 
     def gradients(self, step: float = 0.1) -> dict[str, Gradient]:
-        """Linear error propagation by metric; central differences, see `hdfast.tolerance.sensitivity.gradient`."""
+        """Linear error propagation by metric; differences, see `hdfast.tolerance.sensitivity.gradient`.
+
+        Raises: as `sobol`.
+        """
         self._require_independence("Linear error propagation")
         checks.positive("step", step, 10.0)
-        return gradient(lambda columns: self.evaluate(columns)[0], self.plan.tolerances, step)
+        return gradient(self._complete, self.plan.tolerances, step)
 
     @cached_property
     def rare_events(self) -> dict[str, RareEvent]:
@@ -155,9 +161,12 @@ class FurtherRuns:
         if self.plan.correlation is not None:
             raise InputError(f"{what} need independent parameters; these are correlated: use contributions or effects")
 
-    def _complete(self, points: Floats) -> dict[str, Floats]:
-        """Metrics at (m, d) probabilities that every row has."""
-        columns = {t.name: t.quantile(points[:, j]) for j, t in enumerate(self.plan.tolerances)}
+    def _at(self, points: Floats) -> dict[str, Floats]:
+        """Columns (m,) at (m, d) probabilities."""
+        return {t.name: t.quantile(points[:, j]) for j, t in enumerate(self.plan.tolerances)}
+
+    def _complete(self, columns: Mapping[str, Floats]) -> dict[str, Floats]:
+        """Metrics that every row has."""
         result = self._run(columns)
         whole = {}
         for metric, found in result.metrics.items():

@@ -165,25 +165,26 @@ def gradient(
 ) -> dict[str, Gradient]:
     """Derivatives of every metric at the middle of all tolerances, for linear error propagation.
 
-    Central differences through one sweep of 2 d + 1 rows, not exact derivatives: their error falls with step squared.
+    Differences through one sweep of 2 d + 1 rows, not exact derivatives: the error of central ones falls with step
+    squared. Where the middle lies at a bound of the law they are one-sided, and theirs falls with step.
 
     Args:
         evaluate: columns (m,) to metrics (m,).
         tolerances: the d independent parameters.
-        step: in standard deviations of each parameter.
+        step: in standard deviations of each parameter, see `Tolerance.beside`.
     """
-    middles = {item.name: item.middle for item in tolerances}
-    steps = {item.name: step * item.deviation for item in tolerances}
     count = 2 * len(tolerances) + 1
-    columns = {name: np.full(count, value) for name, value in middles.items()}
-    for j, name in enumerate(middles):
-        columns[name][1 + 2 * j] += steps[name]
-        columns[name][2 + 2 * j] -= steps[name]
+    columns = {item.name: np.full(count, item.middle) for item in tolerances}
+    spans = {}
+    for j, item in enumerate(tolerances):
+        low, high = item.beside(step)
+        columns[item.name][1 + 2 * j], columns[item.name][2 + 2 * j] = high, low
+        spans[item.name] = high - low
     found = {}
     for metric, values in evaluate(columns).items():
-        changes = (values[1::2] - values[2::2]) / 2.0
-        slopes = {name: float(changes[j]) / steps[name] if steps[name] else math.nan for j, name in enumerate(middles)}
-        parts = {t.name: (slopes[t.name] * t.deviation) ** 2 if steps[t.name] else 0.0 for t in tolerances}
+        changes = values[1::2] - values[2::2]
+        slopes = {name: float(changes[j]) / span if span else math.nan for j, (name, span) in enumerate(spans.items())}
+        parts = {t.name: (slopes[t.name] * t.deviation) ** 2 if spans[t.name] else 0.0 for t in tolerances}
         whole = sum(parts.values())
         shares = {name: part / whole if whole > 0.0 else math.nan for name, part in parts.items()}
         found[metric] = Gradient(slopes, shares, math.sqrt(whole) if whole >= 0.0 else math.nan)

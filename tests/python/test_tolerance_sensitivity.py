@@ -170,6 +170,29 @@ def test_exact_rank_correlation_of_normal_values():
     assert width == pytest.approx(bonett_and_wright, rel=0.05)
 
 
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_regress_ranks_that_all_agree_are_not_certain(sign):
+    found = {n: sensitivity.rank_correlation(sign * np.arange(n), np.arange(n) ** 3.0) for n in (4, 5, 50, 100_000)}
+    assert all(e.value == sign and e.covers(sign) and -1.0 <= e.low < e.high <= 1.0 for e in found.values())
+    widths = [e.high - e.low for e in found.values()]
+    assert widths == sorted(widths, reverse=True)
+    assert found[4].covers(0.0)  # one order in 24
+    assert widths[2] < 0.01
+    y = np.repeat(np.arange(5.0), 40)
+    assert sensitivity.rank_correlation(sign * y, y, Groups(y.astype(int), alike=True)) == found[5]
+    assert math.isnan(sensitivity.rank_correlation(sign * y, y, Groups(np.zeros(200, dtype=int), alike=True)).low)
+
+
+def test_exact_ranks_seldom_all_agree_at_the_lower_limit():
+    """At the lower limit all ranks of n rows agree in fewer than one sample of forty."""
+    for n in (5, 8):
+        spearman = sensitivity.rank_correlation(np.arange(n), np.arange(n)).low
+        score = 2.0 * math.sin(math.pi * spearman / 6.0)
+        x, z = np.random.default_rng(1).normal(size=(2, 4000, n))
+        y = score * x + math.sqrt(1.0 - score**2) * z
+        assert np.mean(np.all(np.argsort(x) == np.argsort(y), axis=1)) < 0.025
+
+
 def test_exact_nan_is_refused_everywhere():
     x, y = np.arange(200.0), np.arange(200.0)
     y[7] = np.nan

@@ -22,7 +22,8 @@ def rank_correlation(x: Floats, y: Floats, groups: Groups | None = None, confide
 
     Returns:
         The correlation; interval by Fisher's z with the variance of Bonett and Wright (2000), or with groups by the
-        jackknife of z over whole groups. NaN when a column does not vary; NaN limits with fewer than two groups.
+        jackknife of z over whole groups. Where all ranks agree, one limit is their own, the other that of ranks with
+        two neighbours swapped. NaN when a column does not vary; NaN limits with fewer than two groups.
 
     Raises:
         ValueError: a value is not finite.
@@ -31,15 +32,29 @@ def rank_correlation(x: Floats, y: Floats, groups: Groups | None = None, confide
     value = _spearman(x, y) if len(x) >= 4 else math.nan
     if math.isnan(value):
         return Estimate(math.nan, math.nan, math.nan)
-    if abs(value) >= 1.0 - 1e-15:
-        return Estimate(math.copysign(1.0, value), value, value)
+    if abs(value) >= 1.0 - 1e-14:
+        sign, rows = math.copysign(1.0, value), groups.count if groups is not None and groups.alike else len(x)
+        ends = sorted([sign, sign * _agreeing(rows, confidence)])
+        return Estimate(sign, *(ends if groups is None or groups.count > 1 else (math.nan, math.nan)))
     if groups is None:
-        reach = float(scipy.stats.norm.ppf(0.5 + confidence / 2.0)) * math.sqrt((1.0 + value**2 / 2.0) / (len(x) - 3))
+        reach = _bonett_wright(value, len(x), confidence)
     else:
         block, blocks = _blocks(len(x), groups)
         reach = _jackknife(lambda k: _fisher(_spearman(x[block != k], y[block != k])), blocks, confidence)
     centre = _fisher(value)
     return Estimate(value, math.tanh(centre - reach), math.tanh(centre + reach))
+
+
+def _bonett_wright(value: float, rows: int, confidence: float) -> float:
+    return float(scipy.stats.norm.ppf(0.5 + confidence / 2.0)) * math.sqrt((1.0 + value**2 / 2.0) / (rows - 3))
+
+
+def _agreeing(rows: int, confidence: float) -> float:
+    """Lower limit of the correlation of rows whose ranks all agree; -1 of fewer than four."""
+    if rows < 4:
+        return -1.0
+    nearest = 1.0 - 12.0 / (rows * (rows**2 - 1.0))
+    return math.tanh(_fisher(nearest) - _bonett_wright(nearest, rows, confidence))
 
 
 def _spearman(x: Floats, y: Floats) -> float:

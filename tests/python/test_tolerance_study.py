@@ -496,3 +496,15 @@ def test_exact_rare_event_is_in_the_report(study):
     found = study.rare("te_pp", rows=100, replicates=2, smallest=1e-5)
     assert study.rare_events == {"te_pp": found}
     assert "by subset simulation" in tolerance_page.page(study)
+
+
+def test_regress_a_rare_event_says_that_failed_rows_count_as_outside(study):
+    """Under "exclude" the yields beside it leave them out."""
+    half = config.parse(FAILING.replace("sigma = 0.02", "sigma = 0.05").replace("upper = 3e-4", "upper = 1"))
+    excluded = hdfast.tolerance(half, n=100, failed="exclude")
+    found = excluded.rare("te_pp", rows=100, replicates=2)
+    assert excluded.yields["te_pp"].yield_ == 1.0
+    assert found.missing > 10
+    text = " ".join(tolerance_page.specification(excluded).texts)
+    assert f"{found.evaluations:,} rows; {found.missing} of its rows failed, which counts as outside here." in text
+    assert study.rare("te_pp", rows=100, replicates=2, smallest=1e-5).note == ""

@@ -85,7 +85,12 @@ def summary(study: Study) -> dict[str, Any]:
         "metrics": {row["metric"]: {k: v for k, v in row.items() if k != "metric"} for row in statistics_rows(study)},
         "withheld": study.withheld,
         "rare": {
-            metric: {"ppm": _estimate(found.ppm), "levels": found.levels, "rows": found.evaluations}
+            metric: {
+                "ppm": _estimate(found.ppm),
+                "levels": found.levels,
+                "rows": found.evaluations,
+                "missing": found.missing,
+            }
             for metric, found in study.rare_events.items()
         },
         "contributions": {

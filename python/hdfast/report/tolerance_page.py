@@ -82,7 +82,7 @@ def specification(study: Study) -> Section:
         texts += [] if first in dict(study.store.poison) else [f"The first that failed is {study.reason(first)}"]
     texts += [
         f"{metric}: {found.ppm.value:.3g} ppm outside ({_span(found.ppm.low, found.ppm.high, '.3g')} at 95 %) by "
-        f"subset simulation in {found.levels} levels and {found.evaluations:,} rows."
+        f"subset simulation in {found.levels} levels and {found.evaluations:,} rows{found.note}."
         for metric, found in study.rare_events.items()
     ]
     texts += [f"Row {row} ended its process and counts as failed: {reason}." for row, reason in study.store.poison]

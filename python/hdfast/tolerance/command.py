@@ -117,7 +117,8 @@ def _print(study: Study, options: argparse.Namespace, page: Any) -> None:
         print(_table(study))
         for metric, found in study.rare_events.items():
             ppm = found.ppm
-            print(f"\n{metric}: {ppm.value:.3g} ppm outside ({ppm.low:.3g} .. {ppm.high:.3g}) by subset simulation")
+            outside = f"{ppm.value:.3g} ppm outside ({ppm.low:.3g} .. {ppm.high:.3g})"
+            print(f"\n{metric}: {outside} by subset simulation{found.note}")
         if page is not None:
             print(f"\n{page}")
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from functools import cached_property
 from typing import Any
 
@@ -137,15 +138,19 @@ class FurtherRuns:
         """
         self._require_tolerances("Rare events")
         spec = self.specs[choose("metric", metric, self.specs)]
+        missing = 0
 
         def distance(scores: Floats) -> Floats:
             result = self._run(self.plan.from_scores(self.plan.dependent_scores(scores)))
             if self.policy == "refuse":
                 gate(result[metric], result.finished, self.policy, metric, reason=result.message)
-            return margin(spec, np.where(result.finished, result[metric], np.nan), 1.0)
+            found = margin(spec, np.where(result.finished, result[metric], np.nan), 1.0)
+            nonlocal missing
+            missing += int(np.count_nonzero(np.isneginf(found)))
+            return found
 
         found = subset_simulation(distance, len(self.plan.names), **{"seed": self.plan.seed, **options})
-        self.rare_events[metric] = found
+        self.rare_events[metric] = found = replace(found, missing=missing)
         return found
 
     def allocate(self, **options: Any) -> Allocation:

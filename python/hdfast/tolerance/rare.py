@@ -27,12 +27,19 @@ class RareEvent:
         replicates: (R,) probability of every replicate.
         levels: largest number of levels any replicate took.
         evaluations: rows that were simulated.
+        missing: how many of them failed or lack the metric, which counted as the event.
     """
 
     probability: Estimate
     replicates: tuple[float, ...]
     levels: int
     evaluations: int
+    missing: int = 0
+
+    @property
+    def note(self) -> str:
+        """What the figure has to say besides, empty when no row is missing."""
+        return f"; {self.missing} of its rows failed, which counts as outside here" if self.missing else ""
 
     @property
     def ppm(self) -> Estimate:

@@ -59,6 +59,11 @@ def test_exact_discrete_shares():
     assert counts.tolist() == [2000, 1000, 1000]
 
 
+def test_regress_large_weights_are_weights():
+    law = tolerance({"distribution": "discrete", "values": [1.0, 2.0, 3.0], "weights": [1e308, 0.0, 1e308]})
+    assert (law.points, law.shape) == ((1.0, 3.0), (0.5, 0.5))
+
+
 def test_exact_measured_values_from_list_and_file(tmp_path):
     measured = [1.0, 5.0, 2.0, 4.0, 3.0]
     (tmp_path / "m.csv").write_text("part,J_l\n" + "\n".join(f"a,{value}" for value in measured))
@@ -129,6 +134,10 @@ WRONG = [
     ({"distribution": "empirical", "file": "nothing.csv"}, "no such file"),
     ({"distribution": "capability", "tolerance": 0.1}, "'cp', 'cpk' or both"),
     ({"distribution": "capability", "tolerance": 0.1, "cp": 1, "cpk": 2}, "cpk = 2 is out of range"),
+    (
+        {"distribution": "capability", "tolerance": 0.1, "cpk": -0.2},
+        r"cpk = -0.2 is out of range \(allowed: a number from 0 to 100\)",
+    ),
     ({"distribution": "capability", "tolerance": 0.1, "cp": 1, "side": "left"}, "side = 'left'"),
     ({"distribution": "normal", "sigma": 1, "batch_share": 2}, "batch_share = 2"),
 ]
@@ -347,7 +356,12 @@ def test_exact_file_sections():
 @pytest.mark.parametrize(
     ("text", "line", "message"),
     [
-        ("[correlation]\npairs = [['J_l', 'k1', 0.5]]\n", 1, "J_l"),
+        ("[correlation]\npairs = [['J_l', 'k1', 0.5]]\n", 1, r"'J_l' needs a section \[tolerance.J_l\] .*: none"),
+        (
+            "[tolerance.J_l]\ndistribution = 'normal'\nsigma = 0.01\n[correlation]\npairs = [['J_l', 'J_1', 0.5]]\n",
+            4,
+            r"'J_1' needs a section \[tolerance.J_1\]; did you mean 'J_l'",
+        ),
         ("[batches]\nsize = 0\n", 2, "size = 0"),
         (
             "[tolerance.J_l]\ndistribution = 'normal'\nsigma = 0.01\nbatch_share = 0.9\n[batches]\n",

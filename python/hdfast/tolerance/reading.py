@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from hdfast import checks
-from hdfast.errors import InputError, choose, shorten
+from hdfast.errors import InputError, choose, nearest, shorten
 from hdfast.files import RESERVED
 from hdfast.tolerance.distributions import Tolerance
 from hdfast.tolerance.laws import LAWS
@@ -116,7 +116,8 @@ class _Entry:
         half = checks.positive("tolerance", self.entry["tolerance"]) * abs(self.factor)
         if "cp" not in self.entry and "cpk" not in self.entry:
             raise InputError(f"{self.where} of distribution 'capability' needs the key 'cp', 'cpk' or both")
-        cp = checks.positive("cp", self.entry.get("cp", self.entry.get("cpk")), 100.0)
+        key = "cp" if "cp" in self.entry else "cpk"  # alone it is both
+        cp = checks.positive(key, self.entry[key], 100.0)
         cpk = checks.number("cpk", self.entry.get("cpk", cp), -cp, cp)
         side = 1.0 if choose("side", self.entry.get("side", SIDES[0]), SIDES) == SIDES[0] else -1.0
         sigma = half / (3.0 * cp)
@@ -131,8 +132,9 @@ class _Entry:
         if self.distribution == "discrete":
             points = self.numbers("values", self.entry["values"])
             weights = self.numbers("weights", self.entry.get("weights", [1.0] * len(points)))
-            if len(weights) != len(points) or np.any(weights < 0.0) or not np.sum(weights) > 0.0:
+            if len(weights) != len(points) or np.any(weights < 0.0) or not np.any(weights > 0.0):
                 raise InputError(f"weights has {len(weights)} numbers, allowed: {len(points)}, not negative, not all 0")
+            weights = np.ldexp(weights, -int(np.frexp(np.max(weights))[1]))  # their sum is a number
             points, weights = self.possible(points[weights > 0.0], weights[weights > 0.0], lower, upper)
             return tuple((weights / np.sum(weights)).tolist()), tuple(points.tolist())
         if self.distribution == "empirical":
@@ -201,4 +203,9 @@ def read_correlation(section: Mapping[str, Any], laws: Mapping[str, Tolerance], 
     pairs = section.get("pairs", [])
     if not isinstance(pairs, list) or not all(isinstance(pair, list) and len(pair) == 3 for pair in pairs):
         raise InputError("pairs is not a list of [name, name, correlation]")
+    for name in (name for pair in pairs for name in pair[:2] if isinstance(name, str) and name not in laws):
+        hint, there = nearest(name, laws), ", ".join(laws) or "none"
+        raise InputError(
+            f"pairs: {name!r} needs a section [tolerance.{name}]{hint} (allowed, as they have one: {there})"
+        )
     return correlation(pairs, kind, list(laws), laws)

@@ -126,7 +126,7 @@ impl<'a, S: Scalar, const N: usize> Reduction<'a, S, N> {
     fn deviation(&self, value: Integral, square: Integral, phase: Phase) -> S {
         let (mean, square) = (self.mean(value, phase), self.mean(square, phase));
         let spread = square - mean * mean;
-        root_of_mean(if spread.plain() > ROUNDING * square.plain() { spread } else { S::zero() })
+        root_of_mean(if spread.plain() <= ROUNDING * square.plain() { S::zero() } else { spread })
     }
 
     /// Time of the first upward crossing of a share of the signal's own steady mean.

@@ -270,6 +270,16 @@ def test_exact_an_rms_of_nothing_has_no_slope():
     assert (smooth["te_rms"][0], smooth.metric_sensitivities["te_rms"][0, 0]) == (0.0, 0.0)
 
 
+def test_exact_an_rms_that_is_rounding_is_none():
+    """Of a speed of 50 rad/s that ripples by 1e-6 rad/s the mean of squares is that of the mean in all its digits."""
+    t = np.linspace(0.0, 2.0, 201)
+    options = {"model": hdfast.Model("one_inertia", orders=[2]), "scenario": hdfast.Scenario.motion(t, 50.0 * t)}
+    row = {"ratio": 1.0, "te_cos_2": np.array([1e-8, 1e-4]), "te_sin_2": 0.0}
+    found = hdfast.sweep(row, metrics=["speed_ripple_rms"], sensitivities=["te_cos_2"], **options)
+    assert found["speed_ripple_rms"][0] == 0.0 == found.metric_sensitivities["speed_ripple_rms"][0, 0]
+    assert abs(found["speed_ripple_rms"][1] / (1e-4 * 100.0 / np.sqrt(2.0)) - 1.0) < 1e-6
+
+
 def test_against_differences_of_friction_with_a_cusp_at_rest():
     """The slope of a Stribeck law with an exponent below 1 is infinite at rest, where the drive begins."""
     model, step = hdfast.Model(terms=["stribeck_friction"]), 1e-4

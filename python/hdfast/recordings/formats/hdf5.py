@@ -10,6 +10,8 @@ import numpy as np
 from hdfast.errors import InputError
 from hdfast.recordings.formats.source import Source, Wanted, check_size, numbers, one_dimensional
 
+PACKING = ("_FillValue", "scale_factor", "add_offset")
+
 
 def read(path: Path, wanted: Wanted, separator: str = "/") -> Source:
     """Read the wanted datasets; an attribute `unit` or `units` is its unit. Links to other files are not followed.
@@ -45,15 +47,11 @@ def read(path: Path, wanted: Wanted, separator: str = "/") -> Source:
 
 def _unpacked(values: Any, attributes: Any) -> Any:
     """Numbers as packed data stand for them; whatever has no such attribute stays as it is."""
-    for name in ("_FillValue", "scale_factor", "add_offset"):
-        if name not in attributes:
-            continue
-        by = np.float64(np.asarray(attributes[name]).item())
-        if name == "_FillValue":
-            values = np.where(values == by, np.nan, values)
-        else:
-            values = values * by if name == "scale_factor" else values + by
-    return values
+    given = {name: np.float64(np.asarray(attributes[name]).item()) for name in PACKING if name in attributes}
+    if not given:
+        return values
+    values = np.where(values == given.get("_FillValue", np.nan), np.nan, values)
+    return values * given.get("scale_factor", 1.0) + given.get("add_offset", 0.0)
 
 
 def _names(file: Any, dataset: type) -> list[str]:

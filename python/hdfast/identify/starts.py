@@ -9,6 +9,7 @@ import numpy as np
 
 from hdfast.checks import Floats
 from hdfast.errors import InputError
+from hdfast.health.stretches import stretches
 from hdfast.identify.angles import refuse_wrapped
 from hdfast.identify.resolution import resolution
 from hdfast.recordings import Recording
@@ -76,10 +77,9 @@ def _of(recording: Recording, notes: list[str]) -> list[tuple[float, float, floa
 
 def _moving(speed: Floats, noise: float) -> list[tuple[int, int, int]]:
     """Stretches [first, last) of motion above the weak threshold, and where inside the strong one is reached."""
-    above = np.concatenate([[False], speed > WEAK * noise, [False]]).astype(np.int8)
-    edges = np.flatnonzero(np.diff(above)).reshape(-1, 2)
+    moving = zip(*stretches(speed > WEAK * noise), strict=True)
     strong = speed > STRONG * noise
-    return [(int(a), int(a + np.argmax(strong[a:b])), int(b)) for a, b in edges if strong[a:b].any()]
+    return [(int(a), int(a + np.argmax(strong[a:b])), int(b)) for a, b in moving if strong[a:b].any()]
 
 
 def _start(

@@ -42,9 +42,6 @@ MISSED = {  # what was expected of a machine and is not said of it; docs/diagnos
     ("heads", "verdicts"): "undecided: a spring that relaxes cannot be told from a weight",
     ("heads", "memory"): "undecided: a spring that relaxes cannot be told from a weight",
     ("heads", "twin"): "its noise is what creeps over minutes: undecided, as what was held out refuses it",
-    ("brfd", HYSTERESIS): "undecided: of all samples friction comes first, which what is held out refuses",
-    ("brfd", "verdicts"): "undecided: of all samples friction comes first, which what is held out refuses",
-    ("brfd", "memory"): "undecided: of all samples friction comes first, which what is held out refuses",
     ("brfd", frozenset({"backlash"})): "it stands in series with the hysteresis, which no term does",
     ("article", LATE): "the replayed motion has passed the sensors, which are all slow",
 }

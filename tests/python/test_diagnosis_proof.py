@@ -436,6 +436,18 @@ def test_exact_what_gains_too_little_by_chance_alone_goes_where_it_beats_the_bes
     assert choice.best(None, found, [], seen, rules) is found[carried]
 
 
+@pytest.mark.parametrize(("left", "first"), [(0.2, True), (0.4, False)])
+def test_exact_what_leaves_far_less_of_the_error_goes_first(monkeypatch, left, first) -> None:
+    """A loop in few blocks beside friction that gains a little in all of them, from an error of .58 to .56."""
+    kinds = [SimpleNamespace(effect=name, label=name, contains=()) for name in ("stribeck_friction", "hysteresis")]
+    friction = Trial(kinds[0], "friction", Gain(np.full(20, 5.0), (0.56, 0.58)), ())
+    loop = Trial(kinds[1], "loop", Gain(np.resize([300.0, -4.0], 20), (left, 0.58)), ())
+    ahead = {"friction": 1.0, "loop": -1.0}
+    monkeypatch.setattr(choice, "gain", lambda replay, one, other, folds: SimpleNamespace(limited=ahead[one]))
+    rules = SimpleNamespace(folds=None)
+    assert choice.best(None, [friction, loop], [], None, rules) is (loop if first else friction)
+
+
 def confirmed_on_others(monkeypatch, p, gained, *, beside=(), **shown) -> bool:
     """Whether a faint friction is confirmed, with this p value, gain and proof, beside these other effects."""
     candidate = SimpleNamespace(effect="load_side_friction", label="load_side_friction", contains=("cogging",))

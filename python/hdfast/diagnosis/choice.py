@@ -6,13 +6,13 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from hdfast.diagnosis.accept import ALARM, GAIN_ERRORS, SHORT, SLOW, STILL, TIMING, Rules, too_uneven
-from hdfast.diagnosis.fitted import Fit
 from hdfast.diagnosis.replay import Replay
 from hdfast.diagnosis.score import gain
 from hdfast.diagnosis.screen import Screen
 from hdfast.diagnosis.trials import Trial
 
 GENERAL_ERRORS, GENERAL_FALL = 3.0, 0.10
+FAR_BELOW = 0.5
 
 
 def carried(replay: Replay, trials: Sequence[Trial], seen: Screen, rules: Rules) -> list[Trial]:
@@ -36,7 +36,7 @@ def carried(replay: Replay, trials: Sequence[Trial], seen: Screen, rules: Rules)
     ]
     passed = _unbeaten_first(replay, [one for one in trials if not one.failed], rules) if short else []
     for better in sorted(short, key=lambda one: -one.gain.limited):
-        if passed and _beats(replay, better.fit, passed[0].fit, rules):
+        if passed and _beats(replay, better, passed[0], rules):
             return [replace(one, failed=()) if one is better else one for one in trials]
     return list(trials)
 
@@ -73,18 +73,22 @@ def _unbeaten_first(replay: Replay, passed: Sequence[Trial], rules: Rules) -> li
     ranked = sorted(passed, key=lambda one: -one.gain.limited)
     first = 0
     for index in range(1, len(ranked)):
-        if _beats(replay, ranked[index].fit, ranked[first].fit, rules):
+        if _beats(replay, ranked[index], ranked[first], rules):
             first = index
     return [*ranked[first : first + 1], *ranked[:first], *ranked[first + 1 :]]
 
 
-def _beats(replay: Replay, one: Fit, other: Fit, rules: Rules) -> bool:
-    """Whether a fit predicts better than another, by its own filter and by the other's.
+def _beats(replay: Replay, one: Trial, other: Trial, rules: Rules) -> bool:
+    """Whether a trial predicts better than another: by the filters of both fits, unless one error is far the smaller.
 
-    The filter of a fit that misses much takes for noise what it misses.
+    The filter of a fit that misses much takes for noise what it misses, and what little another gains in most blocks
+    may count for more than what explains most of the motion in a few.
     """
-    ahead = gain(replay, one, other, rules.folds).limited
-    return ahead > 0.0 and ahead > gain(replay, other, one, rules.folds).limited
+    error, others = one.gain.nrmse[0], other.gain.nrmse[0]
+    if min(error, others) < FAR_BELOW * max(error, others):
+        return error < others
+    ahead = gain(replay, one.fit, other.fit, rules.folds).limited
+    return ahead > 0.0 and ahead > gain(replay, other.fit, one.fit, rules.folds).limited
 
 
 def _clearly(replay: Replay, general: Trial, special: Trial, seen: Screen, rules: Rules) -> bool:

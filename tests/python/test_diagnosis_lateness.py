@@ -19,6 +19,7 @@ from hdfast.diagnosis.shapes import in_sensor, positive
 from hdfast.diagnosis.source import Source
 from hdfast.errors import InputError
 from hdfast.recordings import load_campaign
+from hdfast.recordings.columns import read_column_map
 
 PERIOD = 2e-3
 COLUMNS = {name: np.arange(100.0) for name in ("t", "motor_angle", "motor_torque", "load_angle")}
@@ -101,6 +102,13 @@ def test_exact_what_is_not_used_of_the_load_torques_sensor_is_told(stated, named
     told = neglected(simulated.campaign([COLUMNS | {"load_torque": COLUMNS["t"]}], f"{simulated.TEXT}{stated}"))
     assert not told if named is None else named in told[0]
     assert not neglected(simulated.campaign([COLUMNS], f"{simulated.TEXT}{stated}"))
+
+
+def test_exact_a_scale_that_is_not_fitted_is_told_where_its_error_is_stated():
+    stated = read_column_map({name: {"sigma": 0.1} for name in ("motor_torque", "load_torque")})
+    for columns, told in ((COLUMNS | {"load_torque": COLUMNS["t"]}, ["columns.load_torque.sigma"]), (COLUMNS, [])):
+        campaign = replace(simulated.campaign([columns]), columns=stated)
+        assert [one.partition(" ")[0] for one in neglected(campaign)] == told
 
 
 @pytest.mark.parametrize("late", [0.0, 20e-3])

@@ -59,6 +59,8 @@ def test_exact_worst_rows_are_the_worst(study):
     assert [row["margin"] for row in worst] == sorted(study.worst_margin)[:3]
     assert worst[0]["te_pp"] == study.column("te_pp").max()
     assert worst[0]["J_l"] == study.column("J_l")[worst[0]["row"]]
+    with pytest.raises(hdfast.InputError, match=r"count = 2.5"):
+        study.worst(2.5)
 
 
 def test_exact_contributions_name_the_driver(study):
@@ -125,7 +127,7 @@ def test_regress_a_study_says_why_rows_failed(tmp_path, capsys):
     file.write_text(FAILING)
     assert main(["tolerance", str(file), "--rows", "200"]) == 1
     assert swept.message(first).removesuffix(".") in capsys.readouterr().err
-    with pytest.raises(FailedRowsError, match="bad_parameters"):
+    with pytest.raises(FailedRowsError, match=r"bad_parameters .* narrow the tolerances"):
         hdfast.tolerance(parsed, n=200).sobol(256)
     excluded = hdfast.tolerance(parsed, n=200, failed="exclude", out=out)
     assert excluded.reason(first) == swept.message(first)

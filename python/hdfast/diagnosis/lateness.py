@@ -84,7 +84,19 @@ def on_time(campaign: Campaign, sources: Sequence[Source]) -> list[Source]:
 
 
 def neglected(campaign: Campaign) -> list[str]:
-    """A sentence where more is known of the sensor of a recorded load torque than its delay."""
+    """What is stated and not used: of a recorded load torque's sensor all but the delay, of other scales the error."""
+    return [*_of_the_load(campaign), *_of_scales(campaign)]
+
+
+def _of_scales(campaign: Campaign) -> list[str]:
+    return [
+        f"columns.{name}.sigma is not used: only the scale of motor_torque is fitted, others count as right"
+        for name, column in campaign.columns.items()
+        if column.sigma and name != "motor_torque" and _recorded(campaign, (name,))
+    ]
+
+
+def _of_the_load(campaign: Campaign) -> list[str]:
     facts = campaign.sensors.get(LOAD, SensorFacts())
     more = [key for key in ("lowpass_hz", "averaged") if getattr(facts, key)]
     more += [one.effect for one in campaign.drive.effects if one.channel == LOAD and one.effect != DELAY]

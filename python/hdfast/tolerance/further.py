@@ -26,7 +26,7 @@ from hdfast.tolerance.indices import (
     sobol_indices,
 )
 from hdfast.tolerance.limits import Spec, margin
-from hdfast.tolerance.policy import gate
+from hdfast.tolerance.policy import WHOLE, gate
 from hdfast.tolerance.rare import RareEvent, subset_simulation
 from hdfast.tolerance.sample import Plan
 from hdfast.tolerance.sensitivity import Gradient, gradient
@@ -176,7 +176,7 @@ class FurtherRuns:
         whole = {}
         for metric, found in result.metrics.items():
             if metric in self.specs or not result.finished.all():
-                gate(found, result.finished, "refuse", metric, reason=result.message)
+                gate(found, result.finished, "refuse", metric, reason=result.message, remedy=WHOLE)
             if np.all(np.isfinite(found)):
                 whole[metric] = np.asarray(found)
         return whole

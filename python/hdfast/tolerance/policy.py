@@ -14,6 +14,14 @@ from hdfast.errors import Carrying
 POLICIES = ("refuse", "exclude", "worst")
 
 
+SAY = (
+    "say what that means with failed='exclude' (leave them out, the count stays on every figure) or failed='worst' "
+    "(count them as out of limits)"
+)
+#: Where a design of rows is used whole.
+WHOLE = "none of these rows can be left out: narrow the tolerances that lead there"
+
+
 class FailedRowsError(Carrying, RuntimeError):
     """Rows failed or lack a metric and nobody said what that means.
 
@@ -23,14 +31,12 @@ class FailedRowsError(Carrying, RuntimeError):
         count: how many there are.
     """
 
-    def __init__(self, metric: str, rows: list[int], count: int, total: int, reason: str = "") -> None:
+    def __init__(
+        self, metric: str, rows: list[int], count: int, total: int, reason: str = "", remedy: str = SAY
+    ) -> None:
         listed = ", ".join(map(str, rows)) + (", ..." if count > len(rows) else "")
         first = f"; {reason.removesuffix('.')};" if reason else ":"
-        super().__init__(
-            f"{count} of {total} rows have no {metric} (rows {listed}){first} say what that means with "
-            "failed='exclude' (leave them out, the count stays on every figure) or failed='worst' (count them as out "
-            "of limits)"
-        )
+        super().__init__(f"{count} of {total} rows have no {metric} (rows {listed}){first} {remedy}")
         self.metric, self.rows, self.count = metric, rows, count
 
 
@@ -70,6 +76,7 @@ def gate(
     metric: str,
     bad_side: float = np.inf,
     reason: Callable[[int], str] = lambda _: "",
+    remedy: str = SAY,
 ) -> Usable:
     """Let the values of a metric through to statistics.
 
@@ -80,6 +87,7 @@ def gate(
         metric: its name, for messages.
         bad_side: what stands for a missing value under "worst": +inf or -inf.
         reason: what became of a row, asked of the first that is missing.
+        remedy: what to do about it.
 
     Raises:
         FailedRowsError: under "refuse", when a row is missing.
@@ -88,7 +96,7 @@ def gate(
     missing = int(len(values) - np.count_nonzero(good))
     if missing and policy == "refuse":
         rows = np.flatnonzero(~good)[:5].tolist()
-        raise FailedRowsError(metric, rows, missing, len(values), reason(rows[0]))
+        raise FailedRowsError(metric, rows, missing, len(values), reason(rows[0]), remedy)
     if missing and policy == "worst":
         return Usable(np.where(good, values, bad_side), np.arange(len(values)), missing, policy)
     index = np.flatnonzero(good)

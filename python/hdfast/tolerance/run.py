@@ -84,7 +84,7 @@ def tolerance(
     if threads is not None:
         checks.whole("threads", threads, 1, MAX_THREADS)
     task = Task(settings, plan, tuple(study_metrics(settings)), threads)
-    if cluster is not None and not isinstance(cluster, str):
+    if cluster is not None and not (isinstance(cluster, str) and cluster):
         raise InputError(f"cluster = {shorten(cluster)} is neither 'local' nor the address of a scheduler")
     if workers is not None:
         checks.whole("workers", workers, 1, MAX_WORKERS)

@@ -180,7 +180,11 @@ class Study(FurtherRuns):
         """The rows nearest to or furthest beyond their limits, with `row`, `margin` and every column.
 
         Under "exclude" only rows that count in the yield of all specifications together.
+
+        Raises:
+            InputError: `count` is no whole number from 1 to 10^6.
         """
+        checks.whole("count", count, 1, 10**6)
         if not self.specs:
             return []
         used = np.flatnonzero(counted(self.worst_margin, self.finished, self.policy))

@@ -122,7 +122,7 @@ def test_exact_angles_in_degrees_are_said_in_every_output(command, tmp_path, cap
     assert any("motor_angle may be in degrees" in sentence for sentence in told)
     assert told == json.loads(next(out.glob("c*.json")).read_text())["warnings"]
     assert "motor_angle may be in degrees" in (out / "report.html").read_text()
-    assert "further off than no model at all" in told[-1]
+    assert "of motor_torque the model explains nothing or less" in told[-1]
     assert main([command, str(path), "--quiet"]) == 0
     assert capsys.readouterr() == ("", "")
 

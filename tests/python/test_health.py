@@ -264,6 +264,17 @@ def test_exact_ratio_and_sign(run, factor, text):
     assert text in sentences(result, "ratio", "reject")[0]
 
 
+@pytest.mark.parametrize(("ratio", "usable"), [(RATIO, True), (100.0, False)])
+def test_exact_a_ratio_that_is_not_stated_is_no_guess(run, ratio, usable):
+    """The default drive has 121."""
+    run["load_angle"] = run["load_angle"] * RATIO / ratio
+    result = examine(run, "\n".join(line for line in TEXT.splitlines() if not line.startswith("ratio")))
+    assert result.usable == usable
+    [told] = sentences(result, "ratio")
+    assert f"the angles give a ratio of {'120.97' if usable else '99.97'}" in told
+    assert ("state ratio in [drive]" in told) != usable
+
+
 def test_exact_windup_on_a_short_stroke_is_no_wrong_ratio(clean):
     found = dict(clean["sine"])
     shorter = 0.04 * RATIO / np.ptp(found["motor_angle"])
@@ -377,6 +388,9 @@ def test_exact_torque_with_the_wrong_sign(clean, kind):
 UNITS = [
     ("motor_angle", 57.29578, "the motor reaches"),
     ("motor_torque", RATIO, "motor_torque may be the torque at the output"),
+    ("motor_torque", 1000.0, "motor_torque may be in mN m"),
+    ("motor_torque", 9.09, "look for a scale of motor_torque"),
+    ("motor_torque", 0.1, "look for a scale of motor_torque"),
     ("t", 1000.0, "t may not be in seconds"),
 ]
 
@@ -673,6 +687,13 @@ def test_exact_steady_speeds_that_are_multiples_are_no_lattice():
     speed = np.repeat([10.0, 20.0, 30.0, -10.0, -20.0, -30.0], 500)
     angle = np.cumsum(speed) * 1e-3 + np.random.default_rng(2).normal(0.0, 1e-4, 3000)
     assert steps.lattice(np.diff(angle)) == 0.0
+
+
+@pytest.mark.parametrize(("sigma", "told"), [(0.1, False), (1.0, False), (2e-5, True), (1600.0, True), (0.0, False)])
+def test_exact_a_sigma_that_is_no_share_is_told(sigma, told):
+    text = TEXT.replace("B_ml = 6e-4", f"B_ml = {{ value = 6e-4, sigma = {sigma} }}")
+    found = [one.sentence for one in nameplate.check(campaign([], text)) if one.severity == "warning"]
+    assert any(sentence.startswith(f"sigma of B_ml ({sigma:.4g})") for sentence in found) == told
 
 
 def test_exact_a_relative_sigma_of_zero_is_told():

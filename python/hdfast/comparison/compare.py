@@ -13,7 +13,7 @@ import numpy as np
 from hdfast import files
 from hdfast.checks import Floats
 from hdfast.diagnosis.replay import Replay
-from hdfast.diagnosis.score import nrmse
+from hdfast.diagnosis.score import nrmse, unexplained
 from hdfast.diagnosis.session import Setup, nominal, set_up_usable
 from hdfast.printing import percent
 from hdfast.recordings import Campaign, recorded
@@ -21,8 +21,8 @@ from hdfast.recordings import Campaign, recorded
 RESULTS = (files.COMPARISON, files.REPORT)
 ERROR = "rms over the spread of what was measured"
 WORSE = (
-    "the model is further off than no model at all: check units, signs and ratio in [columns] and [drive], "
-    "and whether a load is missing"
+    "of {} the model explains nothing or less: check units, signs and clocks in [columns], ratio and inertias in "
+    "[drive], and whether a load is missing"
 )
 LOST = "the drive cannot be simulated along its recorded motion: it has no error"
 
@@ -96,20 +96,20 @@ class Comparison:
 
 
 def warned(setup: Setup, mismatch: Iterable[tuple[Replay, Floats]]) -> list[str]:
-    """Warnings of the setup, recordings without an error, and one more where no error is below 1.
+    """Warnings of the setup, recordings without an error, and torques of which nothing is explained.
 
     Args:
         setup: the recordings at the working rate.
         mismatch: measured minus simulated (N,), stacked, NaN where a drive cannot be simulated.
     """
     lost: list[str] = []
-    errors: list[float] = []
+    astray: list[set[str]] = []
     for replay, stacked in mismatch:
         pieces = replay.layout.pieces
         gone = [replay.plant.units[index].name for index, _, where in pieces if not np.isfinite(stacked[where]).all()]
         lost += gone
-        errors += [] if gone else [nrmse(replay.layout, stacked)]
-    worse = [WORSE] if errors and min(errors) > 1.0 else []
+        astray += [] if gone else [set(unexplained(replay, stacked))]
+    worse = [WORSE.format(channel) for channel in sorted(set.intersection(*astray) if astray else ())]
     return [*setup.warnings, *(f"{name}: {LOST}" for name in dict.fromkeys(lost)), *worse]
 
 

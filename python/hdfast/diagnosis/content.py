@@ -22,11 +22,13 @@ from hdfast.drive_file import UNKNOWN
 from hdfast.files import json_ready
 from hdfast.health import Health
 from hdfast.model import parse_order
+from hdfast.printing import percent
 from hdfast.sensors.names import table
 from hdfast.terms import terms
 
 MEMORIES = ("none", "rate_independent", "fading")
 LOUD = 3.0  # times the white noise, beyond which a note says so
+MUCH = 0.5  # of the spread: more than most left-out physics takes
 NOWHERE: dict[str, Any] = {
     "place": None,
     "place_candidates": [],
@@ -53,9 +55,14 @@ def _notes(verdict: Verdict) -> list[str]:
     if proof is not None and proof.extended > LOUD * proof.floor > 0.0:
         notes.append(
             f"what is left of the held-out recordings is {proof.extended / proof.floor:.2g} times the white noise of "
-            "the sensors: slower noise, or physics that nothing tried here describes"
+            f"the sensors: slower noise, or physics that nothing tried here describes{_much(proof.extended)}"
         )
     return notes
+
+
+def _much(error: float) -> str:
+    """What else may leave so large a share of the spread."""
+    return f"; where {percent(error)} of the spread are left, also a scale or a clock" if error > MUCH else ""
 
 
 def _findings(health: Health) -> list[dict[str, Any]]:

@@ -13,10 +13,13 @@ from hdfast.diagnosis.fitted import Fit
 from hdfast.diagnosis.left_out import left_out
 from hdfast.diagnosis.replay import Replay
 from hdfast.diagnosis.shaken import exchanged, noise_of
+from hdfast.sensors.channels import TORQUES
 
 CONVINCING = 10.0
 CERTAIN, CERTAIN_ERRORS = 20.0, 3.0
 SHARE = 0.2
+#: A torque is not explained where its error is this share of its spread, and no noise: so many times its floor.
+NOTHING, HEARD = 0.95, 3.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -143,6 +146,18 @@ def nrmse(layout: Layout, mismatch: Floats, channel: str | None = None) -> float
         if channel in (None, own)
     ]
     return float(np.sqrt(np.mean(np.square(shares)))) if shares else float("nan")
+
+
+def unexplained(replay: Replay, mismatch: Floats) -> list[str]:
+    """Torques of which a mismatch (N,) leaves as good as everything, all recordings taken together."""
+    layout, found = replay.layout, []
+    for number, channel in enumerate(layout.channels):
+        where = layout.channel == number
+        left = float(np.sqrt(np.mean(mismatch[where] ** 2))) if where.any() else 0.0
+        spread = float(np.sqrt(np.mean(layout.spread[where] ** 2))) if where.any() else 0.0
+        if channel in TORQUES and left > max(NOTHING * spread, HEARD * replay.floor[number]):
+            found.append(channel)
+    return found
 
 
 def noise_floor(replay: Replay) -> float:

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from hdfast.drive_file import DriveFile
 from hdfast.health.finding import NOTE, WARNING, Finding
 from hdfast.recordings import Campaign
 
 NAME = "drive"
 DRAG = ("B_m", "B_ml")
+#: Relative standard deviations beyond which one is an absolute one by mistake.
+SMALLEST, LARGEST = 1e-4, 10.0
 
 
 def check(campaign: Campaign) -> list[Finding]:
@@ -27,6 +30,7 @@ def check(campaign: Campaign) -> list[Finding]:
             "value that is expected, or leave it out"
         )
         found.append(Finding(NAME, WARNING, sentence, value=len(exact)))
+    found += _unlikely(drive)
     if all(drive.values.get(name) == 0.0 for name in DRAG) and not set(DRAG) <= set(exact):
         sentence = (
             f"{' and '.join(DRAG)} = 0 are taken as exactly 0: drag in proportion to the motor's speed has no name of "
@@ -39,3 +43,14 @@ def check(campaign: Campaign) -> list[Finding]:
         sentence = f"ratio = {stated:g}, the teeth give {expected:g}; mend ratio, the teeth or the fixed member"
         found.append(Finding(NAME, WARNING, sentence, value=stated, limit=expected))
     return found
+
+
+def _unlikely(drive: DriveFile) -> list[Finding]:
+    """Standard deviations that are stated in the unit of their parameters, by their size."""
+    shares = {name: sigma / abs(drive.values[name]) for name, sigma in drive.sigma.items() if drive.values[name] != 0.0}
+    unlikely = {name: share for name, share in shares.items() if share > LARGEST or 0.0 < share < SMALLEST}
+    if not unlikely:
+        return []
+    stated = ", ".join(f"{name} ({share:.4g})" for name, share in unlikely.items())
+    sentence = f"sigma of {stated}: it is a share of the value, 0.1 for 10 %, and no number in its unit"
+    return [Finding(NAME, WARNING, sentence, value=next(iter(unlikely.values())), limit=LARGEST)]

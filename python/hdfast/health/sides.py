@@ -31,9 +31,7 @@ def check(subject: Subject) -> None:
     if found != 0.0 and abs(found) * travel > SMALLEST_TRAVEL:
         subject.facts.ratio = 1.0 / found
     if ratio is None:
-        if subject.facts.ratio is not None:
-            sentence = f"the angles give a ratio of {subject.facts.ratio:.6g}; [drive] states none"
-            subject.find("ratio", NOTE, sentence, value=subject.facts.ratio)
+        _unstated(subject, travel)
         return
     turned = max(travel, float(np.ptp(load))) / abs(ratio)
     if turned < SMALLEST_TRAVEL:
@@ -50,6 +48,17 @@ def check(subject: Subject) -> None:
     if alignment is not None:
         _ratio(subject, alignment, ratio, turned)
         _clock(subject, alignment)
+
+
+def _unstated(subject: Subject, travel: float) -> None:
+    """Name the ratio that the angles give where none is stated, and reject where the default drive has another."""
+    seen, taken = subject.facts.ratio, subject.campaign.priors["ratio"].value
+    if seen is None:
+        return
+    other = abs(taken / seen - 1.0) > max(RATIO_OFF, WINDUP * abs(taken) / travel)
+    remedy = f", and {taken:g} would be taken: state ratio in [drive]" if other else ""
+    sentence = f"the angles give a ratio of {seen:.6g}; [drive] states none{remedy}"
+    subject.find("ratio", REJECT if other else NOTE, sentence, value=seen)
 
 
 def still(load: Floats, travel: float, resolution: float = 0.0) -> str:

@@ -1,4 +1,4 @@
-"""Units: amplitudes that are off by 57.3, 9.55, the ratio or its inverse."""
+"""Units: amplitudes that are off by 57.3, 9.55, a thousand, the ratio or its inverse."""
 
 from __future__ import annotations
 
@@ -17,6 +17,9 @@ CLOSE = 0.03
 CLOSE_INERTIA = 0.15
 FASTEST = 2000.0
 SLOWEST_RATE, FASTEST_RATE = 5.0, 1e6
+#: Of the inertia that the torque shows: so many times the stated one, and so many of its errors, are no tolerance.
+FAR_OFF, SIGMAS = 5.0, 3.0
+LOOK = "look for a scale of motor_torque, motor_angle or t in [columns], or an inertia of [drive], that is far off"
 
 
 def near_unit(relative: float, ratio: float | None, close: float = CLOSE) -> str:
@@ -77,12 +80,22 @@ def _inertia(subject: Subject) -> None:
     reasons = {
         1.0 / DEGREES: "motor_angle may be in degrees",
         DEGREES: "torque or angle may be off by 57.3",
+        1e3: "motor_torque may be in mN m: scale = 0.001 in [columns] motor_torque",
+        1e6: "t may be in milliseconds: scale = 0.001 in [columns] t",
     }
     if subject.ratio:
         reasons[abs(subject.ratio)] = "motor_torque may be the torque at the output: divide it by the ratio"
         reasons[subject.ratio**2] = "torque and angle may both be those of the output"
         reasons[1.0 / abs(subject.ratio)] = "motor_torque may be divided by the ratio once too often"
     hint = explained(relative, reasons, CLOSE_INERTIA)
+    if not hint and relative > 0.0 and abs(math.log(relative)) > _tolerated(subject):
+        hint = LOOK
     if hint:
         sentence = f"the torque per acceleration is {relative:.3g} times the stated inertia; {hint}"
         subject.find(NAME, WARNING, sentence, value=relative)
+
+
+def _tolerated(subject: Subject) -> float:
+    """How far, as a logarithm, the inertia that the torque shows may be from the stated one."""
+    known = subject.campaign.priors["J_m"]
+    return math.log(FAR_OFF) + (SIGMAS * known.sigma / known.value if known.value > 0.0 else 0.0)

@@ -33,6 +33,7 @@ TAGS = {
     "data_rejected": ("Recordings rejected", RED),
 }
 MOST_LIMITS = 12
+MOST_ERRORS = 99  # standard errors that are told by number
 NARROW = "\u00a0"
 WORTH_A_BAR, WORTH_SAYING = 0.005, 0.05
 MEMORIES = {"none": "", "rate_independent": ", path", "fading": ", fading"}
@@ -272,7 +273,8 @@ def _better(content: Mapping[str, Any], verdict: Verdict) -> Card:
     proof = verdict.proof
     rests_elsewhere = proof is not None and proof.holds and not proof.shows
     if extended and proof is not None and len(groups[0][1]) == 2 and not rests_elsewhere:
-        texts.append(f"Proof: a gain of {proof.gain.ratio:.1f} standard errors.")
+        gained = f"{proof.gain.ratio:.1f}" if proof.gain.ratio < MOST_ERRORS else f"more than {MOST_ERRORS}"
+        texts.append(f"Proof: a gain of {gained} standard errors.")
     texts += content["notes"]
     title = "How much better" if extended else "How well it predicts"
     return Card(title, "four", texts=texts, figures=[picture(plots.errors(groups), "")])

@@ -9,7 +9,7 @@ import round_trips
 from hdfast import Scenario, config, identify
 from hdfast.bench import startstop
 from hdfast.errors import InputError
-from hdfast.identify import orders
+from hdfast.identify import estimate, orders
 
 CHANCE = 3.0 * np.sqrt(0.9 * 0.1)
 
@@ -99,6 +99,30 @@ def test_exact_intervals_of_short_runs_hold_the_truth(turns, both):
         for n, (a, p) in enumerate(zip(amplitudes, phases, strict=True), start=1):
             held.append(fit.estimates.named(f"te_cos_{n}").covers(a * np.sin(p)))
     assert 0.84 <= np.mean(held) <= 0.96
+
+
+@pytest.mark.parametrize("freedom", [np.inf, 10.0])
+@pytest.mark.parametrize("truth", [0.0, 1.0, 2.0, 3.0, 10.0, 40.0])
+def test_exact_intervals_of_an_amplitude_hold_the_truth(truth, freedom):
+    rng = np.random.default_rng(7)
+    sizes = np.hypot(truth + rng.standard_normal(2000), rng.standard_normal(2000))
+    sigmas = np.ones(2000) if np.isinf(freedom) else np.sqrt(rng.chisquare(freedom, 2000) / freedom)
+    found = [estimate.amplitude("te", size, "rad", sigma, freedom) for size, sigma in zip(sizes, sigmas, strict=True)]
+    assert 0.88 <= np.mean([item.covers(truth) for item in found]) <= 0.96
+    assert min(item.low for item in found) >= 0.0
+    assert all(item.low <= item.value <= item.high for item in found)
+    assert np.median([item.high - item.low for item in found]) < 3.7
+
+
+def test_exact_amplitudes_of_orders_that_are_not_there_reach_zero():
+    held = []
+    for seed in range(20):
+        fit = identify.kinematic_error(
+            smooth([2], [90e-6], [0.4], 1e-6, seed=seed), ratio=121.0, orders=[*range(1, 11)]
+        )
+        held += [fit.estimates.named(f"te_{n}").low == 0.0 for n in range(1, 11) if n != 2]
+        assert fit.estimates.named("te_2").low == pytest.approx(90e-6, rel=0.02)
+    assert 0.88 <= np.mean(held) <= 0.99
 
 
 def test_exact_intervals_are_not_known_where_the_fit_leaves_no_residual():

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import scipy
 
 from hdfast.printing import text_table
 
 CONFIDENCE = 0.90
+LARGE = 30.0  # deviations from which the size of two numbers scatters as each of them does
 HEADER = ["quantity", "value", "unit", "90 % interval", "relative"]
 
 
@@ -37,6 +38,24 @@ def estimate(
     """An estimate whose 90 % interval follows Student's t with `freedom` degrees of freedom."""
     half = float(scipy.stats.t.ppf(0.5 + CONFIDENCE / 2.0, max(freedom, 1.0))) * sigma
     return Estimate(name, float(value), unit, float(sigma), float(value - half), float(value + half), meaning)
+
+
+def amplitude(
+    name: str, size: float, unit: str, sigma: float, freedom: float = math.inf, meaning: str = ""
+) -> Estimate:
+    """The size hypot(a, b) of two numbers that scatter by sigma each, with an interval that may begin at zero.
+
+    size^2/sigma^2 is noncentral chi-squared with two degrees of freedom (Rice 1945). The upper end of a size below
+    what noise alone gives, sqrt(2) sigma, is that of such a size.
+    """
+    found = estimate(name, size, unit, sigma, freedom, meaning)
+    scatter = (found.high - found.low) / (2.0 * float(scipy.stats.norm.ppf(0.5 + CONFIDENCE / 2.0)))
+    if not 0.0 < scatter < math.inf or size > LARGE * scatter:
+        return found
+    square, tail = (size / scatter) ** 2, 0.5 * (1.0 - CONFIDENCE)
+    low = scipy.special.chndtrinc(square, 2.0, 1.0 - tail) if square > -2.0 * math.log(tail) else 0.0
+    high = scipy.special.chndtrinc(max(square, 2.0), 2.0, tail)
+    return replace(found, low=scatter * math.sqrt(low), high=scatter * math.sqrt(high))
 
 
 def mean(found: Sequence[Estimate]) -> Estimate:

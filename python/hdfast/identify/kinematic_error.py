@@ -15,7 +15,7 @@ from hdfast.checks import Floats
 from hdfast.errors import InputError
 from hdfast.identify import orders as domain
 from hdfast.identify.angles import refuse_apart, refuse_wrapped
-from hdfast.identify.estimate import Estimate, Estimates, estimate
+from hdfast.identify.estimate import Estimate, Estimates, amplitude, estimate
 from hdfast.identify.fit import Fit
 from hdfast.identify.least_squares import untold
 from hdfast.identify.orders import Design, Run
@@ -213,9 +213,9 @@ def _estimates(found: _Solution, orders: list[Fraction], gains: Complexes) -> li
     for j, (order, (a, b)) in enumerate(zip(orders, _corrected(found, gains), strict=True)):
         sa, sb = found.sigma[2 * j : 2 * j + 2] / abs(gains[j])
         size = math.hypot(a, b)
-        sigma = math.sqrt((a * sa) ** 2 + (b * sb) ** 2) / size if size else math.nan
+        sigma = math.hypot(a * sa, b * sb) / size if size else math.hypot(sa, sb) / math.sqrt(2.0)
         name = str(order)
-        listed.append(estimate(f"te_{name}", size, "rad", sigma, meaning=f"amplitude of order {name}"))
+        listed.append(amplitude(f"te_{name}", size, "rad", sigma, meaning=f"amplitude of order {name}"))
         listed.append(estimate(f"te_cos_{name}", a, "rad", sa))
         listed.append(estimate(f"te_sin_{name}", b, "rad", sb))
     return listed

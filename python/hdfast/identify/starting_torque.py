@@ -10,7 +10,7 @@ import numpy as np
 
 from hdfast.checks import Floats
 from hdfast.identify import left_out
-from hdfast.identify.estimate import Estimates, estimate
+from hdfast.identify.estimate import Estimates, amplitude, estimate
 from hdfast.identify.fit import Fit
 from hdfast.identify.least_squares import fit
 from hdfast.identify.starts import Starts, starts
@@ -67,7 +67,7 @@ def starting_torque(
         a, b = line.coefficients[len(sides) :]
         size, largest = math.hypot(a, b), float(np.max(line.sigma[len(sides) :]))
         meaning = "amplitude twice per motor revolution over the mean"
-        ripple = (estimate("ripple", size, "1", largest, line.freedom, meaning), math.atan2(-b, a))
+        ripple = (amplitude("ripple", size, "1", largest, line.freedom, meaning), math.atan2(-b, a))
         estimates.append(ripple[0])
     spread = math.sqrt(float(line.residuals @ line.residuals) / max(line.freedom, 1))
     meaning = "standard deviation from start to start"

@@ -158,7 +158,7 @@ def _fit(means: Plateaus, names: list[str], ratio: float) -> NonlinearFit:
         law = dict(zip(names, values.tolist(), strict=True))
         return (means.torque - law_torque(law, means.speed, means.load, means.temperature, ratio)) * weight
 
-    return fit(residual, [starts[name] for name in names])
+    return fit(residual, [starts[name] for name in names], uneven=True)
 
 
 def _estimates(found: NonlinearFit, names: list[str]) -> list[Estimate]:

@@ -195,6 +195,31 @@ def at(speed, torque, load=0.0):
     return {"t": t, "motor_angle": speed * t, "motor_torque": torque + 0.0 * t, "load_torque": load + 0.0 * t}
 
 
+@pytest.mark.parametrize(
+    ("angle", "reference", "text"),
+    [
+        (np.degrees, np.copy, "turns 57.3 times as fast as speed_reference; motor_angle looks like degrees: scale"),
+        (np.degrees, lambda w: 30.0 / np.pi * w, "turns 6 times .* degrees and speed_reference like r/min: scale"),
+        (np.copy, np.degrees, "turns 0.01745 times .* speed_reference looks like deg/s: scale = 0.0174533"),
+        (np.negative, np.copy, "motor_torque goes with speed_reference: .*columns. motor_angle$"),
+        (np.copy, np.negative, "motor_torque goes with motor_angle: .*columns. speed_reference$"),
+    ],
+)
+def test_exact_a_motor_at_odds_with_its_reference_is_refused(angle, reference, text):
+    made = friction(FrictionLaw(T_s=0.03), sensors=rig(200.0))[0]
+    wrong = {"motor_angle": angle(made["motor_angle"]), "speed_reference": reference(made["speed_reference"])}
+    with pytest.raises(InputError, match=f"recording 0: motor_angle .*{text}"):
+        identify.friction(dict(made.columns) | wrong, ratio=121.0)
+
+
+@pytest.mark.parametrize("scale", [30.0 / np.pi, 1.0 / 121.0, 30.0 / np.pi / 121.0])
+def test_exact_a_reference_in_rpm_or_of_the_output_does_no_harm(scale):
+    made = friction(FrictionLaw(T_s=0.03), sensors=rig(200.0))[0]
+    other = dict(made.columns) | {"speed_reference": scale * made["speed_reference"]}
+    fit = identify.friction(other, ratio=121.0)
+    assert fit.estimates.named("B").value == identify.friction(made, ratio=121.0).estimates.named("B").value
+
+
 def test_exact_an_optional_column_without_numbers_is_as_good_as_absent():
     recordings = friction(FrictionLaw(T_s=0.03), dwell_revolutions=2.0, seed=3)
     whole = identify.friction(recordings, ratio=121.0)

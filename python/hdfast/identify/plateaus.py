@@ -10,6 +10,8 @@ import numpy as np
 
 from hdfast.checks import Floats
 from hdfast.errors import InputError
+from hdfast.health.reference import RPM
+from hdfast.health.units import CLOSE, DEGREES, explained
 from hdfast.identify.angles import refuse_wrapped
 from hdfast.recordings import Recording
 
@@ -19,6 +21,12 @@ PIECES = 8
 STAYS, SECOND = 0.05, 1.0  # share of a speed by which it may change, and the time [s] in which it may
 SCATTER = 15.0  # of the angle about a parabola: three deviations of what 32 samples tell of the change
 TURN = 2.0 * math.pi
+UNITS = {
+    DEGREES: "motor_angle looks like degrees: scale = 0.0174533 in [columns] motor_angle",
+    DEGREES / RPM: "motor_angle looks like degrees and speed_reference like r/min: "
+    "scale = 0.0174533 in [columns] motor_angle",
+    1.0 / DEGREES: "speed_reference looks like deg/s: scale = 0.0174533 in [columns] speed_reference",
+}
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,7 +58,8 @@ def plateaus(recordings: list[Recording], ratio: float, notes: list[str]) -> Pla
     is one. An optional column that is hardly filled is noted.
 
     Raises:
-        InputError: a column is missing, the motor angle is wrapped, or no constant speed is found.
+        InputError: a column is missing, the motor angle is wrapped or at odds with the reference, or no constant speed
+            is found.
     """
     rows: list[tuple[float, ...]] = []
     for recording in recordings:
@@ -87,8 +96,36 @@ def _of(recording: Recording, ratio: float, notes: list[str]) -> list[tuple[floa
                 f"{recording.name}: the speed is not constant, and speed_reference, which tells its steps, is missing"
             )
         notes.append(f"{recording.name}: {ramped} steps of speed_reference left out, during which the speed changes")
-    rows = (_mean(part, ratio) for part in steady)
-    return [row for row in rows if row is not None]
+    pairs = [(part, row) for part in steady if (row := _mean(part, ratio)) is not None]
+    rows = [row for _, row in pairs]
+    if rows and "speed_reference" in found:
+        speed, torque = np.array(rows)[:, :2].T
+        _refuse_at_odds(recording, speed, torque, np.array([part["speed_reference"][0] for part, _ in pairs]))
+    return rows
+
+
+def _refuse_at_odds(recording: Recording, speed: Floats, torque: Floats, asked: Floats) -> None:
+    """Refuse speeds [rad/s] that run against those asked for, or are in degrees, each (n,).
+
+    A reference in r/min or of the output does no harm: only its steps are used.
+
+    Raises:
+        InputError: naming the recording, the column that is wrong and how to mend it.
+    """
+    factors = speed / asked
+    common = float(np.median(factors))
+    if np.median(np.abs(factors - common)) > CLOSE * abs(common):
+        return
+    if common < 0.0:
+        taken = speed @ torque < 0.0  # energy from the drive
+        wrong, right = ("motor_angle", "speed_reference") if taken else ("speed_reference", "motor_angle")
+        raise InputError(
+            f"{recording.name}: motor_angle runs against speed_reference, and motor_torque goes with {right}: "
+            f"flip the sign of scale in [columns] {wrong}"
+        )
+    hint = explained(common, UNITS)
+    if hint:
+        raise InputError(f"{recording.name}: motor_angle turns {common:.4g} times as fast as speed_reference; {hint}")
 
 
 def _stays(t: Floats, angle: Floats) -> bool:

@@ -52,6 +52,34 @@ def test_exact_mean_ripple_and_spread_and_their_coverage(long):
     assert np.mean(spreads) == pytest.approx(5e-4, rel=3.0 * deviation / np.sqrt(len(spreads)))
 
 
+def test_regress_a_short_ramp_is_read_without_the_rest_before_it(long):
+    """The least torque is reached after 1.4 s, within the 2 s over which a long ramp is read."""
+    errors, covered = [], []
+    for seed in range(60 if long else 10):
+        bench = starting_torque(FrictionLaw(T_c=0.0024, T_s=0.0032, B=1e-4), inertia=3e-5, spread=2e-5, seed=seed)
+        fit = identify.starting_torque(bench.recordings)
+        assert fit.numbers["starts"] >= 23
+        for name in ("T_s_forward", "T_s_backward"):
+            errors.append(fit.estimates.named(name).value / bench.truth[name] - 1.0)
+            covered.append(fit.estimates.named(name).covers(bench.truth[name]))
+    assert abs(np.mean(errors)) < 0.006
+    assert 0.8 <= np.mean(covered) <= 0.98
+
+
+def test_regress_starts_that_are_passed_over_are_counted_with_the_reason():
+    """A starting torque of 2.7 to 3.3 mN m at 3 mN m/s: the ramps end after 0.9 to 1.1 s."""
+    law = FrictionLaw(T_c=0.002, T_s=0.003, B=1e-4)
+    fit = identify.starting_torque(starting_torque(law, inertia=3e-5, spread=2e-5, rate=3e-3).recordings)
+    passed = 24 - fit.numbers["starts"]
+    assert 6 < passed < 18
+    note = next(note for note in fit.notes if "passed over" in note)
+    assert note.startswith(f"{passed} starts are passed over: less than 0.5 of the torque stood 0.5 s before")
+    assert note.endswith("ramps of less than 1 s, which need a slower torque")
+    fast = starting_torque(law, inertia=3e-5, spread=2e-5, rate=2e-2).recordings
+    with pytest.raises(InputError, match=r"no start found .*; 24 starts are passed over: less than 0\.5 of "):
+        identify.starting_torque(fast)
+
+
 def test_against_engine_the_written_drive_starts_at_the_identified_torque(made):
     """Torque just below and just above the identified level, at the angle where the ripple vanishes."""
     fit = identify.starting_torque(made.recordings, base={"terms": [STRIBECK]})

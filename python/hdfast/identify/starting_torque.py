@@ -40,7 +40,7 @@ def starting_torque(
 
     Args:
         recordings: each needs t, motor_angle and motor_torque and holds one start or several; the torque rises by
-            1 to 5 mN m/s out of rest, at twelve motor angles or more.
+            1 to 5 mN m/s out of rest, for a second or more, at twelve motor angles or more.
         columns, base, source: as in `stiffness`.
 
     Raises:

@@ -56,7 +56,8 @@ def test_exact_every_coast_is_drawn():
     speeds = np.linspace(10.0, 60.0, 12)
     t = np.linspace(0.0, 0.1, 20)
     curves = {"runs": [(t, speed * t) for speed in speeds], "starts": [(0.0, speed) for speed in speeds]}
-    axes = identify_plots.coasts(Fit("coastdown", "", Estimates([]), {}, [], {}, {}, curves | {"law": (1.0, 0.1, 0.0)}))
+    curves["laws"] = [(1.0, 0.1, 0.0)] * 12
+    axes = identify_plots.coasts(Fit("coastdown", "", Estimates([]), {}, [], {}, {}, curves))
     assert entries(axes.axes[0]) == [f"from {speed * PER_RPM:.0f} r/min" for speed in speeds]
     assert len(axes.axes[1].lines) == 12
 

@@ -2,31 +2,22 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-import scipy
 
 from hdfast import checks
 from hdfast.checks import Floats
-from hdfast.errors import InputError
-from hdfast.identify.angles import refuse_wrapped
+from hdfast.identify.coast_law import coast
+from hdfast.identify.coasts import Coast, coasts
 from hdfast.identify.estimate import Estimate, Estimates, estimate
 from hdfast.identify.fit import Fit
-from hdfast.identify.left_out import coulomb
+from hdfast.identify.left_out import coulomb, negative, negative_text
 from hdfast.identify.nonlinear import fit
-from hdfast.recordings import Recording, gather
+from hdfast.recordings import gather
 
-POINTS = 400
-STEPS = 400
-REST = 0.02
-LEAST_ANGLE = 0.1
-LEVEL = 0.02  # N m
-SHARE = 0.2  # of what slows the drive: friction would be off by as much
-MEDIAN_ERROR = math.sqrt(0.5 * math.pi)  # of normal noise, over that of the mean
-LEAST_SAMPLES = 5  # in motion: one coast alone carries the law, its start and its speed
+MISFIT = 3.0  # residual of a law that holds, in standard deviations of the angle
 
 
 def coastdown(
@@ -41,13 +32,14 @@ def coastdown(
 ) -> Fit:
     """Fit the motor angle of every coast with one law: dw/dt = -(a sgn w + b w + c w^3).
 
-    The angle is fitted, not its derivatives: rounding noise stays where it is. Coasting yields friction over inertia
-    only; `inertia`, known from an added disc or a known torque, turns it into torque.
+    The angle is fitted, not its derivatives: rounding noise stays where it is. Coasts in both directions have an `a`
+    each. Coasting yields friction over inertia only; `inertia`, known from an added disc or a known torque, turns it
+    into torque. A law that the angles do not follow is noted.
 
     Args:
-        recordings: coasts without motor torque; each needs t and motor_angle and begins in motion. The median of a
-            motor_torque until rest is, but for three standard errors, at most a fifth of the torque that slows the
-            drive, or 0.02 N m without `inertia`.
+        recordings: coasts without motor torque; each needs t and motor_angle and begins in motion. Constant speed
+            before the motor is switched off is left out. The median of a motor_torque from there until rest is, but for
+            three standard errors, at most a fifth of the torque that slows the drive, or 0.02 N m without `inertia`.
         inertia: moving inertia at the motor J_m + J_l/ratio^2 [kg m^2].
         ratio: gear ratio, for the model file.
         cubic: fit c as well; it needs fast and slow coasts.
@@ -60,37 +52,52 @@ def coastdown(
     j_total = None if inertia is None else checks.positive("inertia", inertia, 1e6, "kg m^2")
     i = None if ratio is None else checks.positive("ratio", ratio, 1e4)
     listed = gather(recordings, columns)
-    runs = [_moving(item, j_total) for item in listed]
-    start = [_first_guess(t, angle) for t, angle in runs]
-    fastest = max(speed for _, speed in start)
-    decay = 0.5 / max(float(t[-1]) for t, _ in runs)
-    first = [fastest * decay, decay] + ([0.1 * decay / fastest**2] if cubic else [])
-    count = len(first)
-
-    def residual(values: Floats) -> Floats:
-        law = (values[0], values[1], values[2] if cubic else 0.0)
-        parts = [
-            angle - values[count + 2 * j] - coast(t, values[count + 2 * j + 1], law)
-            for j, (t, angle) in enumerate(runs)
-        ]
-        return np.concatenate(parts)
-
-    guess = [*first, *(value for pair in start for value in pair)]
-    found = fit(residual, guess)
-    law = (float(found.values[0]), float(found.values[1]), float(found.values[2]) if cubic else 0.0)
-    names = [("T_c_over_J", "rad/s^2"), ("B_over_J", "1/s"), ("b3_over_J", "s/rad^2")][:count]
-    estimates = [estimate(n, found.values[j], u, found.sigma[j], found.freedom) for j, (n, u) in enumerate(names)]
     notes = [f"{item.name}: {note}" for item in listed for note in item.notes]
+    runs = coasts(listed, j_total, notes)
+    directions = sorted({run.direction for run in runs}, reverse=True)
+    names = ["_forward", "_backward"] if len(directions) == 2 else [""]
+    start = [_first_guess(run.t, run.angle) for run in runs]
+    fastest = max(speed for _, speed in start)
+    decay = 0.5 / max(float(run.t[-1]) for run in runs)
+    first = [*(fastest * decay for _ in names), decay, *([0.1 * decay / fastest**2] if cubic else [])]
+    count, b = len(first), len(names)
+
+    def laws(values: Floats) -> list[tuple[float, float, float]]:
+        a = dict(zip(directions, values.tolist(), strict=False))
+        return [(a[run.direction], float(values[b]), float(values[b + 1]) if cubic else 0.0) for run in runs]
+
+    def residuals(values: Floats) -> list[Floats]:
+        begins = values[count:].reshape(-1, 2)
+        return [
+            run.angle - begin - coast(run.t, float(speed), law)
+            for run, (begin, speed), law in zip(runs, begins, laws(values), strict=True)
+        ]
+
+    found = fit(
+        lambda values: np.concatenate(residuals(values)), [*first, *(value for pair in start for value in pair)]
+    )
+
+    def listed_as(quantities: list[tuple[str, str]], scale: float = 1.0) -> list[Estimate]:
+        return [
+            estimate(name, found.values[j] * scale, unit, found.sigma[j] * scale, found.freedom)
+            for j, (name, unit) in enumerate(quantities)
+        ]
+
+    over = [*((f"T_c_over_J{name}", "rad/s^2") for name in names), ("B_over_J", "1/s"), ("b3_over_J", "s/rad^2")]
+    estimates = listed_as(over[:count])
+    if b == 1:
+        notes.append("one direction only: asymmetry is not known")
     sections: dict[str, Any] = {}
     decided: set[str] = set()
     if j_total is None:
+        notes += [f"{negative_text(item)}: was the motor driven?" for item in estimates if negative(item)]
         notes.append("inertia is not given: friction is known over inertia only, and the model file holds nothing new")
     else:
-        for j, (name, unit) in enumerate((("T_c", "N m"), ("B", "N m s/rad"))):
-            estimates.append(estimate(name, found.values[j] * j_total, unit, found.sigma[j] * j_total, found.freedom))
+        estimates += listed_as([*((f"T_c{name}", "N m") for name in names), ("B", "N m s/rad")], j_total)
         sections["drive"] = _share(estimates[-1], base, i, notes)
-        sections["terms"], decided = coulomb(estimates[-2], notes)
+        sections["terms"], decided = coulomb(estimates[-1 - b : -1], notes)
     notes.append(f"angle residual {np.std(found.residuals):.3g} rad rms over {len(runs)} coasts")
+    notes += _misfit(runs, residuals(found.values), cubic)
     return Fit(
         "coastdown",
         "Friction from coasting to rest",
@@ -100,13 +107,13 @@ def coastdown(
         {"residual_rms": float(np.std(found.residuals)), "speeds": [pair[1] for pair in start]},
         {},
         {
-            "runs": runs,
-            "law": law,
-            "starts": [found.values[count + 2 * j : count + 2 * j + 2] for j in range(len(runs))],
+            "runs": [(run.t, run.angle) for run in runs],
+            "laws": laws(found.values),
+            "starts": list(found.values[count:].reshape(-1, 2)),
         },
         {
-            "t": ("s", np.concatenate([t for t, _ in runs])),
-            "motor_angle": ("rad", np.concatenate([angle for _, angle in runs])),
+            "t": ("s", np.concatenate([run.t for run in runs])),
+            "motor_angle": ("rad", np.concatenate([run.angle for run in runs])),
             "residual": ("rad", found.residuals),
         },
         base or {},
@@ -115,82 +122,19 @@ def coastdown(
     )
 
 
-def coast(t: Floats, speed: float, law: tuple[float, float, float]) -> Floats:
-    """Angle [rad] after coasting for t [s] from a speed [rad/s] > 0 to rest; law = (a, b, c)."""
-    a, b, c = law
-    speed = max(speed, 1e-9)
-    if c == 0.0 and b > 0.0:
-        rest = math.log1p(b * speed / a) / b if a > 1e-9 * b * speed else math.inf
-        moving = np.minimum(t, rest)
-        return np.asarray((speed + a / b) / b * -np.expm1(-b * moving) - a / b * moving)
-    return _integrated(t, speed, law)
-
-
-def _integrated(t: Floats, speed: float, law: tuple[float, float, float]) -> Floats:
-    """Runge-Kutta of fourth order on STEPS steps, held at rest."""
-    a, b, c = law
-    h = float(t[-1]) / STEPS
-
-    def rate(w: float) -> float:
-        return -(a + b * w + c * w**3) if w > 0.0 else 0.0
-
-    angle, w, angles, speeds = 0.0, speed, [0.0], [speed]
-    for _ in range(STEPS):
-        k1 = rate(w)
-        k2 = rate(w + 0.5 * h * k1)
-        k3 = rate(w + 0.5 * h * k2)
-        k4 = rate(w + h * k3)
-        angle += h * w + h * h * (k1 + k2 + k3) / 6.0
-        w = max(w + h * (k1 + 2.0 * k2 + 2.0 * k3 + k4) / 6.0, 0.0)
-        angles.append(angle)
-        speeds.append(w)
-
-    return np.asarray(
-        scipy.interpolate.CubicHermiteSpline(np.linspace(0.0, float(t[-1]), STEPS + 1), angles, speeds)(t)
-    )
-
-
-def _moving(recording: Recording, inertia: float | None) -> tuple[Floats, Floats]:
-    """Time from the first sample and distance travelled until rest, thinned to means."""
-    t, angle = recording.need("a coast-down", "t", "motor_angle")
-    refuse_wrapped(recording, "motor_angle")
-    travelled = (angle - angle[0]) * np.sign(angle[-1] - angle[0])
-    total = travelled[-1]
-    if not total > LEAST_ANGLE:
-        raise InputError(f"{recording.name}: the motor turns by {total:.3g} rad (allowed: at least {LEAST_ANGLE})")
-    still = np.flatnonzero(travelled > total - REST * min(total, 1.0))
-    stop = int(still[0]) + 1
-    if stop < LEAST_SAMPLES:
-        raise InputError(
-            f"{recording.name}: the motor rests after {stop} samples (allowed: at least {LEAST_SAMPLES} in motion)"
-        )
-    _refuse_driven(recording, t[:stop], travelled[:stop], inertia)
-    size = max(1, stop // POINTS)
-    count = stop // size
-    means = [values[: count * size].reshape(count, size).mean(axis=1) for values in (t - t[0], travelled)]
-    return means[0], means[1]
-
-
-def _refuse_driven(recording: Recording, t: Floats, travelled: Floats, inertia: float | None) -> None:
-    """Refuse a motor torque at a level that its noise does not explain."""
-    torque = recording.get("motor_torque", np.full(recording.samples, np.nan))[recording["t"] <= t[-1]]
-    known = torque[np.isfinite(torque)]
-    if not known.size:
-        return
-    if inertia is None:
-        limit, meaning = LEVEL, "without inertia"
-    else:
-        halfway = float(np.interp(0.5 * (t[0] + t[-1]), t, travelled))
-        slowing = 4.0 * (2.0 * halfway - float(travelled[-1])) / float(t[-1] - t[0]) ** 2
-        limit, meaning = SHARE * inertia * max(slowing, 0.0), f"{SHARE:g} of what slows the drive"
-    noise = MEDIAN_ERROR * float(np.std(known)) / math.sqrt(known.size)
-    level = float(np.median(known))
-    if abs(level) > limit + 3.0 * noise:
-        raise InputError(
-            f"{recording.name}: motor_torque is not near zero, its median is {level:.3g} N m (allowed: up to "
-            f"{limit:.3g} N m in size, {meaning}, and {3.0 * noise:.2g} N m for its noise); "
-            "a coast-down needs a motor that is switched off"
-        )
+def _misfit(runs: list[Coast], residuals: list[Floats], cubic: bool) -> list[str]:
+    """A note where the angle misses the law by more than its noise, one for all; a millionth of the way is rounding."""
+    noise = max(max(run.noise, 1e-6 * float(run.angle[-1])) for run in runs)
+    sizes = [float(np.std(values)) / noise for values in residuals]
+    worst = int(np.argmax(sizes))
+    if sizes[worst] <= MISFIT:
+        return []
+    return [
+        f"the law does not hold for {sum(size > MISFIT for size in sizes)} of {len(runs)} coasts: {runs[worst].name} "
+        f"misses it by {np.std(residuals[worst]):.2g} rad rms, {sizes[worst]:.1f} times the noise of motor_angle "
+        f"(allowed: {MISFIT:g} times), and numbers may be off by more than their intervals: did it begin before the "
+        f"motor was switched off, or does its angle jump?{'' if cubic else ' Else fit cubic as well'}"
+    ]
 
 
 def _first_guess(t: Floats, angle: Floats) -> tuple[float, float]:
@@ -203,6 +147,7 @@ def _share(seen: Estimate, base: Mapping[str, Any] | None, ratio: float | None, 
     from hdfast.identify.friction import viscous_share
 
     if ratio is None:
+        notes += [f"no viscous damping: {negative_text(seen)}"] if negative(seen) else []
         notes.append("ratio is not given: the model file holds nothing new")
         return {}
     return viscous_share(seen, base, ratio, notes)

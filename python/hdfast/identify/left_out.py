@@ -52,9 +52,7 @@ def dry_friction(estimates: Sequence[Estimate], notes: list[str]) -> Decision:
             found.append(entry("stribeck_friction", T_c=level, **dip))
         else:
             found.append(entry("coulomb_friction", T_c=level))
-        bias = 0.5 * (forward.value - backward.value)
-        if abs(bias) > 2.0 * math.hypot(forward.sigma, backward.sigma):
-            found.append(entry("asymmetric_friction", eps_c=bias / level, eps_B=0.0))
+        found += _asymmetry((forward, backward), level)
     share = known.get("c_L")
     if share is not None:
         decided |= _told(share, "load_dependent_friction")
@@ -71,13 +69,30 @@ def dry_friction(estimates: Sequence[Estimate], notes: list[str]) -> Decision:
     return found, decided
 
 
-def coulomb(torque: Estimate, notes: list[str]) -> Decision:
-    """The term of a coast-down whose inertia is known."""
-    if torque.value > 0.0 and _sure(torque):
-        notes.append("the model file declares coulomb_friction")
-        return [entry("coulomb_friction", T_c=torque.value)], set(DRY)
-    notes.append(_no_friction(torque))
-    return [], _told(torque, *DRY)
+def coulomb(sides: Sequence[Estimate], notes: list[str]) -> Decision:
+    """The terms of a coast-down whose inertia is known.
+
+    Args:
+        sides: Coulomb torque of the only direction, or forward and backward.
+        notes: what was written is added.
+    """
+    unsure = [item for item in sides if not (item.value > 0.0 and _sure(item))]
+    if unsure:
+        least = min(unsure, key=lambda item: item.value)
+        notes.append(_no_friction(least))
+        return [], _told(least, *DRY) if len(unsure) == len(sides) else set()
+    level = sum(item.value for item in sides) / len(sides)
+    found = [entry("coulomb_friction", T_c=level), *_asymmetry(sides, level)]
+    notes.append(f"the model file declares {', '.join(item['effect'] for item in found)}")
+    return found, set(DRY) | (_told(sides[0], "asymmetric_friction") if len(sides) == 2 else set())
+
+
+def _asymmetry(sides: Sequence[Estimate], level: float) -> list[dict[str, Any]]:
+    """The term of two directions that surely differ; none of a single one."""
+    bias = 0.5 * (sides[0].value - sides[-1].value)
+    if abs(bias) > 2.0 * math.hypot(sides[0].sigma, sides[-1].sigma):
+        return [entry("asymmetric_friction", eps_c=bias / level, eps_B=0.0)]
+    return []
 
 
 def _no_friction(torque: Estimate) -> str:
@@ -116,9 +131,7 @@ def breakaway(
     decided = set(DRY)
     if len(sides) == 2:
         decided |= _told(sides[0], "asymmetric_friction")
-        bias = 0.5 * (sides[0].value - sides[1].value)
-        if abs(bias) > 2.0 * math.hypot(sides[0].sigma, sides[1].sigma):
-            found.append(entry("asymmetric_friction", eps_c=bias / level, eps_B=0.0))
+        found += _asymmetry(sides, level)
     if ripple is not None:
         size, phase = ripple
         if size.value > 3.0 * size.sigma:

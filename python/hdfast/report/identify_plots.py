@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 
 from hdfast import spring
 from hdfast.checks import Floats
-from hdfast.identify.coastdown import coast
+from hdfast.identify.coast_law import coast
 from hdfast.identify.fit import Fit
 from hdfast.identify.friction import LOAD_SHARE, law_torque
 from hdfast.identify.orders import Run
@@ -245,8 +245,9 @@ def coasts(fit: Fit) -> Figure:
     """Angle over time of every coast, and the residual."""
     figure = Figure(figsize=(9.6, _height(3.4, len(fit.curves["runs"]))), layout="constrained")
     left, right = figure.subplots(1, 2)
-    for (t, angle), start, color in zip(fit.curves["runs"], fit.curves["starts"], cycle(SERIES), strict=False):
-        fitted = start[0] + coast(t, float(start[1]), fit.curves["law"])
+    runs, starts, laws = (fit.curves[name] for name in ("runs", "starts", "laws"))
+    for (t, angle), start, law, color in zip(runs, starts, laws, cycle(SERIES), strict=False):
+        fitted = start[0] + coast(t, float(start[1]), law)
         left.plot(t, angle, ".", ms=2.5, color=color, label=f"from {start[1] * PER_RPM:.0f} r/min")
         left.plot(t, fitted, color=INK, linewidth=0.8)
         right.plot(t, (angle - fitted) * 1e6, color=color, linewidth=0.8)

@@ -35,6 +35,15 @@ def test_regress_constant_speed_before_the_motor_is_switched_off_is_left_out(sec
     assert not any("does not hold" in note for note in fit.notes)
 
 
+def test_exact_a_coast_of_few_samples_is_not_searched_for_a_lead():
+    """They lie closer and closer, so that the first part of the time holds hardly any."""
+    for samples in range(8, 30):
+        t = 0.1 * np.linspace(0.0, 1.0, samples) ** 0.5
+        fit = identify.coastdown({"t": t, "motor_angle": coast(t, 60.0, (90.0, 3.0, 0.0))})
+        assert fit.estimates.named("T_c_over_J").value == pytest.approx(90.0, rel=1e-3)
+        assert not any("left out" in note for note in fit.notes)
+
+
 def test_exact_coasts_in_both_directions_have_a_dry_friction_each():
     there = coastdown(FrictionLaw(T_c=0.03))
     back = backward(FrictionLaw(T_c=0.036))

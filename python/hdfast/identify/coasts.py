@@ -24,6 +24,7 @@ LEAST_SAMPLES = 5  # in motion: one coast alone carries the law, its start and i
 SWITCHES = 40  # moments at which the motor may have been switched off, for a first look
 DECAYS = np.array([0.1, 1.0, 3.0, 8.0])  # of speed, over the time after them
 LEAST_DECAY = 1e-5  # below it rounding is larger than what a decay changes
+MOST_GROWTH = 50.0  # of -decay times time: no coast, and short of overflow
 LATE = 0.75  # share of the time after which it is looked at again, with a shorter lead
 NEAR = 0.4  # share of the coast in which a cubic friction hardly differs from the law
 SURE = 5.0  # standard deviations of the moment
@@ -123,8 +124,9 @@ def _bend(t: Floats, angle: Floats) -> list[float]:
 
 def _lost(after: Floats, decay: float) -> Floats:
     """Way that a deceleration of 1 rad/s^2 costs, if it dies away with the speed's share of the friction."""
-    decay = decay if abs(decay) > LEAST_DECAY / after[-1] else LEAST_DECAY / after[-1]
-    past = decay * np.maximum(after, 0.0)
+    span = float(np.ptp(after))
+    decay = decay if abs(decay) > LEAST_DECAY / span else LEAST_DECAY / span
+    past = np.maximum(decay * np.maximum(after, 0.0), -MOST_GROWTH)
     return np.asarray((past + np.expm1(-past)) / decay**2)
 
 
@@ -135,6 +137,8 @@ def _sure_bend(t: Floats, angle: Floats, guess: list[float]) -> float:
         begin, speed, deceleration, decay, moment = values
         return np.asarray(angle - begin - speed * t + deceleration * _lost(t - moment, decay))
 
+    if len(t) <= len(guess):
+        return 0.0
     found = fit(residual, guess)
     moment, sigma = float(found.values[4]), float(found.sigma[4])
     before = t < moment

@@ -102,6 +102,26 @@ def test_exact_a_bench_winds_a_spring_of_two_signs_to_its_torque(k2):
     np.testing.assert_allclose(held, found["load_torque"], atol=1e-3)
 
 
+@pytest.mark.parametrize("step", [0.2, 1.0, 2.0, 5.0])
+def test_exact_sparse_samples_are_covered_too(step):
+    """N m from one reading to the next, of 67 N m."""
+    held = {name: [] for name in ("k1", "k3", "k5", "hysteresis_torque", "loop_energy")}
+    for seed in range(20):
+        made = stiffness(rate=10.0 * step, sensors=rig(10.0), seed=seed)
+        fit = identify.stiffness(made.recording, ratio=121.0)
+        assert any("sparse samples" in note for note in fit.notes)
+        assert fit.estimates.named("loop_energy").sigma < 0.015 * made.truth["loop_energy"]
+        for name, found in held.items():
+            found.append(fit.estimates.named(name).covers(made.truth[name]))
+    assert min(np.mean(found) for found in held.values()) >= 0.75
+
+
+def test_exact_samples_too_sparse_for_the_branches_are_refused():
+    made = stiffness(rate=200.0, sensors=rig(10.0), seed=1)
+    with pytest.raises(InputError, match=r"the branches share . levels .* more torque or a slower one"):
+        identify.stiffness(made.recording, ratio=121.0)
+
+
 def test_exact_missing_and_wrong_are_named():
     made = stiffness(seed=2)
     short = {name: values[:20_000] for name, values in made.recording.items()}

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from hdfast.checks import Floats
 from hdfast.errors import InputError
+from hdfast.identify import sparse
 from hdfast.identify.crossings import Crossings
 from hdfast.identify.estimate import Estimate, estimate
 from hdfast.identify.least_squares import fit
@@ -17,6 +18,7 @@ LOST_MOTION_SHARE = 0.04
 CLOSING_SHARE = 0.15  # of the range of windup: within it the branches have to reach their distance
 CUT_MARGIN = 1.3
 LEAST_LEVELS = 8  # that both branches pass
+UNSEEN = 2.0  # distances of sparse samples within which an approach cannot be seen
 QUIET = 1e-12  # of the range of torque: noise that cannot be less
 
 
@@ -48,13 +50,13 @@ def branches(found: Crossings) -> Branches:
     Raises:
         InputError: the steps of the windup are too coarse for the loop.
     """
-    key = np.round(found.windup / found.spacing * 2.0).astype(np.int64)
-    rising, falling = (_means(key[found.direction == s], found.torque[found.direction == s]) for s in (1.0, -1.0))
+    rising, falling = ((sparse.on_levels if found.sparse else _means)(found, s) for s in (1.0, -1.0))
     shared = sorted(rising.keys() & falling.keys())
     if len(shared) < LEAST_LEVELS:
         raise InputError(
             f"the branches share {len(shared)} levels of the windup, {found.spacing:.3g} rad apart, in a loop of "
-            f"{np.ptp(found.reach):.3g} rad (allowed: at least {LEAST_LEVELS}; take a finer load_angle or more torque)"
+            f"{np.ptp(found.reach):.3g} rad (allowed: at least {LEAST_LEVELS}; take a finer load_angle, more torque or "
+            "a slower one)"
         )
     windup = np.array(shared) * found.spacing / 2.0
     up, down = np.array([rising[k] for k in shared]), np.array([falling[k] for k in shared])
@@ -63,20 +65,22 @@ def branches(found: Crossings) -> Branches:
     noise = max(noise, QUIET * float(np.ptp(found.top)))
     middle = np.abs(windup - np.mean(found.reach)) < 0.25 * np.ptp(found.reach)
     plateau = float(np.median(width[middle]))
-    cut = _cut(windup, width, found.reach, plateau, noise)
+    cut = 0.0
+    if plateau >= 4.0 * noise:
+        cut = max(_cut(windup, width, found.reach, plateau, noise), UNSEEN * found.spacing * found.sparse)
     settled = cut < CUT_MARGIN * CLOSING_SHARE * float(np.ptp(found.reach)) - 2.0 * found.spacing
     return Branches(windup, up, down, noise / np.sqrt(2.0), cut, plateau, settled)
 
 
-def _means(key: NDArray[np.int64], torque: Floats) -> dict[int, float]:
+def _means(found: Crossings, direction: float) -> dict[int, float]:
+    chosen = found.direction == direction
+    key = np.round(found.windup[chosen] / found.spacing * 2.0).astype(np.int64)
     keys, inverse = np.unique(key, return_inverse=True)
-    sums = np.bincount(inverse, torque) / np.bincount(inverse)
+    sums = np.bincount(inverse, found.torque[chosen]) / np.bincount(inverse)
     return dict(zip(keys.tolist(), sums.tolist(), strict=True))
 
 
 def _cut(windup: Floats, width: Floats, reach: tuple[float, float], plateau: float, noise: float) -> float:
-    if plateau < 4.0 * noise:
-        return 0.0
     after = np.minimum(reach[1] - windup, windup - reach[0])
     order = np.argsort(after)
     smooth = np.convolve(width[order], np.full(4, 0.25), mode="same")[2:-2]

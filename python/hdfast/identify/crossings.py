@@ -2,7 +2,8 @@
 
 A rounded angle is exact only where it changes. The level between two steps of the sensor is therefore an exact
 abscissa, and the torque at the crossing, averaged over the samples around it, carries all the error. Regression of
-torque on windup is then free of the bias that rounding noise in the abscissa would cause.
+torque on windup is then free of the bias that rounding noise in the abscissa would cause. Where samples are too sparse
+for this, they step over levels, rounding errors are small beside their distance, and the samples themselves are taken.
 """
 
 from __future__ import annotations
@@ -21,11 +22,13 @@ from hdfast.recordings import Recording
 TORQUES = ("output_torque", "load_torque")
 MOST_LEVELS = 600
 TURN_SHARE = 0.005  # of the range of torque, on either side of a turning point
+ROUNDING = np.sqrt(12.0)  # step over the standard deviation of what rounding to it leaves
+DENSE = 5  # samples within a step of the windup
 
 
 @dataclass(frozen=True, eq=False)
 class Crossings:
-    """Level crossings of all whole passes of a loop.
+    """Level crossings of all whole passes of a loop, or their samples in the order of time where these are sparse.
 
     Attributes:
         windup: level [rad], shape (n,), from an arbitrary zero.
@@ -33,7 +36,9 @@ class Crossings:
         share: samples averaged for it, as a share of those of a full level, (n,).
         direction: +1 while the torque rises, -1 while it falls, (n,).
         passes: number of the pass, (n,).
-        spacing: distance of the levels [rad].
+        spacing: distance of the levels [rad]; of sparse samples that of the samples.
+        step: smallest step of the windup [rad].
+        sparse: True when the points are the samples.
         reach: (lowest, highest) windup of the loop [rad].
         top: (lowest, highest) torque of the loop [N m].
         turns: torque at the lower and the upper turning points with its standard deviation [N m].
@@ -45,9 +50,16 @@ class Crossings:
     direction: Floats
     passes: NDArray[np.int64]
     spacing: float
+    step: float
+    sparse: bool
     reach: tuple[float, float]
     top: tuple[float, float]
     turns: tuple[tuple[float, float], tuple[float, float]]
+
+    @property
+    def alike(self) -> float:
+        """Points that an error may have in common: samples hardly farther apart than a step are rounded alike."""
+        return 1.0 + self.step / self.spacing if self.sparse else 1.0
 
 
 def windup_and_torque(
@@ -106,20 +118,35 @@ def crossings(windup: Floats, torque: Floats, step: float) -> Crossings:
             "(allowed: positive torque turns load_angle back; a negative scale turns a column round)"
         )
     noise = float(np.median(np.abs(np.diff(windup, 2)))) / 0.6745 / np.sqrt(6.0)
-    factor = max(1.0, np.ceil(max(6.0 * noise, reach / MOST_LEVELS) / step)) if step else 1.0
-    spacing = step * factor if step else max(6.0 * noise, reach / MOST_LEVELS)
-    parts = [_pass(windup[a:b], torque[a:b], spacing, step, 4.0 * noise) for a, b in whole]
+    sparse = _sparse([windup[a:b] for a, b in whole], max(step if step else ROUNDING * noise, reach / MOST_LEVELS))
+    if sparse:
+        moved = np.abs(np.concatenate([np.diff(windup[a:b]) for a, b in whole]))
+        spacing = float(moved @ moved / np.sum(moved))
+        parts = [(windup[a:b], torque[a:b], np.ones(b - a)) for a, b in whole]
+    else:
+        spacing = max(6.0 * noise, reach / MOST_LEVELS)
+        spacing = step * max(1.0, np.ceil(spacing / step)) if step else spacing
+        parts = [_pass(windup[a:b], torque[a:b], spacing, step, 4.0 * noise) for a, b in whole]
+    signs = [np.sign(torque[b - 1] - torque[a]) for a, b in whole]
     return Crossings(
         np.concatenate([part[0] for part in parts]),
         np.concatenate([part[1] for part in parts]),
         np.concatenate([part[2] for part in parts]),
-        np.concatenate([np.full(len(part[0]), part[3]) for part in parts]),
+        np.concatenate([np.full(len(part[0]), sign) for part, sign in zip(parts, signs, strict=True)]),
         np.concatenate([np.full(len(part[0]), index, dtype=np.int64) for index, part in enumerate(parts)]),
         float(spacing),
+        step,
+        sparse,
         (float(np.min(inside)), float(np.max(inside))),
         (float(np.min(torque)), float(np.max(torque))),
         _turns(torque, sorted({mark for pair in whole for mark in pair} - {len(torque)})),
     )
+
+
+def _sparse(passes: list[Floats], grain: float) -> bool:
+    """Whether most stretches of `grain` [rad] hold few samples of the windup of each pass [rad]."""
+    places = [np.round((windup - np.min(windup)) / grain).astype(np.int64) for windup in passes]
+    return bool(np.median(np.concatenate([np.bincount(place) for place in places])) < DENSE)
 
 
 def turning_points(torque: Floats, share: float = 0.1) -> list[int]:
@@ -166,9 +193,7 @@ def _meeting(torque: Floats, mark: int, near: float, noise: float) -> tuple[floa
     return float(b + a * (d - b) / (a - c)), float(np.sqrt(2.0 / len(part))) * noise
 
 
-def _pass(
-    windup: Floats, torque: Floats, spacing: float, step: float, margin: float
-) -> tuple[Floats, Floats, Floats, float]:
+def _pass(windup: Floats, torque: Floats, spacing: float, step: float, margin: float) -> tuple[Floats, Floats, Floats]:
     direction = 1.0 if torque[-1] > torque[0] else -1.0
     origin = 0.5 * step
     first = np.ceil((float(np.min(windup)) + margin - origin) / spacing)
@@ -184,4 +209,4 @@ def _pass(
     total = np.concatenate([[0.0], np.cumsum(torque)])
     index = np.arange(len(total), dtype=np.float64)
     mean = (np.interp(position + half, index, total) - np.interp(position - half, index, total)) / (2.0 * half)
-    return levels[usable], mean, 2.0 * half / width, direction
+    return levels[usable], mean, 2.0 * half / width

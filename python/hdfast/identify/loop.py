@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from hdfast.identify import branches
+from hdfast.identify import branches, sparse
 from hdfast.identify.branches import Branches
 from hdfast.identify.crossings import Crossings, crossings, windup_and_torque
 from hdfast.identify.estimate import Estimate, mean
@@ -59,7 +59,10 @@ def loops(recordings: Any, ratio: float | None, columns: Any, rated: float, note
         t, windup, torque, column = windup_and_torque(recording, ratio, notes)
         found = crossings(windup, torque, resolution(recording, "load_angle", windup, notes))
         pair = branches.branches(found)
-        losses = (energy(pair, found), branches.hysteresis_loss(found), branches.lost_motion(found, rated))
+        if found.sparse:
+            notes.append(f"{recording.name}: {sparse.told(found)}")
+        area = sparse.energy(found) if found.sparse else energy(pair, found)
+        losses = (area, branches.hysteresis_loss(found), branches.lost_motion(found, rated))
         notes += [
             f"{recording.name}: {item.name} ({item.meaning}) is not known: a branch does not pass that torque"
             for item in losses
@@ -94,6 +97,7 @@ def points(listed: Sequence[Loop]) -> Points:
         np.concatenate(
             [np.full(chosen.sum(), quiet / loop.pair.noise) for loop, chosen in zip(listed, used, strict=True)]
         ),
+        max(item.alike for item in found),
     )
 
 

@@ -30,6 +30,7 @@ class Points:
         direction: +1 while the torque rises, -1 while it falls.
         loop: number of the loop, from 0.
         weight: inverse of the loop's noise, up to a factor.
+        alike: points that an error may have in common.
     """
 
     windup: Floats
@@ -37,6 +38,7 @@ class Points:
     direction: Floats
     loop: NDArray[np.int64]
     weight: Floats
+    alike: float = 1.0
 
     def by_loop(self, column: Floats) -> Floats:
         """A column (n,) spread over one column for each loop (n, loops)."""
@@ -45,7 +47,7 @@ class Points:
     def fit(self, columns: Floats, data: Floats) -> LinearFit:
         """Weighted least squares; the residuals are those of `data`."""
         found = fit(columns * self.weight[:, None], data * self.weight)
-        return replace(found, residuals=found.residuals / self.weight)
+        return replace(found, covariance=self.alike * found.covariance, residuals=found.residuals / self.weight)
 
 
 @dataclass(frozen=True, eq=False)

@@ -19,12 +19,13 @@ from hdfast.health.finding import REJECT, WARNING
 from hdfast.health.steps import hold, lattice
 from hdfast.health.subject import ANGLES, Subject
 from hdfast.printing import moment
+from hdfast.recordings import COLUMNS, Table
 
 NAME = "jumps"
 AROUND, BESIDE = 9, 4
 USUAL, TIMES_USUAL, TIMES_CHANGE, STEPS, MISSING = 0.95, 12.0, 8.0, 3.0, 4.0
 GAP = 2.0
-LONGEST = 0.25  # of a dropout [s]
+LONGEST = 0.25  # of a dropout of several samples [s]
 ALIKE = 0.25  # share of a jump: by so much its return may miss, and the speed may change at lost counts
 MOST = 0.2
 MOST_LOST = 10
@@ -49,13 +50,12 @@ class Angle:
     limit: Floats
 
     @classmethod
-    def of(cls, subject: Subject, name: str) -> Angle | None:
-        """None where the angle is not known or holds its values."""
-        rows = subject.known(name)
+    def of(cls, recording: Table, name: str, rows: NDArray[np.intp]) -> Angle | None:
+        """A column at the samples where it is known; None where they are few or it holds its values."""
         if rows.size < 2 * AROUND:
             return None
-        t, values = subject.recording["t"][rows], subject.recording[name][rows]
-        step = subject.recording.resolution.get(name, 0.0)
+        t, values = recording["t"][rows], recording[name][rows]
+        step = recording.resolution.get(name, 0.0)
         if hold(t, values, step) is not None:
             return None
         intervals, steps = np.diff(t), np.diff(values)
@@ -74,7 +74,7 @@ class Angle:
     def back(self, jump: int, later: NDArray[np.intp]) -> int | None:
         """The later jump after which the angle goes on as before this one."""
         speed = self.speed(jump - BESIDE, jump)
-        end = np.searchsorted(self.t, self.t[jump] + LONGEST, side="right")
+        end = max(jump + 2, int(np.searchsorted(self.t, self.t[jump] + LONGEST, side="right")))
         for other in later[: np.searchsorted(later, end)].tolist():
             expected = self.values[jump] + speed * (other + 1 - jump)
             if abs(self.values[other + 1] - expected) <= ALIKE * abs(self.off[jump]):
@@ -92,14 +92,32 @@ class Angle:
         return bool(abs(after - before) <= ALIKE * abs(self.off[jump]))
 
 
+@dataclass(frozen=True)
+class Away:
+    """Samples of a column that are elsewhere for a moment.
+
+    Attributes:
+        rows: the samples of the recording.
+        share: of the samples that are known.
+        sentence: what is said of them.
+    """
+
+    rows: NDArray[np.intp]
+    share: float
+    sentence: str
+
+
 def check(subject: Subject) -> None:
     """Leave dropouts and spikes out; reject an angle that has lost counts, and a clock at which both angles jump."""
     found: dict[str, dict[int, float]] = {}
     for name in ANGLES:
-        angle = Angle.of(subject, name)
+        angle = Angle.of(subject.recording, name, subject.known(name))
         if angle is not None:
-            away, lost = _sorted(angle)
-            _away(subject, name, angle, away)
+            slices, lost = _sorted(angle)
+            for away in _away(subject.recording, name, angle, slices):
+                severity, at = WARNING if away.share <= MOST else REJECT, float(subject.recording["t"][away.rows[0]])
+                subject.find(NAME, severity, away.sentence, value=away.share, limit=MOST, t0=at, t1=at)
+                subject.leave_out(name, away.rows)
             if 0 < len(lost) <= MOST_LOST:
                 found[name] = {int(angle.rows[place + 1]): float(angle.off[place]) for place in lost}
     together = set(found.get(ANGLES[0], ())) & set(found.get(ANGLES[1], ()))
@@ -112,6 +130,12 @@ def check(subject: Subject) -> None:
             size = next(iter(alone.values()))
             sentence = f"{name} jumps by {size:.4g} rad for good in {{where}}, as nothing moves: counts are lost"
             _reject(subject, NAME, sentence, alone)
+
+
+def elsewhere(recording: Table, name: str) -> list[Away]:
+    """Dropouts and spikes of a column."""
+    angle = Angle.of(recording, name, np.flatnonzero(np.isfinite(recording[name])))
+    return [] if angle is None else _away(recording, name, angle, _sorted(angle)[0])
 
 
 def _reject(subject: Subject, check: str, sentence: str, places: dict[int, float]) -> None:
@@ -139,24 +163,24 @@ def _sorted(angle: Angle) -> tuple[list[slice], list[int]]:
     return away, lost
 
 
-def _away(subject: Subject, name: str, angle: Angle, away: list[slice]) -> None:
-    """Mask what is elsewhere: dropouts where it stays at 0 or comes back to one level, and spikes."""
-    parts = [angle.values[at] for at in away]
+def _away(recording: Table, name: str, angle: Angle, slices: list[slice]) -> list[Away]:
+    """What is elsewhere: dropouts where it stays at 0 or comes back to one level, and spikes."""
+    parts = [angle.values[at] for at in slices]
     levels = [float(part[0]) if np.ptp(part) == 0.0 else None for part in parts]
     fallen = [
         level is not None and (level == 0.0 or part.size > 1 or levels.count(level) > 1)
         for level, part in zip(levels, parts, strict=True)
     ]
+    found = []
     for kind, wanted in (("drops out", True), ("has spikes", False)):
-        chosen = [at for at, dropout in zip(away, fallen, strict=True) if dropout is wanted]
+        chosen = [at for at, dropout in zip(slices, fallen, strict=True) if dropout is wanted]
         if not chosen:
             continue
         rows = np.concatenate([angle.rows[at] for at in chosen])
         share = rows.size / angle.rows.size
-        at = float(subject.recording["t"][rows[0]])
+        at = float(recording["t"][rows[0]])
         where = f"in {rows.size} samples, {len(chosen)} times, first in sample {rows[0]} at {moment(at)} s"
-        value = float(subject.recording[name][rows[0]])
-        severity, remedy = (WARNING, "they are left out") if share <= MOST else (REJECT, "mend the sensor")
-        sentence = f"{name} {kind} {where}, where it reads {value:.4g} rad; {remedy}"
-        subject.find(NAME, severity, sentence, value=share, limit=MOST, t0=at, t1=at)
-        subject.leave_out(name, rows)
+        reads = f"{float(recording[name][rows[0]]):.4g} {COLUMNS[name][0]}"
+        remedy = "they are left out" if share <= MOST else "mend the sensor"
+        found.append(Away(rows, share, f"{name} {kind} {where}, where it reads {reads}; {remedy}"))
+    return found

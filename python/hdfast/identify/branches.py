@@ -55,8 +55,8 @@ def branches(found: Crossings) -> Branches:
     if len(shared) < LEAST_LEVELS:
         raise InputError(
             f"the branches share {len(shared)} levels of the windup, {found.spacing:.3g} rad apart, in a loop of "
-            f"{np.ptp(found.reach):.3g} rad (allowed: at least {LEAST_LEVELS}; take a finer load_angle, more torque or "
-            "a slower one)"
+            f"{np.ptp(found.reach):.3g} rad (allowed: at least {LEAST_LEVELS}; take a finer load_angle without "
+            "jumps, more torque or a slower one)"
         )
     windup = np.array(shared) * found.spacing / 2.0
     up, down = np.array([rising[k] for k in shared]), np.array([falling[k] for k in shared])

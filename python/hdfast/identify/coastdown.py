@@ -15,7 +15,7 @@ from hdfast.identify.estimate import Estimate, Estimates, estimate
 from hdfast.identify.fit import Fit
 from hdfast.identify.left_out import coulomb, negative, negative_text
 from hdfast.identify.nonlinear import fit
-from hdfast.recordings import gather
+from hdfast.identify.reading import gather
 
 MISFIT = 3.0  # residual of a law that holds, in standard deviations of the angle
 

@@ -15,8 +15,9 @@ from hdfast.identify.fit import Fit, plain
 from hdfast.identify.left_out import dry_friction, negative, negative_text
 from hdfast.identify.nonlinear import NonlinearFit, fit
 from hdfast.identify.plateaus import Plateaus, plateaus
+from hdfast.identify.reading import gather
 from hdfast.params import params
-from hdfast.recordings import Recording, gather
+from hdfast.recordings import Recording
 
 UNITS = {
     "T_c_forward": ("N m", "Coulomb torque forward"),

@@ -19,9 +19,10 @@ from hdfast.identify.estimate import Estimate, Estimates, amplitude, estimate
 from hdfast.identify.fit import Fit
 from hdfast.identify.least_squares import untold
 from hdfast.identify.orders import Design, Run
+from hdfast.identify.reading import gather
 from hdfast.identify.selection import Selection, select
 from hdfast.model import Model
-from hdfast.recordings import Recording, gather
+from hdfast.recordings import Recording
 
 Complexes = NDArray[np.complex128]
 MOST_ORDERS, FOLDS = 20, 12

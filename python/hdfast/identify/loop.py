@@ -9,14 +9,15 @@ from typing import Any
 
 import numpy as np
 
+from hdfast.health.subject import ANGLES
 from hdfast.identify import branches, sparse
 from hdfast.identify.branches import Branches
-from hdfast.identify.crossings import Crossings, crossings, windup_and_torque
+from hdfast.identify.crossings import TORQUES, Crossings, crossings, windup_and_torque
 from hdfast.identify.estimate import Estimate, mean
 from hdfast.identify.loop_energy import energy
+from hdfast.identify.reading import gather
 from hdfast.identify.resolution import resolution
 from hdfast.identify.spring_fit import Points, SpringFit
-from hdfast.recordings import gather
 
 SAME_SIZE = 0.95
 
@@ -54,7 +55,7 @@ def loops(recordings: Any, ratio: float | None, columns: Any, rated: float, note
         InputError: a column is missing, or a loop is not whole.
     """
     listed = []
-    for recording in gather(recordings, columns):
+    for recording in gather(recordings, columns, smooth=(*ANGLES, *TORQUES)):
         notes += [f"{recording.name}: {note}" for note in recording.notes]
         t, windup, torque, column = windup_and_torque(recording, ratio, notes)
         found = crossings(windup, torque, resolution(recording, "load_angle", windup, notes))

@@ -13,8 +13,8 @@ from hdfast.identify import left_out
 from hdfast.identify.estimate import Estimates, amplitude, estimate
 from hdfast.identify.fit import Fit
 from hdfast.identify.least_squares import fit
+from hdfast.identify.reading import gather
 from hdfast.identify.starts import Starts, starts
-from hdfast.recordings import gather
 
 TURN = 2.0 * math.pi
 ORDER = 2.0  # lobes of the wave generator

@@ -292,7 +292,8 @@ class Scenario:
 
         Args:
             t: times of the table [s], not decreasing, from 0 on; two equal times make a jump.
-            torque: motor torque at those times [N m]; nothing else holds a load.
+            torque: motor torque at those times [N m]; nothing else holds a load, though a lag or a coupling of the
+                motor begins with what would.
             hold: False joins the samples by straight lines, True holds each until the next.
             speed_rpm: expected speed [r/min]; used only to place the run phase on whole revolutions.
             t_on: begin of the start phase [s]; default the first time of the table.

@@ -235,6 +235,18 @@ impl<S: Scalar> Row<S> {
         };
         mode.plain()
     }
+
+    /// Largest rate [1/s] at which the mode turns or the speed loop of a rigid gear dies away.
+    pub fn rate(&self, layout: &Layout) -> f64 {
+        let c = &self.constants;
+        match layout.base {
+            Base::TwoInertia => self.mode(layout),
+            Base::OneInertia => {
+                let inertia = (c.j_l * c.inverse_ratio * c.inverse_ratio + c.j_m).plain();
+                ((c.k_p + c.d_mm).plain() / inertia).max((c.k_i.plain() / inertia).sqrt())
+            }
+        }
+    }
 }
 
 impl<R: Real> Constants<R> {

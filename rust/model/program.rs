@@ -129,6 +129,11 @@ pub struct Program {
 }
 
 impl Program {
+    /// Whether any segment holds a speed.
+    pub fn is_controlled(&self) -> bool {
+        self.segments.iter().any(|segment| matches!(segment.drive, Drive::Speed { .. }))
+    }
+
     /// Start of the run phase of a row, which has to be known beforehand.
     pub fn run_start<S: Scalar>(&self, omega_set: S) -> S {
         self.run.map_or_else(|| self.last_revolutions(omega_set), S::splat)

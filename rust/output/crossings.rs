@@ -17,6 +17,8 @@ pub enum Wanted {
 
 /// Equal parts of a step that are looked at one by one.
 const PARTS: usize = 12;
+/// Of the change at the largest rate of a step, how far a signal gets beyond the step's ends at most.
+const REACH: f64 = 0.4;
 
 /// The time at which `sign` times a signal (omega_m or omega_l) passes `level` in a window; NaN where it never does, or
 /// where it may have done so in steps that are forgotten.
@@ -55,9 +57,8 @@ pub fn crossing<S: Scalar, const N: usize>(
 /// Whether a signal with these values and rates at the ends of a step can be zero inside.
 fn may_pass(start: (f64, f64), end: (f64, f64), step: f64) -> bool {
     let same_side = (start.0 > 0.0) == (end.0 > 0.0) && end.0 != 0.0;
-    let turns = start.1 * end.1 <= 0.0;
-    let reach = 0.2 * step * (start.1.abs() + end.1.abs());
-    step > 0.0 && (!same_side || (turns && start.0.abs().min(end.0.abs()) < reach))
+    let reach = REACH * step * start.1.abs().max(end.1.abs());
+    step > 0.0 && (!same_side || start.0.abs().min(end.0.abs()) < reach)
 }
 
 /// The wanted crossing inside one step, if there is one.
@@ -75,15 +76,39 @@ fn passing<S: Scalar, const N: usize>(
         S::splat(sign) * retrace.signal(signal, seat, dense.t + share.plain() * dense.step, &state) - level
     };
     let mut excess = |share: f64| over(S::splat(share)).plain();
-    let share_of = |part: usize| part as f64 / PARTS as f64;
-    let values: [f64; PARTS + 1] = std::array::from_fn(|part| excess(share_of(part)));
-    let passes = |part: &usize| match wanted {
-        Wanted::FirstUp => values[*part] < 0.0 && values[part + 1] >= 0.0,
-        _ => values[*part] > 0.0 && values[part + 1] <= 0.0,
+    let looks = looks(&mut excess);
+    let mut pairs = looks.windows(2).map(|pair| [pair[0], pair[1]]);
+    let passes = |[from, to]: &[Look; 2]| match wanted {
+        Wanted::FirstUp => from.excess < 0.0 && to.excess >= 0.0,
+        _ => from.excess > 0.0 && to.excess <= 0.0,
     };
-    let part = if wanted == Wanted::LastDown { (0..PARTS).rfind(passes) } else { (0..PARTS).find(passes) }?;
-    let width = share_of(1);
-    let share = root(|local| excess(share_of(part) + local * width), values[part], values[part + 1]);
-    let share = moving(over, share_of(part) + share * width);
+    let [from, to] = if wanted == Wanted::LastDown { pairs.rfind(passes) } else { pairs.find(passes) }?;
+    let width = to.share - from.share;
+    let local = root(|local| excess(from.share + local * width), from.excess, to.excess);
+    let share = moving(over, from.share + local * width);
     Some(S::splat(dense.t) + S::splat(dense.step) * share)
+}
+
+/// A place in a step, and what a signal there exceeds a level by.
+#[derive(Clone, Copy)]
+struct Look {
+    share: f64,
+    excess: f64,
+}
+
+/// Looks at the ends of equal parts of a step, and where parabolas through them come nearest to the level from one side.
+fn looks(mut excess: impl FnMut(f64) -> f64) -> Vec<Look> {
+    let mut look = |share: f64| Look { share, excess: excess(share) };
+    let even: [Look; PARTS + 1] = std::array::from_fn(|part| look(part as f64 / PARTS as f64));
+    let mut found = even.to_vec();
+    for near in even.windows(3) {
+        let [before, here, after] = [near[0], near[1], near[2]].map(|one| one.excess * near[1].excess.signum());
+        let bend = before - here + (after - here);
+        let shift = 0.5 * (before - after) / bend;
+        if before.min(here).min(after) > 0.0 && bend > 0.0 && shift.abs() <= 1.0 {
+            found.push(look(near[1].share + shift / PARTS as f64));
+        }
+    }
+    found.sort_unstable_by(|one, other| one.share.total_cmp(&other.share));
+    found
 }

@@ -35,6 +35,11 @@ fn without_derivative<S: Scalar>(value: f64) -> S {
     S::splat(value).with_tangent(f64::NAN)
 }
 
+/// From one time to another [s]; NaN where it comes before: a speed that goes up and down has no rise and no fall.
+fn span<S: Scalar>(from: S, to: S) -> S {
+    if to.plain() < from.plain() { S::splat(f64::NAN) } else { to - from }
+}
+
 /// Root of a mean square; 0, and so its derivative, where rest or rounding leaves nothing of it.
 fn root_of_mean<S: Scalar>(square: S) -> S {
     if square.plain() <= 0.0 { S::zero() } else { square.sqrt() }
@@ -67,16 +72,18 @@ impl<'a, S: Scalar, const N: usize> Reduction<'a, S, N> {
     fn value(&mut self, metric: Metric) -> S {
         match metric {
             Metric::SteadySpeed => self.steady().omega_m,
-            Metric::RiseTime(signal) => self.rise(signal, RISE_LEVELS.1) - self.rise(signal, RISE_LEVELS.0),
+            Metric::RiseTime(signal) => span(self.rise(signal, RISE_LEVELS.0), self.rise(signal, RISE_LEVELS.1)),
             Metric::DeadTime => self.rise(Signal::OmegaM, RISE_LEVELS.0) - self.seat.moment_of(Mark::On),
             Metric::RiseShape => {
                 let half = self.rise(Signal::OmegaM, HALF);
-                (half - self.rise(Signal::OmegaM, RISE_LEVELS.0)) / (self.rise(Signal::OmegaM, RISE_LEVELS.1) - half)
+                span(self.rise(Signal::OmegaM, RISE_LEVELS.0), half)
+                    / span(half, self.rise(Signal::OmegaM, RISE_LEVELS.1))
             }
-            Metric::StopTime(signal) => self.fall(signal, RISE_LEVELS.0) - self.fall(signal, RISE_LEVELS.1),
+            Metric::StopTime(signal) => span(self.fall(signal, RISE_LEVELS.1), self.fall(signal, RISE_LEVELS.0)),
             Metric::StopShape => {
                 let half = self.fall(Signal::OmegaM, HALF);
-                (half - self.fall(Signal::OmegaM, RISE_LEVELS.1)) / (self.fall(Signal::OmegaM, RISE_LEVELS.0) - half)
+                span(self.fall(Signal::OmegaM, RISE_LEVELS.1), half)
+                    / span(half, self.fall(Signal::OmegaM, RISE_LEVELS.0))
             }
             Metric::PeakWindup
             | Metric::InitialTePeak

@@ -5,6 +5,9 @@ use crate::real::Scalar;
 use crate::solve::{Mark, Record, Retrace, Seat, moving, root};
 use std::f64::consts::TAU;
 
+/// Of the way at the largest speed of a step, how far a motor that turns back in it gets beyond its ends at most.
+const TURNING: f64 = 0.5;
+
 /// The steady run of a row.
 #[derive(Clone, Copy, Debug)]
 pub struct Steady<S> {
@@ -76,12 +79,17 @@ fn whole_revolutions<S: Scalar, const N: usize>(
     let last = records.last()?;
     let way = |record: &Record<S, N>| last.state[0].plain() - record.state[0].plain();
     let (early, late) = records.split_at(records.partition_point(|record| last.t - record.t >= SHORTEST_RUN));
-    let at_least = way(early.last()?).abs().min(way(late.first()?).abs());
+    let [before, after] = [early.last()?, late.first()?].map(|record| way(record).abs());
+    let at_least = if after > before {
+        let latest = state_at(seat, retrace, S::splat(last.t - SHORTEST_RUN));
+        (last.state[0] - latest[0]).plain().abs()
+    } else {
+        after
+    };
     let mut revolutions = (at_least / TAU).ceil().max(1.0);
     loop {
-        let place = early.iter().rposition(|record| way(record).abs() >= revolutions * TAU)?;
-        let angle = last.state[0] - S::splat(way(&early[place]).signum() * revolutions * TAU);
-        let start = passing_time(seat, retrace, [&records[place], &records[place + 1]], angle);
+        let mut steps = (0..early.len()).rev().map(|place| [&records[place], &records[place + 1]]);
+        let start = steps.find_map(|step| passing_time(seat, retrace, step, (last.state[0], revolutions * TAU)))?;
         if last.t - start.plain() >= SHORTEST_RUN {
             return Some((start, revolutions));
         }
@@ -89,21 +97,38 @@ fn whole_revolutions<S: Scalar, const N: usize>(
     }
 }
 
-/// When the motor angle passes `angle` in the step between two records.
+/// When the motor last passes, in the step between two records, an angle that is so far from a later one. The step may
+/// begin beyond it, or be where the motor turns back.
 fn passing_time<S: Scalar, const N: usize>(
     seat: &Seat<S, N>,
     retrace: &mut dyn Retrace<S, N>,
     [start, end]: [&Record<S, N>; 2],
-    angle: S,
-) -> S {
+    (later, distance): (S, f64),
+) -> Option<S> {
+    let way = |angle: S| (later - angle).plain();
+    let [from, to] = [start, end].map(|record| (way(record.state[0]), record.state[1].plain()));
+    let begins_beyond = from.0.abs() >= distance;
+    let reach = TURNING * end.step * from.1.abs().max(to.1.abs());
+    let may_turn = from.1 * to.1 < 0.0 && from.0.abs().max(to.0.abs()) + reach >= distance;
+    if !begins_beyond && !may_turn {
+        return None;
+    }
     if end.step == 0.0 {
-        return S::splat(end.t);
+        return Some(S::splat(end.t));
     }
     let dense = retrace.dense(seat, start, end.step);
-    let beyond = |share: S| dense.at(share)[0] - angle;
-    let (before, after) = ((start.state[0] - angle).plain(), (end.state[0] - angle).plain());
-    let share = moving(beyond, root(|share| beyond(S::splat(share)).plain(), before, after));
-    S::splat(dense.t) + share * S::splat(dense.step)
+    let angle_at = |share: f64| dense.at(S::splat(share))[0];
+    let farthest = if begins_beyond { 0.0 } else { root(|share| dense.at(S::splat(share))[1].plain(), from.1, to.1) };
+    let away = way(angle_at(farthest));
+    if away.abs() < distance {
+        return None;
+    }
+    let angle = later - S::splat(away.signum() * distance);
+    let beyond = |share: f64| (angle_at(share) - angle).plain();
+    let width = 1.0 - farthest;
+    let local = root(|part| beyond(farthest + part * width), beyond(farthest), (end.state[0] - angle).plain());
+    let share = moving(|share| dense.at(share)[0] - angle, farthest + local * width);
+    Some(S::splat(dense.t) + share * S::splat(dense.step))
 }
 
 /// The state at a time inside the recorded steps.

@@ -105,6 +105,8 @@ pub struct Advance<'a, P: Path, M: Model<N>, T: Method, const N: usize> {
     /// Rows that wait for closer looks.
     pub(super) ended: Vec<Ended<Lane<P>, N>>,
     pub(super) step: Plain<P>,
+    /// The longest step of each lane [s].
+    pub(super) longest: Plain<P>,
     pub(super) stop: Plain<P>,
     /// When a sample of each lane is wanted next.
     pub(super) sample: P::Lanes,
@@ -150,6 +152,7 @@ impl<'a, P: Path, M: Model<N>, T: Method, const N: usize> Advance<'a, P, M, T, N
             spare: Vec::new(),
             ended: Vec::new(),
             step: Plain::<P>::splat(1e-3),
+            longest: Plain::<P>::splat(demand.max_step),
             stop: Plain::<P>::splat(f64::INFINITY),
             sample: P::Lanes::splat(f64::INFINITY),
             waiting: Waiting::new(),
@@ -201,8 +204,11 @@ impl<'a, P: Path, M: Model<N>, T: Method, const N: usize> Advance<'a, P, M, T, N
         let (step, landing) = self.next_step::<HELD>();
         let mut trial = self.stepper.attempt::<M, T, HELD>(step);
         trial.t = Plain::<P>::select(landing, self.stop, trial.t);
-        let error = self.stepper.squared_error::<M, T>(step, &trial, self.demand.rtol, self.demand.floor);
-        let verdict = self.controller.judge::<T>(error);
+        let Demand { rtol, floor, .. } = *self.demand;
+        let error = self.stepper.squared_error::<M, T>(step, &trial, rtol, floor);
+        let occupied = <P::Lanes as Real>::Mask::from_bits(self.occupied);
+        let worst = self.stepper.with_sums::<M, T>(occupied, step, error, rtol, floor);
+        let verdict = self.controller.judge::<T>(worst);
         let stiff = self.find_stiff(verdict.accepted, step, &trial);
         let accepted = verdict.accepted & !self.find_events::<HELD>(verdict.accepted, landing, step, &trial);
         self.take_samples::<HELD>(accepted, step, &trial);
@@ -255,7 +261,7 @@ impl<'a, P: Path, M: Model<N>, T: Method, const N: usize> Advance<'a, P, M, T, N
     fn choose_step(&mut self, step: Plain<P>, factor: Plain<P>, landed: <P::Lanes as Real>::Mask) {
         let next = step * factor;
         let kept = next.max(self.step);
-        self.step = Plain::<P>::select(landed, kept, next).min(Plain::<P>::splat(self.demand.max_step));
+        self.step = Plain::<P>::select(landed, kept, next).min(self.longest);
     }
 
     #[inline(always)]

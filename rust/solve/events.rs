@@ -129,8 +129,7 @@ impl<P: Path, M: Model<N>, T: Method, const N: usize> Advance<'_, P, M, T, N> {
         if M::STICKS {
             wanted = self.stepper.follow_pulses(self.stepper.follow_periods::<M>(wanted));
         }
-        let longest = Plain::<P>::splat(self.demand.max_step);
-        let (step, landing) = fit_to_stop(wanted, self.stop - self.stepper.t, longest);
+        let (step, landing) = fit_to_stop(wanted, self.stop - self.stepper.t, self.longest);
         if !HELD || self.events.lanes == 0 {
             return (step, landing);
         }

@@ -11,6 +11,10 @@ use std::marker::PhantomData;
 /// Every state of a model, as a set of bits.
 pub const ALL_STATES: u64 = u64::MAX;
 
+/// Share of the bound of stability up to which the dense output of a motion that dies away does so as well: at -5 that of
+/// `dop853` strays by nine tenths of what is left of it, at -2.75 by a thousandth.
+pub(super) const FOLLOWED: f64 = 0.55;
+
 impl<R: Real, const N: usize> Stepper<R, N> {
     /// Makes polynomials of the attempted step, for the states that are wanted.
     #[inline(always)]

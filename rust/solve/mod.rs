@@ -33,6 +33,7 @@ mod stages;
 mod status;
 mod stepper;
 mod stiffness;
+mod sums;
 mod tableau;
 mod unseen;
 mod watch;

@@ -5,13 +5,14 @@ use super::advance::{Advance, Ended, Plain, Rows};
 use super::controller::stuck;
 use super::extrema;
 use super::integrals::INTEGRALS;
+use super::interpolant::FOLLOWED;
 use super::record::lane_numbers;
 use super::replay::{Lane, Retrace};
-use super::seat::Seat;
+use super::seat::{Assignment, Seat};
 use super::status::Status;
 use super::stepper::{Stepper, Trial};
 use super::stiffness::SHORT;
-use crate::model::Model;
+use crate::model::{Base, Model};
 use crate::real::{Mask, Path, Real, lanes_of};
 
 impl<P: Path, M: Model<N>, T: Method, const N: usize> Advance<'_, P, M, T, N> {
@@ -111,6 +112,13 @@ impl<P: Path, M: Model<N>, T: Method, const N: usize> Advance<'_, P, M, T, N> {
         (self.first_share / seat.assignment.row.mode(self.layout)).min(self.demand.max_step)
     }
 
+    /// The step up to which the dense output follows the mode, or the speed loop of a rigid gear.
+    fn longest_step(&self, seat: &Seat<Lane<P>, N>) -> f64 {
+        let Assignment { row, program, .. } = &seat.assignment;
+        let rate = if M::BASE == Base::OneInertia && !program.is_controlled() { 0.0 } else { row.rate(self.layout) };
+        self.demand.max_step.min(FOLLOWED * T::STABILITY / rate)
+    }
+
     /// Seats the next row that has something to simulate.
     pub(super) fn seat_next(&mut self, lane: usize, rows: &mut impl Rows<Lane<P>, N>) {
         let Some(assignment) = rows.next() else { return };
@@ -126,9 +134,10 @@ impl<P: Path, M: Model<N>, T: Method, const N: usize> Advance<'_, P, M, T, N> {
         self.accepted.set(lane, 0.0);
         self.stiffness.set(lane, 0.0);
         if let Some(unseen) = &mut self.unseen {
-            unseen.longest.set(lane, 0.0);
+            unseen.forget(lane);
         }
         self.short_step.set(lane, SHORT / seat.assignment.row.mode(self.layout));
+        self.longest.set(lane, self.longest_step(&seat));
         self.controller.reset_lane(lane);
         self.set_integrals(lane, [Lane::<P>::zero(); INTEGRALS]);
         self.stepper.watch.reset_lane(lane);

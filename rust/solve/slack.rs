@@ -3,6 +3,7 @@
 //! What is used up at the end of a step is plain to see. What is used up and there again before the step ends shows in
 //! the stages between: where they come close, the step is looked at in parts.
 
+use crate::model::terms::at_rest;
 use crate::model::{Model, Rates};
 use crate::real::Real;
 
@@ -28,7 +29,7 @@ pub(super) fn left<R: Real, M: Model<N>, const N: usize>(
         let (direction, state) = (directions[shaft].plain(), state[speed].plain());
         let dry = zero.lt(rates.shafts[shaft].breakaway.plain());
         let sliding = R::Plain::select(dry, direction * state, left[shaft]);
-        left[shaft] = R::Plain::select(direction.abs().le(zero), rates.shafts[shaft].spare().plain(), sliding);
+        left[shaft] = R::Plain::select(at_rest(direction), rates.shafts[shaft].spare().plain(), sliding);
     }
     left[JUMPS] = rates.reserve.plain();
     left

@@ -8,7 +8,7 @@ use super::linear::Linear;
 use super::record::DENSE_TERMS;
 use super::slack::{Course, RESERVES, left};
 use super::watch::{Watch, WatchList};
-use crate::model::terms::Terms;
+use crate::model::terms::{Terms, at_rest};
 use crate::model::{
     CORNERS, Constants, Drivetrain, Energies, Harmonics, Input, Layout, Model, Pieces, Rates, Row, Spring,
 };
@@ -223,7 +223,7 @@ impl<R: Real, const N: usize> Stepper<R, N> {
         let longest = R::Plain::splat(PERIOD_SHARE) / self.terms.frequency().plain();
         let mut held = R::Mask::from_bits(0);
         for shaft in 0..M::STICKING.len() {
-            held = held | self.directions[shaft].plain().abs().le(R::Plain::zero());
+            held = held | at_rest(self.directions[shaft]);
         }
         R::Plain::select(held, step.min(longest), step)
     }

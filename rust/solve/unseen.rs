@@ -14,6 +14,8 @@ use crate::real::{Mask, Path, Real, Task};
 const UNSEEN: f64 = 1e-16;
 /// By how much a step turns the fastest motion [rad]: one of order 8 is right to 1e-7 there.
 const TURN: f64 = 1.0;
+/// Turn up to which a step is stable all the same [rad].
+const STABLE: f64 = 3.3;
 /// Squares of the matrix that are applied: one is exact for a single oscillation, whatever its phase.
 const SQUARES: usize = 3;
 
@@ -30,6 +32,17 @@ impl<V: Real<Plain = V, Lane = f64>, const N: usize> Unseen<V, N> {
     pub fn new<R: Real<Plain = V>>(stepper: &Stepper<R, N>) -> Self {
         let along = Along::new(&stepper.harmonics, &stepper.terms);
         Self { along, direction: [V::zero(); N], longest: V::zero() }
+    }
+
+    /// Steps up to which nothing has to be done [s].
+    #[inline(always)]
+    fn stable(&self) -> V {
+        self.longest * V::splat(STABLE)
+    }
+
+    /// Forgets the past of one lane.
+    pub fn forget(&mut self, lane: usize) {
+        self.longest.set(lane, 0.0);
     }
 
     /// The longest step of the given lanes.
@@ -80,7 +93,7 @@ impl<P: Path, M: Model<N>, T: Method, const N: usize> Advance<'_, P, M, T, N> {
         let Some(unseen) = &mut self.unseen else { return };
         let hidden = accepted & error.lt(Plain::<P>::splat(UNSEEN));
         unseen.longest = Plain::<P>::select(accepted & !hidden, Plain::<P>::zero(), unseen.longest);
-        let lanes = hidden & unseen.longest.lt(self.step);
+        let lanes = hidden & unseen.stable().lt(self.step);
         if lanes.any() {
             P::Lanes::apart(HoldUnseen { lanes: self, held: lanes });
         }
@@ -100,6 +113,7 @@ impl<P: Path, M: Model<N>, T: Method, const N: usize> Task for HoldUnseen<'_, '_
         let Self { lanes, held } = self;
         if let Some(unseen) = &mut lanes.unseen {
             unseen.look::<P::Lanes, M>(held, &lanes.stepper);
+            let held = held & unseen.stable().lt(lanes.step);
             lanes.step = Plain::<P>::select(held, lanes.step.min(unseen.longest), lanes.step);
         }
     }

@@ -22,7 +22,7 @@ pub const WATCHED: usize = 3;
 /// Which signals are watched, by position.
 pub type WatchList = [bool; WATCHED];
 
-/// The cubic estimate of an extremum is trusted to this share of its height above the step's ends.
+/// The cubic through the ends of a step is trusted to this share of its height above them.
 const DOUBT: f64 = 0.25;
 
 /// A step that may hold an extremum inside.
@@ -60,15 +60,19 @@ struct Reading<R> {
     rate: R,
 }
 
+impl<R: Real> Reading<R> {
+    #[inline(always)]
+    fn plain(self) -> Reading<R::Plain> {
+        Reading { value: self.value.plain(), rate: self.rate.plain() }
+    }
+}
+
 /// The watched signals of all lanes.
 pub struct Watch<R: Real> {
     list: WatchList,
     now: [Reading<R>; WATCHED],
     low: [R; WATCHED],
     high: [R; WATCHED],
-    /// Heights a step has to promise to become a candidate.
-    low_bar: [R::Plain; WATCHED],
-    high_bar: [R::Plain; WATCHED],
     outside: R::Plain,
 }
 
@@ -76,15 +80,7 @@ impl<R: Real> Watch<R> {
     pub fn new(list: WatchList) -> Self {
         let zero = R::zero();
         let nothing = Reading { value: zero, rate: zero };
-        Self {
-            list,
-            now: [nothing; WATCHED],
-            low: [zero; WATCHED],
-            high: [zero; WATCHED],
-            low_bar: [R::Plain::zero(); WATCHED],
-            high_bar: [R::Plain::zero(); WATCHED],
-            outside: R::Plain::zero(),
-        }
+        Self { list, now: [nothing; WATCHED], low: [zero; WATCHED], high: [zero; WATCHED], outside: R::Plain::zero() }
     }
 
     #[inline(always)]
@@ -123,55 +119,51 @@ impl<R: Real> Watch<R> {
             if !self.list[signal] {
                 continue;
             }
-            let Reading { value: end, rate: end_rate } = Self::read(signal, rates, c);
-            self.high[signal] = R::select(accepted, self.high[signal].max(end), self.high[signal]);
-            self.low[signal] = R::select(accepted, self.low[signal].min(end), self.low[signal]);
-            let (start, start_rate) = (self.now[signal].value.plain(), self.now[signal].rate.plain());
-            let (end, end_rate) = (end.plain(), end_rate.plain());
-            let zero = R::Plain::zero();
-            let turning = accepted & (start_rate * end_rate).lt(zero);
+            let end = Self::read(signal, rates, c);
+            self.high[signal] = R::select(accepted, self.high[signal].max(end.value), self.high[signal]);
+            self.low[signal] = R::select(accepted, self.low[signal].min(end.value), self.low[signal]);
+            let (start, end) = (self.now[signal].plain(), end.plain());
+            let (zero, doubt) = (R::Plain::zero(), R::Plain::splat(DOUBT));
+            let (below, above) = (start.value.min(end.value), start.value.max(end.value));
+            let turning = accepted & (start.rate * end.rate).lt(zero);
             if turning.any() {
-                let lever = step * R::Plain::splat(0.5) / (start_rate - end_rate);
-                let first = (start_rate * start_rate).mul_add(lever, start);
-                let second = (end_rate * end_rate).mul_add(lever, end);
-                let top = turning & zero.lt(start_rate);
+                let lever = step * R::Plain::splat(0.5) / (start.rate - end.rate);
+                let first = (start.rate * start.rate).mul_add(lever, start.value);
+                let second = (end.rate * end.rate).mul_add(lever, end.value);
                 let peak = first.max(second);
-                let doubt = (peak - start.max(end)) * R::Plain::splat(DOUBT);
-                self.propose(top, signal, 1.0, peak, doubt, &mut candidate);
-                let bottom = turning & start_rate.lt(zero);
+                let top = turning & zero.lt(start.rate);
+                self.propose(top, signal, 1.0, (peak - above).mul_add(doubt, peak), &mut candidate);
                 let dip = first.min(second);
-                let doubt = (start.min(end) - dip) * R::Plain::splat(DOUBT);
-                self.propose(bottom, signal, -1.0, -dip, doubt, &mut candidate);
+                let bottom = turning & start.rate.lt(zero);
+                self.propose(bottom, signal, -1.0, (below - dip).mul_add(doubt, -dip), &mut candidate);
+            }
+            let [low, high] = hull(start, end, step);
+            let folded = accepted & !turning & (low.lt(below) | above.lt(high));
+            if folded.any() {
+                self.propose(folded, signal, 1.0, (high - above).mul_add(doubt, high), &mut candidate);
+                self.propose(folded, signal, -1.0, (below - low).mul_add(doubt, -low), &mut candidate);
             }
         }
     }
 
+    /// Names the lanes in which a step may hold more than has been seen.
     #[inline(always)]
     fn propose(
-        &mut self,
+        &self,
         lanes: R::Mask,
         signal: usize,
         sign: f64,
-        height: R::Plain,
-        doubt: R::Plain,
+        at_most: R::Plain,
         candidate: &mut impl FnMut(u64, usize, f64, R::Plain),
     ) {
-        let (seen, bar) = if sign > 0.0 {
-            (self.high[signal].plain(), &mut self.high_bar[signal])
-        } else {
-            (-self.low[signal].plain(), &mut self.low_bar[signal])
-        };
-        let at_most = height + doubt;
-        let worth = lanes & bar.max(seen).lt(at_most);
-        let bits = worth.to_bits();
+        let seen = if sign > 0.0 { self.high[signal].plain() } else { -self.low[signal].plain() };
+        let bits = (lanes & seen.lt(at_most)).to_bits();
         if bits != 0 {
-            *bar = R::Plain::select(worth, bar.max(height - doubt), *bar);
             candidate(bits, signal, sign, at_most);
         }
     }
 
-    /// Where a signal lies in the course of a step, at least and at most: between the control points of the cubic through
-    /// the ends of the step, give or take a doubt.
+    /// Where a signal lies in the course of a step, at least and at most.
     #[inline(always)]
     pub(super) fn bounds<const N: usize>(
         &self,
@@ -180,13 +172,8 @@ impl<R: Real> Watch<R> {
         rates: &Rates<R, N>,
         c: &Constants<R>,
     ) -> [R::Plain; 2] {
-        let Reading { value: start, rate: start_rate } = self.now[signal as usize];
-        let Reading { value: end, rate: end_rate } = Self::read(signal as usize, rates, c);
-        let lever = step * R::Plain::splat(1.0 / 3.0);
-        let (start, end) = (start.plain(), end.plain());
-        let (first, second) = (start_rate.plain().mul_add(lever, start), (-end_rate.plain()).mul_add(lever, end));
-        let low = start.min(end).min(first.min(second));
-        let high = start.max(end).max(first.max(second));
+        let (start, end) = (self.now[signal as usize], Self::read(signal as usize, rates, c));
+        let [low, high] = hull(start.plain(), end.plain(), step);
         let doubt = (high - low) * R::Plain::splat(DOUBT);
         [low - doubt, high + doubt]
     }
@@ -208,8 +195,6 @@ impl<R: Real> Watch<R> {
             let range = Range { low: or_end(self.low[signal].get(lane)), high: or_end(self.high[signal].get(lane)) };
             self.low[signal].set(lane, value);
             self.high[signal].set(lane, value);
-            self.low_bar[signal].set(lane, -value.plain());
-            self.high_bar[signal].set(lane, value.plain());
             range
         })
     }
@@ -223,4 +208,14 @@ impl<R: Real> Watch<R> {
     pub fn reset_lane(&mut self, lane: usize) {
         self.outside.set(lane, 0.0);
     }
+}
+
+/// The smallest and the largest control point of the cubic through the ends of a step, which lies between them.
+#[inline(always)]
+fn hull<V: Real>(start: Reading<V>, end: Reading<V>, step: V) -> [V; 2] {
+    let lever = step * V::splat(1.0 / 3.0);
+    let (first, second) = (start.rate.mul_add(lever, start.value), (-end.rate).mul_add(lever, end.value));
+    let low = start.value.min(end.value).min(first.min(second));
+    let high = start.value.max(end.value).max(first.max(second));
+    [low, high]
 }

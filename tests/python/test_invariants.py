@@ -613,6 +613,18 @@ def test_exact_no_rise_of_a_motor_that_stands_still(row, terms, options, rtol):
     assert {name: found[name][0] for name in names if not np.isnan(found[name][0])} == {}
 
 
+def test_exact_no_rise_of_a_speed_that_goes_down_and_up(sweep):
+    """It begins above 5 % of what it ends at, passes 95 % and then 0: it rises past 5 % long after."""
+    t = np.linspace(0.0, 3.0, 61)
+    speed = np.interp(t, [0.0, 0.3, 0.7, 1.2, 1.5, 3.0], [6.0, 11.0, 11.0, -0.5, 10.0, 10.0])
+    angle = np.concatenate([[0.0], np.cumsum((speed[1:] + speed[:-1]) / 2.0 * np.diff(t))])
+    scenario = Scenario.motion(t, angle, t_off=2.8)
+    found = sweep({"te_scale": [0.0]}, scenario=scenario, metrics=["rise_time", "rise_shape", "dead_time"]).metrics
+    assert np.isnan(found["rise_time"][0])
+    assert np.isnan(found["rise_shape"][0])
+    assert found["dead_time"][0] == pytest.approx(1.23, abs=0.02)
+
+
 @pytest.mark.parametrize("spring", ["polynomial", "piecewise"])
 def test_exact_a_rigid_gear_has_no_spring(sweep, spring):
     names = {"polynomial": ["k1", "k5", "phi_max"], "piecewise": ["K1", "T2"]}[spring]

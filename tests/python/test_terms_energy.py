@@ -87,3 +87,39 @@ def test_exact_heat_of_a_stopped_drive():
     lost = sum(run.metrics[name] for name in names if name.startswith("loss"))
     assert run.metrics["loss_terms"] > 0.1 * run.metrics["energy_in"]
     np.testing.assert_allclose(lost, run.metrics["energy_in"], rtol=2e-6)
+
+
+@pytest.mark.parametrize("method", ["tsit5", "dop853"])
+@pytest.mark.parametrize("rtol", [1e-4, 1e-6, 1e-9])
+def test_exact_energies_along_an_imposed_motion_of_a_rigid_gear(method, rtol):
+    """Friction that varies over the turn takes its level times the angle and a wave; no state limits the step."""
+    level, ripple, speed, order, end = 0.02, 0.4, 30.0, 3.0, 2.0
+    t = np.linspace(0.0, end, 5)
+    run = hdfast.simulate(
+        {"T_c": level, "friction_ripple": ripple, "position_dependent_friction_order": order, "psi": 0.0},
+        model=hdfast.Model("one_inertia", orders=[], terms=["coulomb_friction", "position_dependent_friction"]),
+        scenario=hdfast.Scenario.motion(t, speed * t),
+        metrics=["loss_terms", "energy_residual"],
+        method=method,
+        rtol=rtol,
+    )
+    angle = speed * end
+    lost = level * (angle + ripple * np.sin(order * angle) / order)
+    assert run.metrics["loss_terms"] == pytest.approx(lost, rel=3.0 * rtol)
+    assert run.metrics["energy_residual"] < 1e-9
+
+
+@pytest.mark.parametrize("base", ["one_inertia", "two_inertia"])
+@pytest.mark.parametrize("rtol", [1e-6, 1e-9])
+def test_against_short_steps_energies_along_a_motion_to_and_fro(base, rtol):
+    """Where the motor turns back the power of its friction has a kink."""
+    t = np.linspace(0.0, 2.0, 12)
+    options = {
+        "model": hdfast.Model(base, terms=["stribeck_friction"]),
+        "scenario": hdfast.Scenario.motion(t, 8.0 * t + 7.0 * np.sin(4.0 * t), load=8.0),
+        "metrics": ["loss_terms", "energy_in"],
+    }
+    right = hdfast.sweep({}, rtol=1e-9, max_step=2e-5, **options)
+    found = hdfast.sweep({}, rtol=rtol, **options)
+    for metric in options["metrics"]:
+        np.testing.assert_allclose(found[metric], right[metric], rtol=30.0 * rtol)

@@ -28,12 +28,12 @@ class Metrics:
         p = self.problem
         self.table: dict[str, Callable[[], float]] = {
             "steady_speed": lambda: self.steady["omega_m"],
-            "rise_time": lambda: self.rise("omega_m")[2] - self.rise("omega_m")[0],
-            "rise_time_load": lambda: self.rise("omega_l")[2] - self.rise("omega_l")[0],
+            "rise_time": lambda: span(*self.rise("omega_m")[::2]),
+            "rise_time_load": lambda: span(*self.rise("omega_l")[::2]),
             "dead_time": lambda: self.rise("omega_m")[0] - p.t_on,
             "rise_shape": lambda: shape(self.rise("omega_m")),
-            "stop_time": lambda: self.stop("omega_m")[2] - self.stop("omega_m")[0],
-            "stop_time_load": lambda: self.stop("omega_l")[2] - self.stop("omega_l")[0],
+            "stop_time": lambda: span(*self.stop("omega_m")[::2]),
+            "stop_time_load": lambda: span(*self.stop("omega_l")[::2]),
             "stop_shape": lambda: shape(self.stop("omega_m")),
             "peak_windup": lambda: self.scan.largest_size("windup", 0.0, p.t_end),
             "initial_te_peak": lambda: self.scan.largest_size("windup", p.t_on, min(p.t_on + 0.5, p.t_end)),
@@ -280,4 +280,9 @@ def offsets(values: Vector, base: Vector) -> Vector:
 def shape(passages: Vector) -> float:
     """First part over second part: 0.28 for an exponential, 1 for a straight line."""
     first, middle, last = passages
-    return (middle - first) / (last - middle)
+    return span(first, middle) / span(middle, last)
+
+
+def span(start: float, end: float) -> float:
+    """Time from one to another; NaN where that comes first: a speed that goes up and down has no rise and no fall."""
+    return math.nan if end < start else end - start

@@ -9,7 +9,7 @@ pub use elastic::Extended;
 pub use rigid::ExtendedRigid;
 
 use super::input::Inputs;
-use super::terms::{Actuator, Dry, HIDDEN, Internals, Load, Mesh, Motion};
+use super::terms::{Actuator, Dry, HIDDEN, Internals, Load, Mesh, Motion, at_rest};
 use super::two_inertia::controlled;
 use super::{Corners, Drivetrain, Shaft, sign};
 use crate::real::{Mask, Real};
@@ -128,7 +128,7 @@ struct Motor<R> {
 /// Acceleration of a shaft that slides in its direction, or is held.
 #[inline(always)]
 fn acceleration<R: Real>(net: R, dry: &Dry<R>, inertia: R) -> R {
-    let held = dry.direction.abs().le(R::zero()) & R::zero().lt(dry.breakaway);
+    let held = at_rest(dry.direction) & R::zero().lt(dry.breakaway);
     let sliding = (net - dry.direction * dry.level) / inertia;
     if held.any() { R::select(held, R::zero(), sliding) } else { sliding }
 }

@@ -6,7 +6,7 @@
 //! is linear, and the sign is known beforehand.
 
 use super::{Motor, Sides, hidden};
-use crate::model::terms::{Dry, Gear, HIDDEN, Internals, Motion, Terms};
+use crate::model::terms::{Dry, Gear, HIDDEN, Internals, Motion, Terms, at_rest};
 use crate::model::{Base, Bends, CORNERS, Corners, Drivetrain, Energies, Model, Pieces, Rates, Shaft, kinetic, sign};
 use crate::real::{Mask, Real, Scalar};
 
@@ -182,7 +182,7 @@ impl<R: Real> RigidGear<R> {
     #[inline(always)]
     fn torque(&self, direction: R, alpha: R, shaft: &Shaft<R>) -> R {
         let sliding = self.reflected.mul_add(alpha, self.sliding(direction));
-        let held = direction.abs().le(R::zero()) & R::zero().lt(shaft.breakaway);
+        let held = at_rest(direction) & R::zero().lt(shaft.breakaway);
         if !held.any() {
             return sliding;
         }
@@ -199,7 +199,7 @@ impl<R: Real> RigidGear<R> {
         let moving = self.actuator_inertia * sliding + self.reflected * (self.free - unloaded);
         let first = moving / inertia;
 
-        let resting = direction.abs().le(zero);
+        let resting = at_rest(direction);
         let pushed = sign((-self.upsilon).mul_add(self.steady, self.free)) * self.side;
         let about_to_slide = pushed.mul_add(self.on_load.breakaway, self.steady);
         let mut known = resting;

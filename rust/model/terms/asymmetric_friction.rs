@@ -1,7 +1,7 @@
 //! Friction that differs between the directions.
 
 use super::sizes::MOTOR_SPEED;
-use super::{Dry, Hidden, Motion, Place, Term, TermInfo, TermParameter};
+use super::{Dry, Hidden, Motion, Place, Term, TermInfo, TermParameter, at_rest};
 use crate::model::Base;
 use crate::real::Real;
 
@@ -37,7 +37,7 @@ impl Term for AsymmetricFriction {
         dry.lean = p[0];
         let onward = dry.direction.mul_add(R::splat(f64::MIN_POSITIVE), motion.omega_m);
         let way = hidden.sign(0, onward, MOTOR_SPEED);
-        let held = dry.direction.abs().le(R::zero());
+        let held = at_rest(dry.direction);
         dry.drag = R::select(held, dry.drag, dry.drag * p[1].mul_add(way, R::splat(1.0)));
         dry.held_apart = R::select(held, p[1], R::zero());
     }

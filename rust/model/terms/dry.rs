@@ -31,6 +31,12 @@ pub struct Dry<R> {
     pub gear_torque: R,
 }
 
+/// Where a shaft that slides in this direction rests.
+#[inline(always)]
+pub fn at_rest<R: Real>(direction: R) -> R::Mask {
+    direction.abs().le(R::zero())
+}
+
 impl<R: Real> Dry<R> {
     /// The motor before the terms have their say; `dampers` are the torques of its dampers on it and on the output.
     #[inline(always)]
@@ -62,7 +68,7 @@ impl<R: Real> Dry<R> {
     /// Adds a dry law: its level while sliding and at breakaway, and half of what both directions differ by [N m].
     #[inline(always)]
     pub fn add(&mut self, level: R, breakaway: R, bias: R) {
-        let resting = self.direction.abs().le(R::zero());
+        let resting = at_rest(self.direction);
         let apart = self.lean * bias;
         self.level = self.grip.mul_add(level + apart, self.level);
         self.breakaway = self.grip.mul_add(breakaway + apart, self.breakaway);

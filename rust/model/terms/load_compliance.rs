@@ -14,7 +14,8 @@ impl Term for LoadCompliance {
         place: Place::Load,
         bases: &[Base::TwoInertia],
         description: "Output coupling or torque cell between the output and a payload, which takes its share of the \
-            inertia and all load torque.",
+            inertia and all load torque; in energies it is what the output drives: what passes the coupling counts, and \
+            what its damper takes does not.",
         equation: "J_2 domega_2/dt = tau_k - tau_load, tau_k = K_c u + c_c (omega_l - omega_2), du/dt = omega_l - \
             omega_2, J_2 = share J_l; tau_k loads the rest of J_l",
         source: "two masses; 1e4 to 1e5 N m/rad lowers the locked mode by 51 to 13 % with all inertia beyond it",

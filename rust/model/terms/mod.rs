@@ -55,7 +55,7 @@ pub use catalogue::{Choice, Place, TERMS, Terms};
 pub use contract::{
     Actuator, Gear, Hidden, Internals, Load, Mesh, Motion, Reaction, Term, TermInfo, TermParameter, TermState,
 };
-pub use dry::Dry;
+pub use dry::{Dry, at_rest};
 pub use wound::Wound;
 
 /// States that terms may add between them.

@@ -1,7 +1,7 @@
 //! Steps in which values show no error, as those of a drive at rest: nothing keeps them within the stability of an
 //! explicit method, and what rounding leaves in derivatives would grow with them. There alone derivatives have a say in
-//! the step: it turns the fastest motion of the linearised equations by no more than a radian. Its rate is found by
-//! powers of their matrix.
+//! the step: it turns the fastest motion of the linearised equations by no more than a radian, or once the values have
+//! moved, and what is left of both with them, by no more than is stable. Its rate is found by powers of their matrix.
 
 use super::Method;
 use super::advance::{Advance, Plain};
@@ -14,7 +14,7 @@ use crate::real::{Mask, Path, Real, Task};
 const UNSEEN: f64 = 1e-16;
 /// By how much a step turns the fastest motion [rad]: one of order 8 is right to 1e-7 there.
 const TURN: f64 = 1.0;
-/// Turn up to which a step is stable all the same [rad].
+/// Turn up to which a step is left alone once values have moved, in those [rad]: it is stable.
 const STABLE: f64 = 3.3;
 /// Squares of the matrix that are applied: one is exact for a single oscillation, whatever its phase.
 const SQUARES: usize = 3;
@@ -26,23 +26,26 @@ pub(super) struct Unseen<V: Real<Plain = V, Lane = f64>, const N: usize> {
     direction: [V; N],
     /// The longest step [s]; 0 where errors are seen.
     pub longest: V,
+    /// In how many of them a step is left alone.
+    left_alone: V,
 }
 
 impl<V: Real<Plain = V, Lane = f64>, const N: usize> Unseen<V, N> {
     pub fn new<R: Real<Plain = V>>(stepper: &Stepper<R, N>) -> Self {
         let along = Along::new(&stepper.harmonics, &stepper.terms);
-        Self { along, direction: [V::zero(); N], longest: V::zero() }
+        Self { along, direction: [V::zero(); N], longest: V::zero(), left_alone: V::splat(TURN) }
     }
 
     /// Steps up to which nothing has to be done [s].
     #[inline(always)]
     fn stable(&self) -> V {
-        self.longest * V::splat(STABLE)
+        self.longest * self.left_alone
     }
 
     /// Forgets the past of one lane.
     pub fn forget(&mut self, lane: usize) {
         self.longest.set(lane, 0.0);
+        self.left_alone.set(lane, TURN);
     }
 
     /// The longest step of the given lanes.
@@ -92,7 +95,9 @@ impl<P: Path, M: Model<N>, T: Method, const N: usize> Advance<'_, P, M, T, N> {
     pub(super) fn hold_unseen(&mut self, accepted: <P::Lanes as Real>::Mask, error: Plain<P>) {
         let Some(unseen) = &mut self.unseen else { return };
         let hidden = accepted & error.lt(Plain::<P>::splat(UNSEEN));
-        unseen.longest = Plain::<P>::select(accepted & !hidden, Plain::<P>::zero(), unseen.longest);
+        let seen = accepted & !hidden;
+        unseen.longest = Plain::<P>::select(seen, Plain::<P>::zero(), unseen.longest);
+        unseen.left_alone = Plain::<P>::select(seen, Plain::<P>::splat(STABLE), unseen.left_alone);
         let lanes = hidden & unseen.stable().lt(self.step);
         if lanes.any() {
             P::Lanes::apart(HoldUnseen { lanes: self, held: lanes });

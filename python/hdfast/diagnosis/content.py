@@ -15,7 +15,7 @@ from hdfast.diagnosis.limits import Limit
 from hdfast.diagnosis.masking import pulled
 from hdfast.diagnosis.replay import Replay
 from hdfast.diagnosis.rivals import ALIKE, FAINT, Standing
-from hdfast.diagnosis.score import Gain, nrmse
+from hdfast.diagnosis.score import Gain, nrmse, unexplained
 from hdfast.diagnosis.unknown import Unknown
 from hdfast.diagnosis.verdict import Verdict
 from hdfast.drive_file import UNKNOWN
@@ -50,6 +50,12 @@ def _notes(verdict: Verdict) -> list[str]:
     proof = verdict.proof
     if verdict.extended is not None and proof is not None and proof.holds and not proof.shows:
         notes.append("the held-out recordings do not show it: it rests on stretches of the others that were left out")
+    astray = unexplained(verdict.session.replay, verdict.session.search.final.mismatch)
+    if astray:
+        notes.append(
+            f"of {' and '.join(astray)} the model explains nothing: noise, or columns, scales or clocks that are off, "
+            "or a load that is missing"
+        )
     if any(one.confirmed for one in verdict.session.search.accepted):
         notes.append("the fitted recordings show it too faintly for a name: the held-out ones confirm it")
     if proof is not None and proof.extended > LOUD * proof.floor > 0.0:

@@ -17,7 +17,7 @@ from hdfast.diagnosis.limits import Limit, limits, unseen
 from hdfast.diagnosis.locate import Where, locate
 from hdfast.diagnosis.masking import Masked, masked
 from hdfast.diagnosis.rivals import CLOSE_ERRORS, FAINT, INDISTINCT, SURE, Rival, Standing, stand
-from hdfast.diagnosis.score import CERTAIN, CONVINCING, nrmse, unexplained
+from hdfast.diagnosis.score import CERTAIN, CONVINCING, nrmse
 from hdfast.diagnosis.session import Session
 from hdfast.diagnosis.shapes import effect_of
 from hdfast.diagnosis.trials import Search
@@ -25,7 +25,6 @@ from hdfast.diagnosis.unknown import Unknown, describe
 
 NAMED = ("no_evidence", "found", "undecided", "depends_on", "sensor", "not_reproducible", "data_rejected")
 RISEN = 1.002
-ASTRAY = "check columns, scales and clocks, and whether a load is missing"
 MOST_RIVALS = 2  # that a proposed motion tells from the leading effect, and from each other
 PASTS = {"none": "", "rate_independent": " and on its path", "fading": " and on its recent past"}
 
@@ -222,10 +221,6 @@ def _without_a_name(session: Session, unknown: Unknown | None) -> tuple[str, str
         return "depends_on", "", None
     if nrmse(session.replay.layout, session.baseline.mismatch) > USELESS:
         return "undecided", "the model does not follow these recordings at all, and nothing that was tried does", None
-    astray = unexplained(session.replay, session.baseline.mismatch)
-    if astray:
-        reason = f"of {' and '.join(astray)} the model explains nothing, and nothing that was tried does: {ASTRAY}"
-        return "undecided", reason, None
     if unknown is not None and unknown.open:
         reason = f"something depends on {unknown.feature.name}, but it does not show on the held-out recordings"
         return "undecided", reason, None

@@ -167,14 +167,18 @@ def test_exact_an_undecided_name_says_what_is_sure_beside_it() -> None:
 
 
 @pytest.mark.parametrize(("left", "floor", "said"), [(0.29, 0.1, False), (0.31, 0.1, True), (0.31, 0.0, False)])
-def test_exact_what_is_left_beyond_the_white_noise_is_noted(left: float, floor: float, said: bool) -> None:
-    search = SimpleNamespace(accepted=[])
+def test_exact_what_is_left_beyond_the_white_noise_is_noted(monkeypatch, left: float, floor: float, said: bool) -> None:
+    search = SimpleNamespace(accepted=[], final=SimpleNamespace(mismatch=None))
     found = SimpleNamespace(
-        session=SimpleNamespace(warnings=[], search=search),
+        session=SimpleNamespace(warnings=[], search=search, replay=None),
         proof=SimpleNamespace(extended=left, floor=floor),
         extended=None,
     )
-    assert any("3.1 times the white noise" in note for note in content._notes(found)) == said
+    for astray in ([], ["motor_torque"]):
+        monkeypatch.setattr(content, "unexplained", lambda replay, mismatch, astray=astray: astray)
+        notes = content._notes(found)
+        assert any("3.1 times the white noise" in note for note in notes) == said
+        assert any("of motor_torque the model explains nothing" in note for note in notes) == bool(astray)
 
 
 @pytest.mark.parametrize(

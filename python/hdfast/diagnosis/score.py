@@ -129,13 +129,15 @@ def fall(layout: Layout, after: Floats, before: Floats) -> float:
     Recordings count by their size: one at constant speed shows little but noise, as does a channel that an effect
     leaves alone.
     """
-    sizes = [
-        np.sqrt(np.bincount(layout.channel, mismatch**2, minlength=len(layout.channels)))
-        for mismatch in (after, before)
-    ]
+    sizes = [_sizes(layout, mismatch) for mismatch in (after, before)]
     least = SHARE * nrmse(layout, before)
     wrong = [nrmse(layout, before, channel) > least for channel in layout.channels]
     return float(np.max((1.0 - sizes[0] / np.maximum(sizes[1], 1e-300))[wrong], initial=-np.inf))
+
+
+def _sizes(layout: Layout, stacked: Floats) -> Floats:
+    """Root of the sum of squares of stacked values (N,) by channel, shape (C,)."""
+    return np.sqrt(np.bincount(layout.channel, stacked**2, minlength=len(layout.channels)))
 
 
 def nrmse(layout: Layout, mismatch: Floats, channel: str | None = None) -> float:
@@ -150,14 +152,10 @@ def nrmse(layout: Layout, mismatch: Floats, channel: str | None = None) -> float
 
 def unexplained(replay: Replay, mismatch: Floats) -> list[str]:
     """Torques of which a mismatch (N,) leaves as good as everything, all recordings taken together."""
-    layout, found = replay.layout, []
-    for number, channel in enumerate(layout.channels):
-        where = layout.channel == number
-        left = float(np.sqrt(np.mean(mismatch[where] ** 2))) if where.any() else 0.0
-        spread = float(np.sqrt(np.mean(layout.spread[where] ** 2))) if where.any() else 0.0
-        if channel in TORQUES and left > max(NOTHING * spread, HEARD * replay.floor[number]):
-            found.append(channel)
-    return found
+    layout = replay.layout
+    left, spread, noise = (_sizes(layout, one) for one in (mismatch, layout.spread, replay.floor[layout.channel]))
+    astray = left > np.maximum(NOTHING * spread, HEARD * noise)
+    return [name for name, wrong in zip(layout.channels, astray, strict=True) if wrong and name in TORQUES]
 
 
 def noise_floor(replay: Replay) -> float:

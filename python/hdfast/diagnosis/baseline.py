@@ -8,10 +8,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from hdfast.diagnosis.lateness import DELAY, PRESCRIBED, apart, lateness
+from hdfast.diagnosis.lateness import PRESCRIBED, apart, lateness
 from hdfast.diagnosis.structure import REVERSAL, TORQUE_LEAD, TORQUE_SCALE, Free, Structure
 from hdfast.params import params
 from hdfast.recordings import Campaign
+from hdfast.recordings.campaign import DELAY
 from hdfast.sensors import SensorFacts, stage_of
 from hdfast.spring import COEFFICIENTS
 from hdfast.terms import terms

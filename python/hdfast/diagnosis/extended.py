@@ -8,12 +8,12 @@ from typing import Any
 
 import numpy as np
 
-from hdfast.diagnosis.lateness import DELAY, delays
 from hdfast.diagnosis.plant import TORQUE
 from hdfast.diagnosis.structure import NUISANCE, TORQUE_SCALE, Structure
 from hdfast.drive_file import UNKNOWN
 from hdfast.params import params
 from hdfast.recordings import Campaign
+from hdfast.recordings.campaign import DELAY
 from hdfast.recordings.columns import ColumnMap
 from hdfast.recordings.priors import EXACT
 from hdfast.sensors import stage_of
@@ -110,7 +110,7 @@ def _delays(
 ) -> list[dict[str, Any]]:
     """Delays that are declared, and those that were fitted: the structure holds them less what all channels share."""
     declared = [one.channel for one in campaign.drive.effects if one.channel and one.effect == DELAY]
-    known, found = delays(campaign), []
+    known, found = campaign.delays, []
     for channel in dict.fromkeys([*declared, *(channel for effect, channel in structure.sensors if effect == DELAY)]):
         name, own = f"{channel}_{DELAY}_tau_y", known.get(channel, 0.0)
         if name in structure.names:

@@ -10,14 +10,13 @@ import numpy as np
 from hdfast.diagnosis.source import Source
 from hdfast.errors import InputError
 from hdfast.recordings import Campaign
-from hdfast.recordings.campaign import LOAD_SIDE
+from hdfast.recordings.campaign import DELAY, LOAD_SIDE
 from hdfast.recordings.clock import period
-from hdfast.sensors import SensorFacts, stage_of
+from hdfast.sensors import SensorFacts
 
 MOTOR, TORQUE, LOAD = "motor_angle", "motor_torque", "load_torque"
 #: What a replay is made with, and read as much earlier as it is late.
 PRESCRIBED = (MOTOR, LOAD)
-DELAY = "sensor_delay"
 LEAST = 1e-3
 
 
@@ -31,7 +30,7 @@ def lateness(campaign: Campaign, interval: float) -> dict[str, float]:
         campaign: the checked campaign.
         interval: between samples [s].
     """
-    known = delays(campaign)
+    known = campaign.delays
     recorded = _recorded(campaign, (TORQUE, *LOAD_SIDE))
     found = {name: known.get(name, 0.0) for name in (MOTOR, *recorded)}
     sign = -1.0 if _averaged(campaign, MOTOR) else 1.0
@@ -40,13 +39,6 @@ def lateness(campaign: Campaign, interval: float) -> dict[str, float]:
     least = min(found.values())
     found |= {name: known.get(name, 0.0) for name in _recorded(campaign, (LOAD,))}
     return {name: late - least for name, late in found.items()}
-
-
-def delays(campaign: Campaign) -> dict[str, float]:
-    """Delay of each channel that one is known of [s], stated or declared."""
-    facts = {name: replace(own, averaged=None) for name, own in campaign.sensors.items()}
-    stage = stage_of(facts, campaign.drive.effects)
-    return {name: float(stage.value(f"{name}_{DELAY}_tau_y")) for effect, name in stage.effects if effect == DELAY}
 
 
 def apart(campaign: Campaign) -> set[str]:

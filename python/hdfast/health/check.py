@@ -18,6 +18,7 @@ from hdfast.health import (
     sides,
     steps,
     timing,
+    torque_lag,
     torque_sign,
     units,
     wrapping,
@@ -62,6 +63,7 @@ def check(campaign: Campaign) -> Health:
     for subject in readable:
         for examine in ON_EACH:
             examine(subject)
+    torque_lag.check(readable)
     leakage.check(readable)
     found = [
         RecordingHealth(

@@ -34,19 +34,9 @@ class RigidFit:
 def rigid_fit(motion: Motion, ratio: float | None = None) -> RigidFit | None:
     """Fit the drive, leaving out what stands far out; None without enough motion."""
     used = motion.valid
-    largest = float(np.max(np.abs(motion.speed[used]), initial=0.0))
-    if motion.moving.sum() < FEWEST or largest == 0.0:
+    if motion.moving.sum() < FEWEST or not motion.speed[used].any():
         return None
-    basis = [
-        motion.acceleration,
-        motion.speed / largest,
-        motion.direction,
-        np.ones_like(motion.t),
-    ]
-    output = motion.load_angle if motion.load_angle is not None else motion.angle / ratio if ratio else None
-    if output is not None and np.ptp(output[used]) > 0.2:
-        basis += [np.cos(output), np.sin(output)]
-    columns = np.column_stack(basis)
+    columns = laws(motion, ratio)
     kept = used
     for _ in range(ROUNDS):
         found, errors = block_regression(columns[kept], motion.torque[kept])
@@ -59,3 +49,18 @@ def rigid_fit(motion: Motion, ratio: float | None = None) -> RigidFit | None:
         float(np.hypot(errors[1], errors[2])),
         motion.torque - columns @ found,
     )
+
+
+def laws(motion: Motion, ratio: float | None) -> Floats:
+    """What the torque of a rigid drive is made of, in the order of `RigidFit`, shape (m, p)."""
+    used = motion.valid
+    basis = [
+        motion.acceleration,
+        motion.speed / float(np.max(np.abs(motion.speed[used]))),
+        motion.direction,
+        np.ones_like(motion.t),
+    ]
+    output = motion.load_angle if motion.load_angle is not None else motion.angle / ratio if ratio else None
+    if output is not None and np.ptp(output[used]) > 0.2:
+        basis += [np.cos(output), np.sin(output)]
+    return np.column_stack(basis)

@@ -103,13 +103,7 @@ def _clock(subject: Subject, found: Alignment) -> None:
     if not math.isfinite(found.lag_error) or found.lag_error > LATE:
         return
     subject.facts.lag_s = found.lag
-    facts = subject.campaign.sensors
-    stated = sum(
-        sign * (facts[name].delay_s or 0.0)
-        for name, sign in (("load_angle", 1.0), ("motor_angle", -1.0))
-        if name in facts
-    )
-    late = found.lag - stated
+    late = found.lag - subject.stated_lag("load_angle")
     if abs(late) > LATE and abs(late) > SIGMAS * found.lag_error:
         sentence = (
             f"load_angle lags motor_angle by {1e3 * found.lag:.3g} ms; shift one of them, or record both on one clock"

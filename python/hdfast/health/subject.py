@@ -126,6 +126,11 @@ class Subject:
         """The motor torque explained by a rigid drive."""
         return rigid_fit(self.motion, self.ratio)
 
+    def stated_lag(self, channel: str) -> float:
+        """What the campaign states a channel to be later than the motor angle by [s]."""
+        known = self.campaign.delays
+        return known.get(channel, 0.0) - known.get("motor_angle", 0.0)
+
     def mask(self) -> NDArray[np.bool_]:
         """(n,) samples that are usable: time, required columns, outside events."""
         good = self.timed.copy()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -26,6 +26,7 @@ from hdfast.toml_lines import Path as Keys
 
 ROLES = ("fit", "heldout")
 RECORDING_KEYS = ("file", "role", "group", "started_at_s", "input")
+DELAY = "sensor_delay"
 LOAD_SIDE = ("load_angle", "output_torque")
 TORQUES = ("motor_torque", "load_torque", "output_torque")
 
@@ -106,6 +107,13 @@ class Campaign:
     def sensor_stage(self) -> SensorStage:
         """What a simulated recording passes through: the stated facts and the declared effects of sensors."""
         return stage_of(self.sensors, self.drive.effects)
+
+    @cached_property
+    def delays(self) -> dict[str, float]:
+        """Delay of each channel that one is known of [s], stated or declared."""
+        facts = {name: replace(own, averaged=None) for name, own in self.sensors.items()}
+        stage = stage_of(facts, self.drive.effects)
+        return {name: float(stage.value(f"{name}_{DELAY}_tau_y")) for effect, name in stage.effects if effect == DELAY}
 
     @cached_property
     def channel_sigma(self) -> dict[str, float]:

@@ -417,6 +417,12 @@ def test_exact_a_temperature_that_no_scale_converts_has_to_be_converted(run, uni
     assert sentences(examine(run, units={"temperature": "°C"}), "units", "warning") == []
 
 
+@pytest.mark.parametrize(("value", "told"), [(293.15, True), (85.0, False)])
+def test_exact_a_temperature_that_no_gear_has_may_be_in_kelvin(run, value, told):
+    run["temperature"] = np.full(run["t"].size, value)
+    assert any("kelvin" in sentence for sentence in sentences(examine(run), "units", "warning")) is told
+
+
 @pytest.mark.parametrize(
     ("unit", "text"),
     [

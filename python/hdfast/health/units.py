@@ -17,6 +17,7 @@ CLOSE = 0.03
 CLOSE_INERTIA = 0.15
 FASTEST = 2000.0
 SLOWEST_RATE, FASTEST_RATE = 5.0, 1e6
+HOTTEST = 200.0  # no grease serves beyond [degC]
 #: Of the inertia that the torque shows: so many times the stated one, and so many of its errors, are no tolerance.
 FAR_OFF, SIGMAS = 5.0, 3.0
 LOOK = "look for a scale of motor_torque, motor_angle or t in [columns], or an inertia of [drive], that is far off"
@@ -54,6 +55,7 @@ def check(subject: Subject) -> None:
         )
         subject.find(NAME, WARNING, sentence, value=fastest, limit=FASTEST)
     _inertia(subject)
+    _temperature(subject)
 
 
 def _stated(subject: Subject) -> None:
@@ -70,6 +72,20 @@ def _rate(subject: Subject) -> None:
         return
     sentence = f"{rate:.4g} samples per second; t may not be in seconds: scale it in [columns] t"
     subject.find(NAME, WARNING, sentence, value=rate, limit=SLOWEST_RATE if rate < SLOWEST_RATE else FASTEST_RATE)
+
+
+def _temperature(subject: Subject) -> None:
+    """A temperature whose unit the file does not state."""
+    known = subject.known("temperature")
+    if not len(known) or "temperature" in subject.recording.units:
+        return
+    hottest = float(np.max(subject.clean("temperature")[known]))
+    if hottest > HOTTEST:
+        sentence = (
+            f"temperature reaches {hottest:.4g} degC; it may be in kelvin: "
+            "convert it to degC in the file, which no scale does"
+        )
+        subject.find(NAME, WARNING, sentence, value=hottest, limit=HOTTEST)
 
 
 def _inertia(subject: Subject) -> None:

@@ -723,6 +723,15 @@ def test_exact_inertia_of_the_rigid_fit(clean):
     assert subject.rigid.inertia == pytest.approx(J_M + J_L / RATIO**2, rel=0.1)
 
 
+def test_exact_a_known_load_torque_is_no_inertia(run):
+    t, speed = run["t"], np.gradient(run["motor_angle"], run["t"])
+    run["load_torque"] = np.where((t > 1.0) & (t < 3.0), 60.0, 0.0) + np.sin(3.0 * t) * np.abs(speed)
+    run["motor_torque"] = run["motor_torque"] + run["load_torque"] / RATIO
+    health_of_it = health.check(campaign([run]))
+    assert health_of_it.subjects[0].rigid.inertia == pytest.approx(J_M + J_L / RATIO**2, rel=0.1)
+    assert health_of_it.recordings[0].findings == []
+
+
 @pytest.mark.parametrize(
     ("B_m", "B_ml", "told"), [("0", "0", True), ("0", "6e-4", False), ("6e-4", "0", False), ("0", None, False)]
 )

@@ -16,7 +16,7 @@ ROUNDS, OUTLIER = 4, 6.0
 
 @dataclass(frozen=True)
 class RigidFit:
-    """torque = inertia a + viscous w + dry direction + constant + terms of the output angle.
+    """torque = inertia a + viscous w + dry direction + constant + terms of the output angle and of a known load torque.
 
     Attributes:
         inertia, inertia_error: torque per acceleration [kg m^2].
@@ -63,4 +63,6 @@ def laws(motion: Motion, ratio: float | None) -> Floats:
     output = motion.load_angle if motion.load_angle is not None else motion.angle / ratio if ratio else None
     if output is not None and np.ptp(output[used]) > 0.2:
         basis += [np.cos(output), np.sin(output)]
+    if motion.load_torque is not None and np.ptp(motion.load_torque[used]) > 0.0:
+        basis.append(motion.load_torque)
     return np.column_stack(basis)

@@ -33,7 +33,7 @@ class Torque:
     Attributes:
         motion: the recording.
         used: (m,) samples that are compared.
-        explained: (m, p) orthonormal columns of what a rigid drive under its known load explains.
+        explained: (m, p) orthonormal columns of what a rigid drive explains.
         power: variance of the torque [N^2 m^2].
         reach: the largest lag that the recording is long enough for [s].
     """
@@ -54,10 +54,7 @@ class Torque:
         power = float(np.var(motion.torque[used])) if len(used) else 0.0
         if motion.moving.sum() < FEWEST or len(used) < FEWEST or not power > 0.0:
             return None
-        basis = laws(motion, ratio)
-        if motion.load_torque is not None:
-            basis = np.column_stack([basis, motion.load_torque])
-        explained, _ = np.linalg.qr(basis[used])
+        explained, _ = np.linalg.qr(laws(motion, ratio)[used])
         return cls(motion, used, explained, power, reach * motion.step)
 
     def left(self, late: float) -> float:

@@ -46,8 +46,18 @@ def test_exact_a_recording_that_is_on_time_beside_late_ones_is_left_alone(clean)
     assert [one is not None for one in told([late(clean[0], 0.1), clean[2], clean[3]])] == [True, False, False]
 
 
-def test_exact_a_torque_before_its_motion_is_no_fault_of_the_recorder(clean):
-    assert told([late(found, -0.03) for found in clean]) == [None] * len(clean)
+@pytest.mark.parametrize(("lag", "severity"), [(-30, None), (-80, "reject"), (-300, "reject")])
+def test_exact_a_torque_before_its_motion_is_an_actuators_until_it_is_too_far_ahead(clean, lag, severity):
+    for one in told([late(found, 1e-3 * lag) for found in clean]):
+        assert (one and one[0]) == severity
+        assert one is None or one[1] == pytest.approx(-lag, abs=3.0)
+
+
+def test_exact_a_torque_that_only_becomes_quiet_is_not_explained_there(clean):
+    """Ahead of a rest nothing of the torque is left, and nothing explained."""
+    t = clean[0]["t"]
+    found = clean[0] | {"motor_torque": np.where((t > 0.55) & (t < 0.95), 1.0, 0.02) * np.sin(40.0 * t)}
+    assert told([found]) == [None]
 
 
 @pytest.mark.parametrize(
@@ -59,3 +69,8 @@ def test_exact_a_torque_before_its_motion_is_no_fault_of_the_recorder(clean):
 )
 def test_exact_a_stated_or_declared_delay_is_none_to_mend(clean, statement):
     assert told([late(found, 0.1) for found in clean], TEXT + statement) == [None] * len(clean)
+
+
+def test_exact_a_stated_delay_of_the_angles_is_none_to_mend(clean):
+    stated = TEXT + "[sensors]\nmotor_angle = { delay_s = 0.1 }\nload_angle = { delay_s = 0.1 }\n"
+    assert told([late(found, -0.1) for found in clean], stated) == [None] * len(clean)

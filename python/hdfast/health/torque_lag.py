@@ -1,4 +1,4 @@
-"""Motor torque against motor angle: a torque makes its motion and cannot come after it."""
+"""Motor torque against motor angle: a torque makes its motion, and neither follows it nor is far ahead of it."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ NAME = "torque_lag"
 LATE, LEAST = 0.05, 0.01
 SPACING = 2.5e-3
 LONGEST_SHARE = 6
-#: Shares of the torque's power: left at once at least, left at the lag at most, the second of the first at most.
+#: Shares of the torque's variance: left at once at least, left at the lag at most, the second of the first at most.
 UNEXPLAINED, EXPLAINED, FALL = 5e-3, 0.1, 0.2
 NOTHING = 1e-12
 AGAINST = float(np.log(2.0))
@@ -34,7 +34,7 @@ class Torque:
         motion: the recording.
         used: (m,) samples that are compared.
         explained: (m, p) orthonormal columns of what a rigid drive explains.
-        power: variance of the torque [N^2 m^2].
+        power: variance of the torque at once [N^2 m^2].
         reach: the largest lag that the recording is long enough for [s].
     """
 
@@ -57,20 +57,23 @@ class Torque:
         explained, _ = np.linalg.qr(laws(motion, ratio)[used])
         return cls(motion, used, explained, power, reach * motion.step)
 
+    def read(self, late: float) -> Floats:
+        """The torque (m,) so much later, at most by `reach` [s]."""
+        late = min(max(late, -self.reach), self.reach)
+        return np.interp(self.motion.t[self.used] + late, self.motion.t, self.motion.torque)
+
     def left(self, late: float) -> float:
-        """Share of the power that is not explained of the torque so much later, at most by `reach` [s]."""
-        late = min(late, self.reach)
-        torque = np.interp(self.motion.t[self.used] + late, self.motion.t, self.motion.torque)
-        return NOTHING + float(np.var(torque - self.explained @ (self.explained.T @ torque))) / self.power
+        """Variance of the torque so much later that is not explained [N^2 m^2]."""
+        torque = self.read(late)
+        return NOTHING * self.power + float(np.var(torque - self.explained @ (self.explained.T @ torque)))
 
     @property
-    def follows(self) -> bool:
-        """Whether the torque is explained at some lag and far less at once.
-
-        Of torques that are on time no lag leaves less than .3 of what is unexplained at once (blind and real ones).
-        """
+    def elsewhere(self) -> bool:
+        """Whether the torque is explained at some lag and far less at once."""
         now = self.left(0.0)
-        return now > UNEXPLAINED and min(self.left(late) for late in lags()) < min(FALL * now, EXPLAINED)
+        if now <= UNEXPLAINED * self.power:
+            return False
+        return any(self.left(late) < min(FALL * now, EXPLAINED * float(np.var(self.read(late)))) for late in lags())
 
     def change(self, late: float) -> float:
         """Logarithm of what a lag leaves over what is unexplained at once; at most AGAINST, which refuses the lag."""
@@ -79,18 +82,18 @@ class Torque:
 
 def lags() -> Floats:
     """The lags that are tried [s]."""
-    return np.arange(SPACING, LARGEST_LAG, SPACING)
+    return np.arange(-LARGEST_LAG, LARGEST_LAG, SPACING)
 
 
 def check(subjects: Sequence[Subject]) -> None:
-    """Reject where the torque follows its motion by more than clocks are apart, and warn of less.
+    """Reject where torque and motion are further apart than any actuator is late, and warn of a torque that follows.
 
     One recorder writes all recordings: where some of them show a lag, which it is is asked of all, and it is told of
     each that does not speak against it.
     """
     torques = [Torque.of(subject.motion, subject.ratio) for subject in subjects]
     seen = [torque for torque in torques if torque is not None]
-    if not any(torque.follows for torque in seen):
+    if not any(torque.elsewhere for torque in seen):
         return
     late = _shared(seen)
     for subject, torque in zip(subjects, torques, strict=True):
@@ -111,10 +114,15 @@ def _shared(torques: Sequence[Torque]) -> float:
 
 def _tell(subject: Subject, seen: float) -> None:
     late = seen - subject.stated_lag("motor_torque")
-    if late < max(LEAST, 2.0 / subject.facts.rate_hz):
+    apart = f"the motion that it makes by {1e3 * abs(seen):.3g} ms"
+    if late >= max(LEAST, 2.0 / subject.facts.rate_hz):
+        sentence = f"motor_torque follows {apart}; state delay_s = {seen:.3g} in [sensors] motor_torque"
+    elif late < -LATE:
+        sentence = (
+            f"motor_torque precedes {apart}, further than an actuator is late; "
+            f"state delay_s = {-seen:.3g} in [sensors] motor_angle, and of what was recorded with it"
+        )
+    else:
         return
-    sentence = (
-        f"motor_torque follows the motion that it makes by {1e3 * seen:.3g} ms; "
-        f"state delay_s = {seen:.3g} in [sensors] motor_torque, or record both on one clock"
-    )
-    subject.find(NAME, REJECT if late > LATE else WARNING, sentence, value=late, limit=LATE)
+    remedy = f"{sentence}, or record both on one clock"
+    subject.find(NAME, REJECT if abs(late) > LATE else WARNING, remedy, value=late, limit=LATE)

@@ -71,6 +71,12 @@ def test_exact_a_stated_or_declared_delay_is_none_to_mend(clean, statement):
     assert told([late(found, 0.1) for found in clean], TEXT + statement) == [None] * len(clean)
 
 
+def test_exact_what_rejects_all_recordings_is_said_once(clean):
+    complaint = health.check(campaign([late(found, 0.1) for found in clean])).complaint
+    assert complaint.startswith("run0, run1, run2, run3: motor_torque follows")
+    assert complaint.count("motor_torque follows") == 1
+
+
 def test_exact_a_stated_delay_of_the_angles_is_none_to_mend(clean):
     stated = TEXT + "[sensors]\nmotor_angle = { delay_s = 0.1 }\nload_angle = { delay_s = 0.1 }\n"
     assert told([late(found, -0.1) for found in clean], stated) == [None] * len(clean)

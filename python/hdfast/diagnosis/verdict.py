@@ -73,7 +73,7 @@ class Claim:
     def sentence(self) -> str:
         """The verdict in one line."""
         if self.name == "no_evidence":
-            return "No evidence of left-out physics in these recordings."
+            return f"No evidence of left-out physics in these recordings{self._left}."
         if self.name == "undecided":
             return f"Undecided: {self.reason}{self._better}."
         if self.described is not None:
@@ -98,6 +98,16 @@ class Claim:
         )
         matching = (one for one in likely if place in (None, one.place) and feature in FACTS[one.effect].depends_on)
         return list(dict.fromkeys(one.effect for one in matching))
+
+    @property
+    def _left(self) -> str:
+        proof = self.proof
+        if proof is None or not math.isfinite(proof.extended):
+            return ""
+        return (
+            f"; error on held-out recordings {100 * proof.extended:.3g} %, "
+            f"white sensor noise alone makes {100 * proof.floor:.2g} %"
+        )
 
     @property
     def _better(self) -> str:

@@ -91,7 +91,10 @@ class Health:
             return ""
         if not any(item.source.role == "fit" for item in self.recordings):
             return 'No recording has the role "fit": without one there is nothing to calibrate the model on.'
-        return ". ".join(self.rejected.values())
+        alike: dict[str, list[str]] = {}
+        for name, reason in self.rejected.items():
+            alike.setdefault(reason.replace(f"{name}: ", ""), []).append(name)
+        return ". ".join(f"{', '.join(names)}: {reason}" for reason, names in alike.items())
 
     @property
     def warnings(self) -> list[str]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 import scipy
@@ -67,17 +68,23 @@ class Torque:
         torque = self.read(late)
         return NOTHING * self.power + float(np.var(torque - self.explained @ (self.explained.T @ torque)))
 
+    @cached_property
+    def now(self) -> float:
+        """What is not explained at once [N^2 m^2]."""
+        return self.left(0.0)
+
     @property
     def elsewhere(self) -> bool:
         """Whether the torque is explained at some lag and far less at once."""
-        now = self.left(0.0)
-        if now <= UNEXPLAINED * self.power:
+        if self.now <= UNEXPLAINED * self.power:
             return False
-        return any(self.left(late) < min(FALL * now, EXPLAINED * float(np.var(self.read(late)))) for late in lags())
+        return any(
+            self.left(late) < min(FALL * self.now, EXPLAINED * float(np.var(self.read(late)))) for late in lags()
+        )
 
     def change(self, late: float) -> float:
         """Logarithm of what a lag leaves over what is unexplained at once; at most AGAINST, which refuses the lag."""
-        return min(float(np.log(self.left(late) / self.left(0.0))), AGAINST)
+        return min(float(np.log(self.left(late) / self.now)), AGAINST)
 
 
 def lags() -> Floats:

@@ -5,6 +5,7 @@ import fcntl
 import json
 import os
 import re
+import shutil
 import signal
 import subprocess
 import sys
@@ -262,12 +263,25 @@ def test_exact_another_tool_does_not_go_on(folders, monkeypatch, changed):
     assert not (folders.answers("diagnose") / "a1" / tool.OUTCOME).exists()
 
 
-def test_exact_an_opened_set_takes_no_further_answers(folders):
+def test_exact_the_same_build_answers_further_cases_of_an_opened_set(folders, monkeypatch):
     others = [Contender("other", "the same again", command(folders), rival=True)]
     judge(folders, others, shared=2)
-    with pytest.raises(seal.SealError, match="takes no further answers"):
-        judge(folders, others)
-    assert sorted(path.name for path in folders.answers("other").iterdir()) == ["a1", "b2"]
+    with monkeypatch.context() as patch:
+        patch.setattr(tool, "fingerprint", lambda: "another")
+        with pytest.raises(seal.SealError, match="of another build"):
+            judge(folders, others)
+    proof = judge(folders, others)
+    assert proof["shared"] == 4
+    assert "Answered after other cases had been opened, by the same build: 2 of other." in proof["limitations"]
+    assert proof["limitations"] == judge(folders, others)["limitations"]
+
+
+def test_exact_an_opened_case_takes_no_further_answer(folders):
+    judge(folders)
+    shutil.rmtree(folders.answers("diagnose") / "b2")
+    with pytest.raises(seal.SealError, match="to b2; they take no further ones"):
+        judge(folders)
+    assert not (folders.answers("diagnose") / "b2").exists()
 
 
 def test_exact_changed_data_stops_the_run(folders):

@@ -23,7 +23,7 @@ def sealed(tmp_path):
 
 
 def open_(root):
-    return seal.open_once(root / "sealed", root / "seal.json", "tool", root / "answers")
+    return seal.open_for(root / "sealed", root / "seal.json", "tool", root / "answers")
 
 
 def same_plan(root, seed):
@@ -71,10 +71,31 @@ def test_exact_changed_data_is_detected(sealed, change):
         seal.verify_data(sealed / "cases", sealed / "seal.json")
 
 
-def test_exact_second_opening_for_other_answers_is_refused(sealed):
+def test_exact_further_cases_are_opened_beside_those_that_were(sealed):
+    for case in ("ab12", "cd34"):
+        answer = sealed / "answers" / case / "verdict.json"
+        answer.parent.mkdir()
+        answer.write_text("{}")
+        open_(sealed)
+    assert seal.opened_later(sealed / "sealed", "tool") == 1
+    seal.still_closed(sealed / "sealed", "tool", ["ef56"])
+    with pytest.raises(seal.SealError, match="to cd34; they take no further"):
+        seal.still_closed(sealed / "sealed", "tool", ["cd34", "ef56"])
+
+
+@pytest.mark.parametrize("change", ["altered", "added", "removed"])
+def test_exact_an_opened_case_keeps_its_answer(sealed, change):
+    answer = sealed / "answers" / "ab12" / "verdict.json"
+    answer.parent.mkdir()
+    answer.write_text("{}")
     open_(sealed)
-    (sealed / "answers" / "verdict.json").write_text('{"verdict": "found"}')
-    with pytest.raises(seal.SealError, match="opened before"):
+    if change == "altered":
+        answer.write_text('{"verdict": "found"}')
+    elif change == "added":
+        answer.with_name("late.json").write_text("{}")
+    else:
+        answer.unlink()
+    with pytest.raises(seal.SealError, match="for other answers"):
         open_(sealed)
 
 

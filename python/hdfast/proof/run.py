@@ -112,8 +112,8 @@ def judge(
     names = {each: folders.names if each == name else folders.names[:shared] for each in tools}
     seal.verify_data(folders.cases, folders.seal)
     for each, command in tools.items():
-        if unanswered(names[each], folders.answers(each)):
-            seal.still_closed(folders.sealed, each)
+        if left := unanswered(names[each], folders.answers(each)):
+            seal.still_closed(folders.sealed, each, left)
             note = files.prepare(folders.answers(each).parent) / f"{each}-{TOOL}"
             same_tool(note, command, limit, begun=has_begun(names[each], folders.answers(each)))
     for each, command in tools.items():
@@ -130,6 +130,7 @@ def judge(
     if others:
         beside = _opened(folders, name, folders.names[:shared])
         proof |= _compared(proof, beside, [(one, cards[one.name]) for one in others])
+        proof["limitations"] += _later(folders, [one.name for one in others])
     proof |= _asked_back(folders, proof, cards[name], again)
     publish(folders.root, proof)
     return proof
@@ -162,8 +163,15 @@ def _asked_back(
 
 
 def _opened(folders: Folders, name: str, cases: Sequence[str]) -> ScoreCard:
-    labels = seal.open_once(folders.sealed, folders.seal, name, folders.answers(name))
+    labels = seal.open_for(folders.sealed, folders.seal, name, folders.answers(name))
     return score({case: labels[case] for case in cases}, read_answers(folders.cases, folders.answers(name)))
+
+
+def _later(folders: Folders, others: Sequence[str]) -> list[str]:
+    """Who answered cases when others had been opened already."""
+    late = {name: many for name in others if (many := seal.opened_later(folders.sealed, name))}
+    listed = ", ".join(f"{many} of {name}" for name, many in late.items())
+    return [f"Answered after other cases had been opened, by the same build: {listed}."] if late else []
 
 
 def _compared(proof: dict[str, Any], own: ScoreCard, others: Sequence[tuple[Contender, ScoreCard]]) -> dict[str, Any]:

@@ -1,7 +1,7 @@
 """Commit to labels before any answer exists, and notice every later change.
 
 `seal.json` is public: SHA-256 of salt and labels together, and of every file of every case. Salt and labels stay in
-the sealed folder until the answers have been hashed; they are opened once.
+the sealed folder until the answers have been hashed; a case is opened once for every tool.
 """
 
 from __future__ import annotations
@@ -9,6 +9,7 @@ from __future__ import annotations
 import hashlib
 import json
 import secrets
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
@@ -98,31 +99,58 @@ def verify_labels(sealed: Path, public: Path) -> dict[str, Any]:
     return labels
 
 
-def still_closed(sealed: Path, tool: str) -> None:
-    """Check that no answers of a tool have been scored: further ones would never be.
+def still_closed(sealed: Path, tool: str, cases: Iterable[str]) -> None:
+    """Check that none of these cases was scored for a tool: a further answer to one could know its label.
 
     Raises:
-        SealError: the set was opened for this tool.
+        SealError: they were opened for this tool.
     """
-    marker = sealed / OPENED
-    if marker.exists() and tool in _read(marker):
-        raise SealError(f"{sealed}: opened before, for other cases of {tool}; it takes no further answers")
+    if seen := sorted(_cases(_merged(_rounds(sealed, tool))) & set(cases)):
+        listed = f"{', '.join(seen[:5])}{' ...' if len(seen) > 5 else ''}"
+        raise SealError(f"{sealed}: opened before for answers of {tool} to {listed}; they take no further ones")
 
 
-def open_once(sealed: Path, public: Path, tool: str, answers: Path) -> dict[str, Any]:
-    """Open the labels for the answers of one tool; the same answers may be scored again, others never.
+def open_for(sealed: Path, public: Path, tool: str, answers: Path) -> dict[str, Any]:
+    """Open the labels for the answers of one tool; to an opened case it has no others, to further cases it may.
 
     Raises:
-        SealError: labels or salt were changed, or the set was opened for other answers of this tool.
+        SealError: labels or salt were changed, or a case was opened for another answer of this tool.
     """
     labels = verify_labels(sealed, public)
-    scored = checksums(answers)
-    marker = sealed / OPENED
-    opened = _read(marker) if marker.exists() else {}
-    if opened.setdefault(tool, scored) != scored:
+    given, rounds = checksums(answers), _rounds(sealed, tool)
+    scored = _merged(rounds)
+    further = {path: value for path, value in given.items() if _case(path) not in _cases(scored)}
+    if given != scored | further:
         raise SealError(f"{sealed}: opened before, for other answers of {tool}; this set is a regression set now")
-    files.write_json(marker, opened)
+    if further or not rounds:
+        opened = _read(sealed / OPENED) if (sealed / OPENED).exists() else {}
+        files.write_json(sealed / OPENED, {**opened, tool: [*rounds, further]})
     return labels
+
+
+def opened_later(sealed: Path, tool: str) -> int:
+    """How many cases a tool answered after others had been opened for it."""
+    first, *later = map(_cases, _rounds(sealed, tool))
+    return len(set().union(*later) - first)
+
+
+def _rounds(sealed: Path, tool: str) -> list[dict[str, str]]:
+    """Checksums of a tool's scored answers by path, one table per time that the labels were opened for it."""
+    marker = sealed / OPENED
+    found: list[dict[str, str]] = _read(marker).get(tool, []) if marker.exists() else []
+    return found
+
+
+def _merged(rounds: Iterable[dict[str, str]]) -> dict[str, str]:
+    return {path: value for one in rounds for path, value in one.items()}
+
+
+def _case(path: str) -> str:
+    return path.split("/", maxsplit=1)[0]
+
+
+def _cases(checksums: Iterable[str]) -> set[str]:
+    return {_case(path) for path in checksums}
 
 
 def _read(path: Path) -> dict[str, Any]:

@@ -50,9 +50,8 @@ def play(
     experiments = _experiments(folders, name)
     names = sorted(experiments)
     given = {tool_name(name, motion): folders.further(motion) for motion in MOTIONS}
-    if any(unanswered(names, folders.answers(own)) for own in given):
-        for own in given:
-            seal.still_closed(folders.sealed, own)
+    for own in given:
+        seal.still_closed(folders.sealed, own, unanswered(names, folders.answers(own)))
     there = {one for one in experiments if all((folders.further(motion) / one).exists() for motion in MOTIONS)}
     left = [(folders, one, recipes[one], experiments[one]) for one in sorted(experiments.keys() - there)]
     for motion in MOTIONS:

@@ -21,6 +21,7 @@ FAILURE_HEADER = (
     "nuisance named",
     "detail",
 )
+LIMITS = "Limits"
 BY_EFFECT = "Single effects found, by size"
 SECOND_HEADER = ("case", "truth", "undecided about", "with the motion asked for", "with one at random")
 SECOND = (
@@ -124,7 +125,7 @@ def _who(proof: dict[str, Any]) -> list[str]:
 
 
 def markdown(proof: dict[str, Any]) -> str:
-    """Scores and every failure as Markdown."""
+    """Scores, every failure and limits as Markdown."""
     lines = [f"Blind benchmark, {len(proof['cases'])} cases, tool `{proof['tool']}`, {_machine(proof)}.", ""]
     lines += _markdown_table(SCORE_HEADER, score_rows(proof))
     if proof["compared"]:
@@ -136,6 +137,7 @@ def markdown(proof: dict[str, Any]) -> str:
     lines += ["", f"## {BY_EFFECT}", "", *_markdown_table(_effect_header(proof), effect_rows(proof))]
     lines += ["", f"## Every failure ({len(proof['failures'])})", ""]
     lines += _markdown_table(FAILURE_HEADER, failure_rows(proof))
+    lines += ["", f"## {LIMITS}", "", *(f"- {one}" for one in proof["limitations"])]
     return "\n".join(lines) + "\n"
 
 
@@ -205,7 +207,7 @@ def page(proof: dict[str, Any]) -> str:
                 )
             ],
         ),
-        Section("Limits", texts=[*proof["limitations"], f"Seal: SHA-256 {proof['seal']}. {_machine(proof)}."]),
+        Section(LIMITS, texts=[*proof["limitations"], f"Seal: SHA-256 {proof['seal']}. {_machine(proof)}."]),
     ]
     headline = "Every mark is met." if not missed else f"Marks missed: {', '.join(missed)}."
     lead = f"Blind cases answered by {proof['tool']}: one effect concealed in each, or none."

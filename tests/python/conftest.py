@@ -74,7 +74,7 @@ class Reference:
         return Run(result, result.metrics, result.samples, np.array(result.status) == "finished")
 
 
-@pytest.fixture(params=[Engine, Reference], ids=lambda backend: backend.name)
+@pytest.fixture(params=[Engine, pytest.param(Reference, marks=pytest.mark.long)], ids=lambda backend: backend.name)
 def sweep(request, long):
     """The same call against the engine and against the reference; `sweep.slow` asks for few rows of the latter."""
     backend = request.param()

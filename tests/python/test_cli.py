@@ -271,9 +271,9 @@ def test_regress_bench_leaves_no_recordings_of_an_earlier_one_and_all_other_file
     assert {file.stem for file in own.glob("*.csv")} == {Path(name).stem for name in first}
 
 
-@pytest.mark.parametrize("command", ["sweep", "simulate", "tolerance"])
+@pytest.mark.parametrize("command", ["sweep", "simulate", pytest.param("tolerance", marks=pytest.mark.long)])
 @pytest.mark.parametrize("name", ["input.toml", "data/measured.csv"])
-def test_regress_results_are_not_written_over_files_of_the_users_own(command, name, small, tmp_path, capsys):
+def test_regress_results_are_not_written_over_files_of_the_users_own(command, name, small, tmp_path, capsys, undrawn):
     (tmp_path / "data").mkdir()
     (tmp_path / "data" / "measured.csv").write_text("te_scale\n0.9\n1.1\n")
     text = SMALL + '[tolerance.te_scale]\ndistribution = "empirical"\nfile = "data/measured.csv"\n'
@@ -298,10 +298,12 @@ def test_regress_results_are_not_written_over_files_of_the_users_own(command, na
     [
         ("simulate", "sweep", "trajectory.parquet"),
         ("sweep", "simulate", "rows.parquet"),
-        ("sweep", "tolerance", "rows.parquet"),
+        pytest.param("sweep", "tolerance", "rows.parquet", marks=pytest.mark.long),
     ],
 )
-def test_regress_results_of_another_file_do_not_stay_beside_those_of_the_copy(first, second, left, small, tmp_path):
+def test_regress_results_of_another_file_do_not_stay_beside_those_of_the_copy(
+    first, second, left, small, tmp_path, undrawn
+):
     out = tmp_path / "out"
     assert main([first, str(small), "--out", str(out), "--quiet"]) == 0
     assert main([second, str(small), "--out", str(out), "--quiet"]) == 0
@@ -324,7 +326,7 @@ def test_regress_a_study_that_begins_takes_back_the_results_of_another_file_at_o
 
 
 @pytest.mark.parametrize("command", ["sweep", "simulate"])
-def test_regress_the_rows_of_a_study_keep_their_input(command, small, tmp_path, capsys):
+def test_regress_the_rows_of_a_study_keep_their_input(command, small, tmp_path, capsys, undrawn):
     out = tmp_path / "out"
     assert main(["tolerance", str(small), "--out", str(out), "--quiet"]) == 0
     before = {path: path.read_bytes() for path in out.rglob("*") if path.is_file()}
@@ -443,7 +445,7 @@ def test_exact_what_cannot_be_written_is_named(small, tmp_path, capsys):
         write_text(small / "x.txt", "")
 
 
-def test_exact_a_folder_keeps_no_recording_of_an_earlier_drive(small, tmp_path):
+def test_exact_a_folder_keeps_no_recording_of_an_earlier_drive(small, tmp_path, undrawn):
     small.write_text(SMALL + "[sensors]\nload_angle = { resolution = 6e-6 }\n")
     assert main(["simulate", str(small), "--out", str(tmp_path / "out"), "--quiet"]) == 0
     assert (tmp_path / "out" / "recording.parquet").exists()

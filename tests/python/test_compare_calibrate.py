@@ -182,7 +182,7 @@ def test_exact_commands_print_sentences_and_tables(path, capsys):
     assert re.match(r"\d+ parameters calibrated, error \(.*\): fit .* -> .*, heldout", capsys.readouterr().out)
 
 
-def test_exact_a_recording_that_cannot_be_simulated_has_no_error(path, calibrated, tmp_path):
+def test_exact_a_recording_that_cannot_be_simulated_has_no_error(path, calibrated, tmp_path, undrawn):
     """Null in the numbers, a dash on the page, and it is said."""
     compared = hdfast.compare(path)
     fit, (held, stacked) = compared.mismatch

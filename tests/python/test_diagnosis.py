@@ -73,6 +73,7 @@ def test_regress_a_single_effect_is_named_with_its_size(tmp_path: Path, effect: 
     assert errors["extended_nrmse"] < 0.55 * errors["baseline_nrmse"]
 
 
+@pytest.mark.long
 def test_regress_friction_is_named_from_the_motor_side_alone(tmp_path: Path) -> None:
     file = diagnosed.write(tmp_path, ["coulomb_friction"], EFFECTS["coulomb_friction"], seed=2, motor_only=True)
     found = hdfast.diagnose(file)
@@ -496,6 +497,7 @@ def test_exact_wide_slopes_are_differences_to_both_sides(tmp_path: Path) -> None
     assert not slopes[:, 0].any()
 
 
+@pytest.mark.long
 def test_exact_same_bytes_on_any_number_of_threads(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     small_campaign.shorten_library(monkeypatch)
     file = small_campaign.write(tmp_path, ["coulomb_friction"], EFFECTS["coulomb_friction"])
@@ -535,6 +537,7 @@ def test_exact_a_torque_that_stays_is_refused_whatever_its_mean_is_rounded_to(tm
         hdfast.diagnose(path)
 
 
+@pytest.mark.long
 def test_exact_steps_are_allowed_by_how_long_a_recording_is(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """And what is held out proves nothing where the drive cannot be simulated along it."""
     small_campaign.shorten_library(monkeypatch)

@@ -54,6 +54,7 @@ def test_exact_held_out_channels_that_nothing_was_fitted_on_are_left_aside(tmp_p
     assert {channel for _, channel, _ in setup.held.layout.pieces} == {"motor_torque"}
 
 
+@pytest.mark.long
 def test_exact_held_out_recordings_may_lack_a_channel(tmp_path, monkeypatch):
     small_campaign.shorten_library(monkeypatch)
     path = small_campaign.write(tmp_path, ["coulomb_friction"], {"T_c": 0.05})
@@ -61,6 +62,7 @@ def test_exact_held_out_recordings_may_lack_a_channel(tmp_path, monkeypatch):
     assert diagnose(path).verdict == "found"
 
 
+@pytest.mark.long
 def test_exact_a_held_out_standstill_proves_nothing_and_is_told(tmp_path, monkeypatch):
     small_campaign.shorten_library(monkeypatch)
     path = small_campaign.write(tmp_path, ["coulomb_friction"], {"T_c": 0.05})
@@ -113,6 +115,7 @@ def test_exact_a_drift_of_the_torques_zero_grows_with_the_scale_of_its_column(tm
     assert effect.sigma["drift"] == pytest.approx(1.1e-3)
 
 
+@pytest.mark.long
 def test_exact_an_extended_model_is_read_back_with_its_sensors(tmp_path, monkeypatch):
     """Its nominal model predicts the same recordings as the extended one did."""
     small_campaign.shorten_library(monkeypatch)
@@ -135,6 +138,7 @@ def test_exact_an_extended_model_is_read_back_with_its_sensors(tmp_path, monkeyp
     assert reread.fixed[name] == pytest.approx(kept.value(name), rel=1e-9)
 
 
+@pytest.mark.long
 def test_regress_a_stiff_coupling_is_told_as_detectable(tmp_path, monkeypatch):
     """Of a stiffness, what is seen is every smaller one."""
     small_campaign.shorten_library(monkeypatch, ("load_compliance",))
@@ -341,6 +345,7 @@ def test_exact_every_effect_is_a_candidate_or_told_as_not_showable(base, channel
     assert {one.effect for one in rubbing if one.reason != SILENT} == set(FACTS) - offered
 
 
+@pytest.mark.long
 def test_exact_what_a_rigid_drive_cannot_have_is_told_as_not_showable(tmp_path, monkeypatch):
     small_campaign.shorten_library(monkeypatch)
     path = small_campaign.write(tmp_path)
@@ -378,6 +383,7 @@ def test_exact_a_gap_that_is_not_resolved_is_none(half_gap, step, resolved, rati
     assert unresolved(candidate, fitted, replay) != resolved
 
 
+@pytest.mark.long
 def test_against_simulation_a_gap_is_found_in_which_an_unseen_weight_holds_the_load(tmp_path, monkeypatch):
     """The weight alone leaves nothing that is seen."""
     small_campaign.shorten_library(monkeypatch, ("backlash", "gravity_unbalance"))
@@ -572,7 +578,7 @@ def test_exact_an_amplitude_is_as_sure_as_it_is_at_the_effects_own_shape(monkeyp
     ("effect", "size"),
     [
         ("gravity_unbalance", {"T_gravity": 4.0}),
-        pytest.param("load_side_friction", {"T_cl": 4.0}, marks=pytest.mark.long),
+        ("load_side_friction", {"T_cl": 4.0}),
     ],
 )
 def test_exact_a_load_that_turns_the_other_way_gets_the_same_answer(tmp_path, monkeypatch, effect, size):
@@ -598,6 +604,7 @@ def test_exact_a_candidate_without_room_is_none():
     assert not late.fits_into(Structure(Model(terms=full), {}, ()))
 
 
+@pytest.mark.long
 def test_exact_a_declared_special_case_comes_back_where_its_law_is_taken_out(tmp_path, monkeypatch):
     """Stribeck friction beside a declared Coulomb friction is weighed against Coulomb friction, not against none."""
     small_campaign.shorten_library(monkeypatch, ("coulomb_friction", "stribeck_friction"))
@@ -610,6 +617,7 @@ def test_exact_a_declared_special_case_comes_back_where_its_law_is_taken_out(tmp
     assert law.lesser.structure.model.terms == ("coulomb_friction",)
 
 
+@pytest.mark.long
 def test_exact_rejected_recordings_are_told_with_the_same_keys(tmp_path, monkeypatch):
     small_campaign.shorten_library(monkeypatch)
     path = small_campaign.write(tmp_path)
@@ -638,6 +646,7 @@ def test_exact_health_is_checked_on_one_thread_of_linear_algebra(monkeypatch):
     assert set(threads) == {1}
 
 
+@pytest.mark.long
 def test_exact_ripple_faster_than_half_the_recorders_rate_is_named(tmp_path, monkeypatch):
     """A recorder of 100 Hz whose samples are late or early by 4 % of its period; the error passes at up to 64 Hz."""
 
@@ -653,6 +662,7 @@ def test_exact_ripple_faster_than_half_the_recorders_rate_is_named(tmp_path, mon
     assert parameters["te_cos_8"]["value"] == pytest.approx(1.5e-5, rel=0.1)
 
 
+@pytest.mark.long
 def test_regress_a_stiff_coupling_is_named_though_a_refit_follows_the_resonance_it_moves(tmp_path, monkeypatch):
     """To first order its stiffness over the square of the share beyond it counts, and 0.8 of the inertia is as good."""
     small_campaign.shorten_library(monkeypatch, ("load_compliance", "viscoelastic"))

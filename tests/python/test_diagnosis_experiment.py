@@ -132,6 +132,7 @@ def test_regress_the_proposal_tells_friction_from_nothing(friction):
     assert json.loads(json.dumps(content)) == content
 
 
+@pytest.mark.long
 def test_exact_models_whose_torques_differ_by_their_zero_are_not_told_apart(friction):
     """Recordings that move give up their means, and so does one that is imagined."""
     own, sensor = "motor_torque_sensor_offset_drift", (("sensor_offset_drift", "motor_torque"),)
@@ -162,6 +163,7 @@ def test_exact_models_that_agree_are_not_told_apart(friction):
     assert propose(friction.replay, contest, np.random.default_rng(0)) is None
 
 
+@pytest.mark.long
 def test_exact_a_motion_that_leaves_one_of_the_others_open_decides_nothing(friction):
     final, names = friction.search.final, ("coulomb_friction", NOTHING, "its twin")
     contest = Contest(names, (final, friction.baseline, final))

@@ -152,6 +152,7 @@ def test_exact_means_over_different_intervals_are_as_late_as_those_of_the_slowes
         np.testing.assert_allclose(ahead[inside], 0.0, atol=4e-4)
 
 
+@pytest.mark.long
 def test_exact_a_declared_delay_is_fitted_within_its_sigma_and_kept_in_the_model(tmp_path, monkeypatch):
     small_campaign.shorten_library(monkeypatch, ("sensor_delay", "coulomb_friction"))
     path = small_campaign.write(tmp_path)

@@ -9,7 +9,7 @@ from pathlib import Path
 import hdfast
 import null_campaigns
 
-FEW, MANY = 2, 100
+FEW, MANY = 1, 100
 CLAIMS = {"found", "sensor", "depends_on"}
 PROCESSES = 2
 

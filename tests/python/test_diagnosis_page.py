@@ -329,6 +329,7 @@ def test_exact_rejected_recordings_are_shown_with_the_reason(tmp_path):
     assert "The recordings as they were read" in text
 
 
+@pytest.mark.long
 def test_exact_command_writes_the_same_page_from_another_run(tmp_path, monkeypatch, capsys, quiet_page):
     """On one thread instead of two."""
     small_campaign.shorten_library(monkeypatch)
@@ -341,7 +342,7 @@ def test_exact_command_writes_the_same_page_from_another_run(tmp_path, monkeypat
     assert (out / "report.html").read_text() == quiet_page
 
 
-def test_exact_without_report_the_other_files_are_the_same(tmp_path, monkeypatch, quiet, capsys):
+def test_exact_without_report_the_other_files_are_the_same(tmp_path, monkeypatch, quiet, capsys, undrawn):
     monkeypatch.setattr("hdfast.diagnosis.command.diagnose", lambda _campaign, **_: quiet)
     campaign = small_campaign.write(tmp_path)
     whole, short = tmp_path / "whole", tmp_path / "short"

@@ -299,6 +299,7 @@ def test_exact_a_candidate_that_cannot_be_simulated_is_no_crash(tmp_path, monkey
     assert next(one.failed for one in trials if one.candidate.effect == "coulomb_friction") == ("A0 simulation",)
 
 
+@pytest.mark.long
 def test_exact_what_convinces_where_it_was_fitted_and_is_refused_elsewhere_is_undecided(tmp_path, monkeypatch):
     """The drive has dry friction in the fitted recordings and none in the one that is held out."""
     small_campaign.shorten_library(monkeypatch)
@@ -309,6 +310,7 @@ def test_exact_what_convinces_where_it_was_fitted_and_is_refused_elsewhere_is_un
     assert told["next_experiment"] is not None
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("height", "first"), [(3e-5, "coulomb_friction"), (1e-4, "te_harmonic")])
 def test_exact_what_is_refused_goes_and_what_holds_without_it_stays(tmp_path, monkeypatch, height, first):
     """The fourth harmonic is in the fitted recordings alone, dry friction in all of them."""

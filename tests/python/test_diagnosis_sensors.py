@@ -44,6 +44,7 @@ def test_against_scipy_a_low_pass_that_all_sensors_share_is_named(tmp_path, monk
     assert reread.fixed["load_angle_sensor_lowpass_tau_s"] == pytest.approx(LAG, rel=0.1)
 
 
+@pytest.mark.long
 def test_against_scipy_a_declared_low_pass_of_all_sensors_is_no_mismatch(tmp_path, monkeypatch):
     small_campaign.shorten_library(monkeypatch, ("sensor_lowpass", "sensor_delay", "coulomb_friction"))
     path = logged(small_campaign.write(tmp_path))

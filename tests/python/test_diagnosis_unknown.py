@@ -40,7 +40,7 @@ def complete(tmp_path_factory):
     return setup.replay, fit(setup.replay, nominal(setup))
 
 
-@pytest.mark.parametrize("law", LAWS)
+@pytest.mark.parametrize("law", ["coulomb_friction", pytest.param("gravity_unbalance", marks=pytest.mark.long)])
 def test_regress_a_law_that_the_library_lacks_is_described_without_a_name(tmp_path, monkeypatch, law):
     values, variable, memory, place = LAWS[law]
     small_campaign.shorten_library(monkeypatch, ())
@@ -57,11 +57,13 @@ def test_regress_a_law_that_the_library_lacks_is_described_without_a_name(tmp_pa
     )
 
 
+@pytest.mark.long
 def test_regress_a_complete_drive_without_names_is_quiet(tmp_path, monkeypatch):
     small_campaign.shorten_library(monkeypatch, ())
     assert diagnose(small_campaign.write(tmp_path)).verdict == "no_evidence"
 
 
+@pytest.mark.long
 def test_exact_a_law_that_is_refused_elsewhere_is_undecided(tmp_path, monkeypatch):
     """The drive has dry friction in the fitted recordings and none in the one that is held out; it has no name."""
     small_campaign.shorten_library(monkeypatch, ())
@@ -71,6 +73,7 @@ def test_exact_a_law_that_is_refused_elsewhere_is_undecided(tmp_path, monkeypatc
     assert told["effects"] == []
 
 
+@pytest.mark.long
 def test_exact_recordings_that_stay_away_from_an_end_cannot_refuse_what_is_there(tmp_path, monkeypatch):
     """A spring of 5 N m/rad that two fitted recordings reach; what is held out goes the other way."""
     small_campaign.shorten_library(monkeypatch, ())
@@ -138,6 +141,7 @@ def test_exact_of_white_noise_nothing_is_described(complete):
     assert describe(replay, None, replace(fitted, mismatch=noise), np.random.default_rng(1)) is None
 
 
+@pytest.mark.long
 def test_exact_a_torque_at_one_place_is_described_as_one(complete):
     """A doublet 0.02 rad wide that the output passes, twelve noise deviations of the windup high."""
     replay, fitted = complete

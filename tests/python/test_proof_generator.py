@@ -238,6 +238,7 @@ def bench():
     return rig, linearise(rig, bare, motions, rng)
 
 
+@pytest.mark.long
 def test_exact_effects_are_sized_in_the_noise_of_the_rig_that_is_recorded(bench):
     """A rig whose effects come out too small gets noisier sensors, three times at most."""
     rig, lin = bench
@@ -257,6 +258,7 @@ def test_exact_a_drive_at_rest_stays_there_on_an_imposed_motion(bench):
         assert np.ptp(channel) < 1e-9 * max(float(np.abs(channel).max()), 1.0)
 
 
+@pytest.mark.long
 def test_against_single_sizes_a_rival_is_taken_at_its_best(bench):
     """Creep looks more like hysteresis where it is small: a large one shifts the resonance."""
     _, lin = bench
@@ -301,6 +303,7 @@ def test_against_least_squares_the_refit_of_the_moved_plant(bench):
     assert cost != pytest.approx(linear, rel=0.5)
 
 
+@pytest.mark.long
 def test_exact_detectable_amplitudes_have_the_stated_length(bench):
     _, lin = bench
     rng = np.random.default_rng(3)
@@ -310,7 +313,10 @@ def test_exact_detectable_amplitudes_have_the_stated_length(bench):
         assert np.linalg.norm(left) / np.sqrt(lin.inflation(left)) == pytest.approx(4.5, rel=0.05)
 
 
-@pytest.mark.parametrize("effect_id", [e for e in TWELVE if e != "coulomb_friction"])
+@pytest.mark.parametrize(
+    "effect_id",
+    [pytest.param(e, marks=[pytest.mark.long] * (e != "backlash")) for e in TWELVE if e != "coulomb_friction"],
+)
 def test_exact_at_eight_times_detectable_a_channel_moves_beyond_its_noise(bench, effect_id):
     """Acceptance (c): 36 standard deviations of the matched filter if linear; friction that holds saturates."""
     _, lin = bench
@@ -319,6 +325,7 @@ def test_exact_at_eight_times_detectable_a_channel_moves_beyond_its_noise(bench,
     assert np.linalg.norm(left) / np.sqrt(lin.inflation(left)) > 3.0 * 4.5
 
 
+@pytest.mark.long
 def test_exact_a_followed_refit_swallows_what_one_from_elsewhere_swallows(bench):
     """Hysteresis beside a resonance: refits that start at other stiffnesses end where no less is left."""
     _, lin = bench
@@ -330,6 +337,7 @@ def test_exact_a_followed_refit_swallows_what_one_from_elsewhere_swallows(bench)
         assert lin.refit(full, [start]).cost >= 0.9 * followed.cost
 
 
+@pytest.mark.long
 def test_exact_a_late_load_sensor_looks_like_a_filtered_one_wherever_the_refit_moves_the_drive(bench):
     """They differ by the square of a millisecond; against a drive that has not moved, the low-pass would not fit."""
     _, lin = bench

@@ -81,7 +81,7 @@ def test_exact_criterion_grows_by_the_logarithm_of_the_samples_for_a_parameter_t
     [
         ("refit", "no_evidence", set()),
         ("whiteness", "undecided", set()),
-        ("forward_bic", "found", {"coulomb_friction"}),
+        pytest.param("forward_bic", "found", {"coulomb_friction"}, marks=pytest.mark.long),
         ("sparse_regression", "found", {"coulomb_friction", "stribeck_friction", "presliding_friction"}),
     ],
 )

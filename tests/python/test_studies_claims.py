@@ -97,6 +97,7 @@ def verdicts(text):
     return [line.split("|")[1:4] for line in text.splitlines() if line.startswith("| S")]
 
 
+@pytest.mark.long
 def test_regress_the_page_of_the_claims_is_current(monkeypatch):
     for name, done in [(name, study(name)) for name in STUDIES]:
         monkeypatch.setitem(STUDIES, name, lambda done=done: done)

@@ -9,6 +9,12 @@ from drives import RPM, SCENARIO, parameters
 from oracles import left_out
 from termed import COMBINATIONS, FEWER_TEETH, LOAD, RUN, VALUES, assert_close, simulate, torque_steps, with_company
 
+EVERY = [
+    *([term] for term in VALUES),
+    *COMBINATIONS[:7],
+    *(pytest.param(terms, marks=pytest.mark.long) for terms in COMBINATIONS[7:]),
+]
+
 
 def test_exact_every_term_has_an_oracle():
     assert {term.id for term in hdfast.terms() if not term.channels} == set(VALUES)
@@ -18,11 +24,11 @@ def test_exact_every_term_has_an_oracle():
         assert {table.canonical(name) for name in values} == set(table.names) - set(plain.names), term
 
 
-@pytest.mark.parametrize("terms", [[term] for term in VALUES] + COMBINATIONS, ids="+".join)
+@pytest.mark.parametrize("terms", EVERY, ids="+".join)
 def test_against_scipy(terms, long):
     """Trajectories with reversals, stops and breakaways, for every term alone and in company."""
     on, values = with_company(terms)
-    if len(terms) > 1 and "teeth" in values and not long:
+    if "teeth" in values and not long:
         values |= FEWER_TEETH
     p = parameters(s=0.4, **values)
     pieces = [(2.0 * end, torque) for end, torque in RUN] if long else RUN

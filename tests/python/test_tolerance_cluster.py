@@ -66,6 +66,7 @@ class Deadly:
         return self.task.poisoned(row, reason)
 
 
+@pytest.mark.long
 def test_exact_a_row_that_kills_workers_is_found_by_halving(monkeypatch):
     """A task is given up after one death instead of three, each of which costs a start of a process."""
     assert LOCAL_SETTINGS[FAILURES] == 2

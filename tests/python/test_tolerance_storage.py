@@ -152,7 +152,7 @@ def test_regress_two_runs_into_one_folder_are_not_mixed(small, tmp_path):
     assert contents(out) == contents(tmp_path / "alone")
 
 
-def test_regress_no_report_of_rows_that_another_run_has_added_to_since(small, tmp_path):
+def test_regress_no_report_of_rows_that_another_run_has_added_to_since(small, tmp_path, undrawn):
     first = hdfast.tolerance(small, n=20, out=tmp_path / "out")
     hdfast.tolerance(small, n=40, out=tmp_path / "out", resume=True).report(tmp_path / "out")
     whole = contents(tmp_path / "out")
@@ -161,7 +161,7 @@ def test_regress_no_report_of_rows_that_another_run_has_added_to_since(small, tm
     assert contents(tmp_path / "out") == whole
 
 
-def test_regress_a_report_is_where_the_rows_are(small, tmp_path):
+def test_regress_a_report_is_where_the_rows_are(small, tmp_path, undrawn):
     study = hdfast.tolerance(small, n=20, out=tmp_path / "out")
     with pytest.raises(hdfast.InputError, match=r"other': the study has its rows elsewhere \(allowed: '.*out'\)"):
         study.report(tmp_path / "other")
@@ -169,7 +169,7 @@ def test_regress_a_report_is_where_the_rows_are(small, tmp_path):
     assert study.report(tmp_path / "out" / ".." / "out").exists()
 
 
-def test_regress_an_input_with_a_table_runs_from_the_copy_and_a_changed_table_is_noticed(tmp_path, capsys):
+def test_regress_an_input_with_a_table_runs_from_the_copy_and_a_changed_table_is_noticed(tmp_path, capsys, undrawn):
     text = SMALL.replace(
         'distribution = "lognormal"\nsigma_log = 0.1', 'distribution = "empirical"\nfile = "data/m.csv"'
     )

@@ -317,6 +317,7 @@ def test_exact_command_writes_the_folder(small, tmp_path, capsys):
     assert titles[-2:] == ["Assumptions", "Input"]
 
 
+@pytest.mark.long
 def test_exact_folder_is_the_same_after_resume_and_has_no_clock(small, tmp_path):
     written = []
     for more in ([], ["--resume"]):
@@ -325,7 +326,7 @@ def test_exact_folder_is_the_same_after_resume_and_has_no_clock(small, tmp_path)
     assert written[0] == written[1]
 
 
-def test_exact_exit_codes(small, tmp_path, capsys):
+def test_exact_exit_codes(small, tmp_path, capsys, undrawn):
     small.write_text(SMALL.replace("upper = 3e-4", "upper = 1.6e-4"))
     assert main(["tolerance", str(small), "--quiet"]) == 1
     small.write_text(SMALL.replace("upper = 3e-4", "upper = 1.6e-4").replace("min_yield = 0.9\n", "", 1))
@@ -348,8 +349,8 @@ def test_exact_exit_codes(small, tmp_path, capsys):
         main(["tolerance", str(small), "--sampling", "sobl"])
 
 
-@pytest.mark.parametrize("interrupted", [False, True])
-def test_regress_nothing_is_said_of_fewer_rows_once_more_are_run(small, tmp_path, interrupted):
+@pytest.mark.parametrize("interrupted", [pytest.param(False, marks=pytest.mark.long), True])
+def test_regress_nothing_is_said_of_fewer_rows_once_more_are_run(small, tmp_path, interrupted, undrawn):
     small.write_text(FAILING)
     bad = int(np.argmin(hdfast.tolerance(small, n=200).finished))
     out = tmp_path / "out"
@@ -472,7 +473,7 @@ def test_exact_sweep_command_says_nothing_it_does_not_know(small, tmp_path, caps
     assert summary["specifications"]["te_pp"]["interval_95"] is None
 
 
-def test_exact_report_of_a_study_in_memory_holds_its_rows(study, tmp_path):
+def test_exact_report_of_a_study_in_memory_holds_its_rows(study, tmp_path, undrawn):
     page = study.report(tmp_path / "out")
     assert page.name == "index.html"
     table = pq.read_table(tmp_path / "out" / "rows.parquet")
@@ -480,7 +481,7 @@ def test_exact_report_of_a_study_in_memory_holds_its_rows(study, tmp_path):
     assert np.array_equal(table["te_pp"].to_numpy(), study.column("te_pp"))
 
 
-def test_regress_a_report_without_limits_leaves_no_worst_rows_of_an_earlier_one(tmp_path):
+def test_regress_a_report_without_limits_leaves_no_worst_rows_of_an_earlier_one(tmp_path, undrawn):
     for text, written in ((SMALL, True), (re.sub(r"\[spec\.\w+\]\n.*\n.*\n", "", SMALL), False)):
         hdfast.tolerance(config.parse(text), n=3).report(tmp_path)
         assert [(tmp_path / f"worst.{kind}").exists() for kind in ("csv", "parquet")] == [written, written]
@@ -494,7 +495,7 @@ def test_regress_rare_events_of_a_file_without_tolerances_are_refused_before_any
     assert not out.exists()
 
 
-def test_exact_rare_event_is_in_the_report(study):
+def test_exact_rare_event_is_in_the_report(study, undrawn):
     found = study.rare("te_pp", rows=100, replicates=2, smallest=1e-5)
     assert study.rare_events == {"te_pp": found}
     assert "by subset simulation" in tolerance_page.page(study)

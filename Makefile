@@ -16,7 +16,7 @@ PYTEST := OPENBLAS_NUM_THREADS=1 HDFAST_NUM_THREADS=1 $(PY) -m pytest --numproce
 # suites with tests that need --long and that CI has the time for; the longest first, for its fixtures are stolen last
 LONG := diagnosis_nulls diagnosis_anchors diagnosis diagnosis_corners diagnosis_statistics identify_kinematic_error \
   identify_stiffness identify_friction invariants terms_oracles proof_generator article instructions diagnosis_page \
-  diagnosis_proof diagnosis_sensors diagnosis_unknown diagnosis_experiment diagnosis_lateness proof_rivals \
+  diagnosis_proof diagnosis_sensors diagnosis_unknown diagnosis_experiment diagnosis_lateness proof_rivals proof_bridge \
   studies_claims tolerance_cluster cli tolerance_study
 EXTENSION := $(VENV)/.extension
 

@@ -25,7 +25,7 @@ def number(argument: str, value: Any, low: float = -math.inf, high: float = math
     """A real number within [low, high]; infinities only when the bound itself is infinite, NaN never."""
     suffix = f" {unit}" if unit else ""
     unbounded = low == -math.inf and high == math.inf
-    allowed = "allowed: any number" if unbounded else f"allowed: a number from {low:g} to {high:g}{suffix}"
+    allowed = "allowed: any number, not NaN" if unbounded else f"allowed: a number from {low:g} to {high:g}{suffix}"
     if isinstance(value, np.ndarray) and value.ndim == 0:
         value = value[()]
     if isinstance(value, (bool, np.bool_)) or not isinstance(value, numbers.Real):

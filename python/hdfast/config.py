@@ -12,7 +12,7 @@ from typing import Any
 
 from hdfast import catalogue, checks
 from hdfast.drive_file import DriveFile, Effect, read_drive
-from hdfast.errors import InputError, choose, shorten
+from hdfast.errors import InputError, RowError, choose, shorten
 from hdfast.files import INPUT
 from hdfast.model import Model
 from hdfast.params import ParameterTable, layout
@@ -30,6 +30,7 @@ from hdfast.tolerance.policy import POLICIES
 from hdfast.tolerance.reading import read_correlation, read_tolerance
 from hdfast.tolerance.sample import MAX_ROWS, Plan
 from hdfast.tolerance.trajectories import Trajectories, read_trajectories
+from hdfast.toml_lines import Path as Keys
 
 SPEC_KEYS = ("lower", "upper", "min_yield")
 RUN_KEYS = (
@@ -159,6 +160,7 @@ class _Reader:
         model = self.file.guard(("drive",), drive.model)
         table = layout(model)
         scenario = self.scenario()
+        self.possible(model, scenario, drive.values)
         nominal = {row.name: row.default for row in table} | dict(scenario.values) | drive.values
         tolerances = self.tolerances(table, nominal)
         self.heeded(scenario, {"drive": drive.values, "tolerance": tolerances})
@@ -179,6 +181,26 @@ class _Reader:
             self.file.text,
             self.tables(),
         )
+
+    def possible(self, model: Model, scenario: Scenario, drive: Mapping[str, float]) -> None:
+        """A nominal drive that cannot be simulated is wrong input, and no row that fails."""
+        from hdfast.sweep import sweep
+
+        if not drive:
+            return
+        row = {name: [value] for name, value in drive.items()}
+        try:
+            sweep(row, model=model, scenario=scenario, metrics=(), max_steps=1, threads=1, strict=True)
+        except RowError as wrong:
+            raise self.file.error(self.place(wrong.parameter), str(wrong).removeprefix("row 0: ")) from None
+
+    def place(self, parameter: str) -> Keys:
+        """Where the file states a parameter of the drive."""
+        for number, entry in enumerate(self.file.listed("terms")):
+            for name in entry.get("parameters", {}):
+                if parameter in (name, f"{entry['effect']}_{name}"):
+                    return ("terms", number, "parameters", name)
+        return ("drive", parameter)
 
     def teeth(self, drive: DriveFile) -> None:
         expected, stated = drive.ratio_by_teeth, drive.values.get("ratio")

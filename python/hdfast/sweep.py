@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from hdfast import _core, catalogue
+from hdfast import _core, catalogue, checks
 from hdfast.errors import InputError, Interrupted, RowError, shorten
 from hdfast.model import Model
 from hdfast.request import Progress, Request, parameters_of, prepare
@@ -113,7 +113,7 @@ def run(
     """Hand a checked call to the core."""
     count = resolve_threads(threads)
     catalogue.build_info()
-    if strict:
+    if checks.flag("strict", strict):
         _raise_for_bad_row(request, count)
     with _reporter(progress, request.rows.count) as report:
         return _result(request, count, report)

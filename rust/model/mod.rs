@@ -193,6 +193,11 @@ fn sign<R: Real>(value: R) -> R {
     R::select(zero.lt(value), one, R::select(value.lt(zero), -one, zero))
 }
 
+/// What rounding may add to the torque on a held shaft: as a share of what holds it, and at least, where that fades away
+/// with the torque itself [N m]. A controller brings a shaft to rest exactly there: it would break away and stop again
+/// with every step.
+const ROUNDING: (f64, f64) = (1e-10, 1e-12);
+
 impl<R: Real> Shaft<R> {
     /// A shaft without dry friction.
     #[inline(always)]
@@ -203,17 +208,20 @@ impl<R: Real> Shaft<R> {
     /// How much more dry friction could hold [N m].
     #[inline(always)]
     pub fn spare(&self) -> R {
-        self.breakaway - self.net.abs()
+        let (zero, (share, least)) = (R::zero(), ROUNDING);
+        let rounding = self.breakaway.mul_add(R::splat(share), R::splat(least));
+        self.breakaway + R::select(zero.lt(self.breakaway), rounding, zero) - self.net.abs()
     }
 
     /// The way the shaft goes on in one lane, at a speed and after a direction: at rest it is held as long as dry
     /// friction can hold it.
     pub fn onward(&self, lane: usize, speed: f64, direction: f64) -> f64 {
         let (net, breakaway) = (self.net.plain().get(lane), self.breakaway.plain().get(lane));
+        let holds = self.spare().plain().get(lane) >= 0.0;
         match (speed == 0.0, breakaway > 0.0) {
             (false, _) => speed.signum(),
             (true, true) if direction != 0.0 => direction,
-            (true, true) if net.abs() <= breakaway => 0.0,
+            (true, true) if holds => 0.0,
             _ => net.signum(),
         }
     }

@@ -82,10 +82,15 @@ def sweep(request, long):
     return backend
 
 
+def leave_figures_out(patch):
+    """Pages have empty figures: drawing them takes most of their time."""
+    patch.setattr("hdfast.report.plots.svg", lambda figure: "")
+
+
 @pytest.fixture
 def undrawn(monkeypatch):
-    """Pages have empty figures: drawing them takes most of their time."""
-    monkeypatch.setattr("hdfast.report.plots.svg", lambda figure: "")
+    """See `leave_figures_out`."""
+    leave_figures_out(monkeypatch)
 
 
 @pytest.fixture

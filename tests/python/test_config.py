@@ -132,9 +132,9 @@ WRONG = [
     ("[tolerance.k2]\ndistribution = 'uniform'\nrelative = true\nlower = 1\nupper = 2\n", 1, "nominal value is 0"),
     ("[tolerance.k2]\ndistribution = 'lognormal'\nsigma_log = 0.1\n", 1, "median"),
     (
-        "[drive]\nB_sp = -20\n[tolerance.B_sp]\ndistribution = 'lognormal'\nsigma_log = 0.1\n",
+        "[drive]\nte_scale = -20\n[tolerance.te_scale]\ndistribution = 'lognormal'\nsigma_log = 0.1\n",
         3,
-        r"\[tolerance.B_sp\] is lognormal: the nominal B_sp of \[drive\], its median, = -20 must be greater than 0",
+        r"\[tolerance.te_scale\] is lognormal: the nominal te_scale .*, its median, = -20 must be greater than 0",
     ),
     ("tolerance.J_l = 3\n", 1, "not a section"),
     ("[drive]\nJ_l = 1\nK_p = 0.3\n", 3, r"K_p has no meaning in start_stop\(torque_step, coast\), which has no speed"),
@@ -176,6 +176,9 @@ WRONG = [
     ("title = '''\n[run]\nrows = 1\n'''\n[run]\nrows = 0\n", 6, "rows = 0"),
     ('title = "a \\" [" # "[\n[run]\nseed = 1\nrows = 0\n', 4, "rows = 0"),
     ("x = [\n", None, "Invalid|Unclosed|Expected"),
+    ("[drive]\nratio = 80\nJ_l = -1\n", 3, "J_l = -1 kg m\\^2 cannot be simulated .allowed: finite, above 0"),
+    ('[drive]\nspring = "piecewise"\nT1 = 48\nT2 = 14\n', 4, "T2 = 14 N m cannot be simulated .*above T1"),
+    ('[[terms]]\neffect = "coulomb_friction"\nparameters = { T_c = -1 }\n', 3, "T_c = -1 N m cannot be simulated"),
 ]
 
 

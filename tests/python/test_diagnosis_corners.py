@@ -574,6 +574,7 @@ def test_exact_an_amplitude_is_as_sure_as_it_is_at_the_effects_own_shape(monkeyp
     assert sizeable(SimpleNamespace(layout=None), joint, candidate) == enough
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("effect", "size"),
     [

@@ -8,6 +8,7 @@ from html.parser import HTMLParser
 import numpy as np
 import pytest
 import small_campaign
+from conftest import leave_figures_out
 from hdfast.cli import main
 from hdfast.diagnosis import diagnose
 from hdfast.diagnosis.experiment import NOTHING, Contest, propose
@@ -78,7 +79,9 @@ def page(found):
 
 @pytest.fixture(scope="module")
 def quiet_page(quiet):
-    return diagnosis_page.page(quiet)
+    with pytest.MonkeyPatch.context() as patch:
+        leave_figures_out(patch)
+        return diagnosis_page.page(quiet)
 
 
 def test_exact_page_needs_nothing_else(page):
@@ -119,6 +122,7 @@ def test_exact_what_passes_beside_a_special_case_that_goes_first_does_not_gain_l
     assert text.index("passes, but another goes first") < text.index("accepted")
 
 
+@pytest.mark.long
 def test_exact_a_mismatch_without_a_name_shows_its_variables(unnamed, undrawn):
     assert unnamed.verdict == "depends_on"
     shown = cards(unnamed.content, unnamed.evidence, traces(unnamed.evidence))
@@ -330,7 +334,7 @@ def test_exact_rejected_recordings_are_shown_with_the_reason(tmp_path):
 
 
 @pytest.mark.long
-def test_exact_command_writes_the_same_page_from_another_run(tmp_path, monkeypatch, capsys, quiet_page):
+def test_exact_command_writes_the_same_page_from_another_run(tmp_path, monkeypatch, undrawn, capsys, quiet_page):
     """On one thread instead of two."""
     small_campaign.shorten_library(monkeypatch)
     out = tmp_path / "out"

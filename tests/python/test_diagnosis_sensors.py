@@ -56,6 +56,7 @@ def test_against_scipy_a_declared_low_pass_of_all_sensors_is_no_mismatch(tmp_pat
     assert diagnose(path).verdict == "no_evidence"
 
 
+@pytest.mark.long
 def test_exact_noise_of_the_angle_is_no_low_pass(tmp_path, monkeypatch):
     small_campaign.shorten_library(monkeypatch, ("sensor_lowpass", "sensor_delay", "coulomb_friction"))
     path = small_campaign.write(tmp_path, angle_noise=5e-6)

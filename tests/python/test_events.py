@@ -49,6 +49,20 @@ def test_against_short_steps_where_shafts_are_pulled_to_and_fro(levels, pull, to
     assert_as_in_short_steps(p, PULLED, scenario, np.linspace(0.0, 0.6, 4), ["theta_m"], 1e-4)
 
 
+@pytest.mark.parametrize("rtol", [1e-5, 1e-6, 1e-8, 1e-10])
+@pytest.mark.parametrize("load", [0.0, 10.0])
+@pytest.mark.parametrize("term", ["coulomb_friction", "stribeck_friction", "load_dependent_friction"])
+def test_regress_a_controller_that_brings_a_shaft_to_rest_leaves_it_there(term, load, rtol):
+    """Its torque ends exactly at what friction holds, where rounding let the shaft go with every step."""
+    scenario = Scenario.start_stop(speed_rpm=120, start="speed_ramp", stop="brake", t_off=1.5, t_end=6.0, load=load)
+    rows = {"J_m": np.linspace(4e-4, 1e-3, 100)}
+    result = hdfast.sweep(
+        rows, model=hdfast.Model(terms=[term]), scenario=scenario, metrics=["te_pp"], rtol=rtol, method="dop853"
+    )
+    assert result.finished.all()
+    assert result.steps.max() < 1.5 * np.median(result.steps)
+
+
 def test_against_short_steps_coupling_that_slips_at_a_peak():
     """A held drive whose coupling slips at peaks of an alternating torque that are over within a step."""
     terms = ["coulomb_friction", "coupling_slip", "external_periodic_torque"]

@@ -188,6 +188,7 @@ def test_exact_a_case_is_a_campaign_and_its_label_can_be_judged(machine, tmp_pat
     assert judge("x", label, Answer("", {"verdict": "found", "effects": [told]})).outcome == "right_class"
 
 
+@pytest.mark.long
 def test_exact_recordings_of_a_machine_are_examined_once(tmp_path, monkeypatch):
     examined = []
 

@@ -120,6 +120,7 @@ def test_exact_an_ablation_takes_its_part_out_and_brings_it_back(name):
     assert getattr(one.owner, one.part) is before
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", ablations.ABLATIONS)
 def test_exact_an_ablated_diagnosis_of_a_small_campaign_ends_with_a_verdict(name, tmp_path, monkeypatch):
     small_campaign.shorten_library(monkeypatch)

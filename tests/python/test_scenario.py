@@ -232,6 +232,7 @@ def test_exact_replay_takes_tables():
         (lambda: Scenario.speed_profile([0, 1], [0, 1], hold="no"), "hold = 'no' is not true or false"),
         (lambda: Scenario.torque_profile([0, 1], [0, 1], hold=1), "hold = 1 is not"),
         (lambda: Scenario.replay(RECORDING, input="motor_motion", hold="yes"), "hold = 'yes'"),
+        (lambda: Scenario.replay(RECORDING, t_ende=1.0), "option of replay = 't_ende' .*; did you mean 't_end'"),
         (lambda: Scenario.start_stop(run_window=(2, 1)), "run_window"),
         (lambda: Scenario.start_stop(ring_width=0), "ring_width"),
         (lambda: Scenario.speed_profile([0, 1]), "exactly one"),

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import inspect
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -13,6 +15,7 @@ from hdfast.rows import table_columns
 from hdfast.scenario import Scenario
 from hdfast.scenario_parts import RPM, typical_speed
 
+OWN = ("hold", "speed")  # arguments that are no further options
 INPUTS = {"motor_torque": "motor_torque", "motor_motion": "motor_angle", "reference": "speed_reference"}
 
 
@@ -23,6 +26,12 @@ def replay(cls: type[Scenario], recording: Any, input_name: str, hold: bool, opt
     for needed in ("t", source):
         if needed not in columns:
             raise InputError(f"recording has no column {needed!r} (input={input_name!r} needs t and {source})")
+    makers: dict[str, Callable[..., Scenario]]
+    makers = {"motor_torque": cls.torque_profile, "motor_angle": cls.motion, "speed_reference": cls.speed_profile}
+    make = makers[source]
+    known = [one.name for one in inspect.signature(make).parameters.values() if one.kind is one.KEYWORD_ONLY]
+    for name in options:
+        choose("option of replay", name, ["max_gap", *(one for one in known if one not in OWN)])
     options = dict(options)
     t = _time(columns["t"])
     gap = options.pop("max_gap", None)
@@ -33,7 +42,7 @@ def replay(cls: type[Scenario], recording: Any, input_name: str, hold: bool, opt
     if source == "motor_angle":
         if "motor_torque" in columns and "torque" not in options:
             options["torque"] = _channel(_time(columns["t"]), columns["motor_torque"], "motor_torque", gap)
-        return cls.motion(t, values, hold=hold, **options)
+        return make(t, values, hold=hold, **options)
     if "motor_angle" in columns:
         moments, angle = _channel(_time(columns["t"]), columns["motor_angle"], "motor_angle", gap)
         if options.get("initial") != "zero_angle":
@@ -41,8 +50,8 @@ def replay(cls: type[Scenario], recording: Any, input_name: str, hold: bool, opt
         if source == "motor_torque":
             options.setdefault("speed_rpm", typical_speed(moments, angle) / RPM)
     if source == "speed_reference":
-        return cls.speed_profile(t, speed=values, hold=hold, **options)
-    return cls.torque_profile(t, values, hold=hold, **options)
+        return make(t, speed=values, hold=hold, **options)
+    return make(t, values, hold=hold, **options)
 
 
 def _time(values: Any) -> Floats:

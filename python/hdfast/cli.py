@@ -25,6 +25,7 @@ from hdfast.diagnosis import command as diagnose
 from hdfast.errors import InputError, Interrupted, MissingPackageError, nearest
 from hdfast.identify import command as identify
 from hdfast.model import BASES, SPRINGS, Model
+from hdfast.notes import notes_on_drive, notes_on_rows
 from hdfast.params import params
 from hdfast.printing import json_text, text_table
 from hdfast.proof import command as proof
@@ -163,7 +164,8 @@ def _sweep(options: argparse.Namespace) -> int:
     from hdfast.report import folder, tables
 
     settings = config.load(options.file)
-    tolerance.note_equal_rows(settings, options)
+    if not options.quiet:
+        sys.stderr.writelines(f"{note}\n" for note in notes_on_rows(settings))
     out = files.prepare_inputs(options.out, settings.inputs) if options.out else None
     seed = settings.run.seed if options.seed is None else options.seed
     try:
@@ -227,6 +229,8 @@ def _simulate(options: argparse.Namespace) -> int:
     from hdfast.report import folder, tables
 
     settings = config.load(options.file)
+    if not options.quiet:
+        sys.stderr.writelines(f"{note}\n" for note in notes_on_drive(settings))
     out = files.prepare_inputs(options.out, settings.inputs) if options.out else None
     run = _nominal(settings)
     numbers = folder.write_simulate(out, settings, run) if out else folder.simulate_summary(settings, run)

@@ -247,6 +247,12 @@ def test_exact_wrong_files_name_the_line(campaign, text, line, message):
     assert caught.value.line == line
 
 
+def test_exact_lines_above_the_names_of_columns_are_told_as_what_they_are_taken_for(campaign, tmp_path):
+    (tmp_path / "headed.csv").write_text("Rig 7\n\nt,motor_angle\n0,1\n1,2\n")
+    with pytest.raises(ConfigError, match=r"no recording has a column 't' for t \(they have: Rig 7\)"):
+        campaign('[columns]\nt = "t"\n[[recording]]\nfile = "headed.csv"\n')
+
+
 @pytest.mark.parametrize("command", ["compare", "calibrate", "diagnose", "identify friction"])
 def test_regress_a_file_without_recordings_is_wrong_input(command, campaign, tmp_path, capsys):
     file = str(tmp_path / "c.toml")

@@ -103,6 +103,18 @@ def test_exact_a_file_without_tolerances_is_told_that_its_rows_are_equal(command
     assert capsys.readouterr() == ("", "")
 
 
+@pytest.mark.parametrize("command", ["sweep", "simulate", "tolerance"])
+def test_exact_a_drive_that_its_friction_holds_at_the_start_is_told(command, small, capsys):
+    """The torque that sustains the speed is less than what breaks the drive away."""
+    friction = '[[terms]]\neffect = "stribeck_friction"\nparameters = {{ T_c = 0.05, breakaway_ratio = {} }}\n'
+    for ratio, told in ((1.0, False), (5.0, True)):
+        small.write_text(SMALL + friction.format(ratio))
+        main([command, str(small)])
+        assert ("the nominal drive never moves" in capsys.readouterr().err) is told
+        main([command, str(small), "--quiet"])
+        assert "never moves" not in capsys.readouterr().err
+
+
 def test_exact_same_seed_same_rows(small, tmp_path, undrawn):
     for name in ("a", "b"):
         main(["sweep", str(small), "--out", str(tmp_path / name), "--quiet"])

@@ -189,10 +189,11 @@ def test_exact_the_slope_of_what_multiplies_an_acceleration_holds_none_of_its_no
     replay, structure = setup.replay, nominal(setup)
     if name != "J_m":
         structure = structure.with_terms(["load_dependent_friction"], [], [], {}, SHARES)
-    mismatch, slopes, rough = linearise(replay, structure, structure.start)
+    _, slopes, rough = linearise(replay, structure, structure.start)
     j = structure.names.index(name)
-    moved = structure.start + STEP * np.eye(len(structure.names))[j]
-    whole = (mismatch - replay.mismatch(structure, moved[None])[0]) / STEP
+    step = STEP * np.eye(len(structure.names))[j]
+    lower, higher = replay.mismatch(structure, structure.start + np.stack([-step, step]))
+    whole = (lower - higher) / (2.0 * STEP)
     np.testing.assert_allclose(slopes[:, j] + rough[:, j], whole, rtol=1e-9, atol=1e-12)
     where = next(where for _, channel, where in replay.layout.pieces if channel == "motor_torque")
     bends = [np.median(np.abs(np.diff(column[where, j], 2))) for column in (slopes, rough)]
@@ -484,6 +485,18 @@ def test_exact_a_torque_that_no_drive_has_is_no_simulation(tmp_path: Path) -> No
     found = setup.replay.mismatch(structure, np.stack([absurd, structure.start]))
     assert np.isnan(found[0]).all()
     assert np.isfinite(found[1]).all()
+
+
+def test_exact_a_common_factor_of_torque_and_drive_is_told_by_priors_alone(tmp_path: Path) -> None:
+    """It changes no signal; slopes that are off by a thousandth would tell it from strong recordings all the same."""
+    done = hdfast.calibrate(small_campaign.write(tmp_path))
+    layout, known, names = done.setup.replay.layout, done.fit, done.fit.structure.names
+    way = np.array([float(name in ("J_m", "J_l", "B_m", "B_l", "B_ml", "B_sp", "k1")) for name in names])
+    way[names.index("torque_scale")] = known.value("torque_scale")
+    prior = np.sum((way / known.structure.sigma) ** 2)
+    assert np.sum(known.white(layout, known.slopes @ way) ** 2) < 1e-3 * prior
+    assert np.sum((known.stir.whitened(layout, known.white).slopes @ way) ** 2) < 1e-6 * prior
+    assert known.covariance(layout)[0, 0] == pytest.approx(1.0 / prior, rel=0.1)
 
 
 def test_exact_wide_slopes_are_differences_to_both_sides(tmp_path: Path) -> None:

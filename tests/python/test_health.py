@@ -440,9 +440,16 @@ def test_exact_a_temperature_that_no_gear_has_may_be_in_kelvin(run, value, told)
     ],
 )
 def test_exact_units_that_the_file_states(run, unit, text):
-    found = sentences(examine(run, units={"load_angle": unit}), "units", "warning")
+    found = sentences(examine(run, units={"load_angle": unit}), "units", "reject")
     assert bool(found) is bool(text)
     assert all(text in sentence for sentence in found)
+
+
+@pytest.mark.parametrize(("factor", "severity"), [(1e-2, "warning"), (1e-6, "reject")])
+def test_exact_a_scale_with_which_no_fit_means_anything_is_rejected(run, factor, severity):
+    """Time in milliseconds, which would be simulated for hours."""
+    run["motor_torque"] = run["motor_torque"] / factor
+    assert "times the stated inertia" in sentences(examine(run), "units", severity)[0]
 
 
 @pytest.mark.parametrize(

@@ -24,14 +24,14 @@ SHAKEN = (*ACCELERATED, "k1", "K1", "K2", "K3", "B_sp")
 def linearise(
     replay: Replay, structure: Structure, x: Floats, kept: int = 0, wide: Floats | None = None
 ) -> tuple[Floats, Floats, Floats]:
-    """Mismatch and slopes of the simulated signals by differences; those of the first `kept` stay 0.
+    """Mismatch and slopes of the simulated signals by central differences; those of the first `kept` stay 0.
 
     Args:
         replay: recordings.
         structure: equations and free parameters.
         x: coordinates (P,) within their bounds, as all steps are.
         kept: how many parameters, from the first on, are left out.
-        wide: steps (P,) to both sides; default small ones to one side.
+        wide: steps (P,) to both sides; default small ones.
 
     Returns:
         Mismatch (N,), slopes (N, P), and the noise of the acceleration that was taken from them (N, P).
@@ -40,8 +40,8 @@ def linearise(
     shaken = SHAKEN if replay.plant.load_side else ACCELERATED
     noisy = [j for j, name in enumerate(structure.names) if name in shaken and j >= kept]
     higher = 1 + np.arange(len(forth))
-    lower = 0 * higher if wide is None else higher + len(forth)
-    moved = np.concatenate([x[None], x + forth, *([] if wide is None else [x - back])])
+    lower = higher + len(forth)
+    moved = np.concatenate([x[None], x + forth, x - back])
     own = np.array(noisy, dtype=int) - kept
     stacked, slow = replay.both(structure, moved, [*higher[own], *lower[own]])
     spans = (forth + back).sum(axis=1)[:, None]
@@ -79,25 +79,25 @@ def stirred(
     if known is not None:
         found[:, :kept] = known.stir.slopes
     if own:
-        steps = _inside(structure, x)[0][own]
-        moved = x + np.eye(len(x))[own] * steps[:, None]
-        still = mismatch - slopes[:, own].T * steps[:, None]
-        found[:, own] = np.nan_to_num((noise - replay.noise_on_load(structure, moved, still)) / steps[:, None]).T
+        forth, back = (steps[own] for steps in _inside(structure, x))
+        ways = np.eye(len(x))[own]
+        moved = np.concatenate([x + ways * forth[:, None], x - ways * back[:, None]])
+        still = mismatch - slopes[:, own].T * np.stack([forth, -back])[..., None]
+        higher, lower = np.split(replay.noise_on_load(structure, moved, np.concatenate(still)), 2)
+        found[:, own] = np.nan_to_num((lower - higher) / (forth + back)[:, None]).T
     whole, feigned = (np.sum(white(replay.layout, one) ** 2, axis=0) for one in (slopes, found))
     told = np.maximum(whole - feigned, LEAST_TOLD * (whole + feigned))
     return Stir(noise, found, np.where(feigned > 0.0, (whole + feigned) / np.maximum(told, 1e-300), 1.0))
 
 
 def _inside(structure: Structure, x: Floats, wide: Floats | None = None) -> tuple[Floats, Floats]:
-    """Steps (P,) from coordinates (P,) forth and back, within the bounds; small ones in one direction.
+    """Steps (P,) from coordinates (P,) forth and back, within the bounds.
 
     Beyond a bound nothing changes: a slope taken there would leave a parameter where it ran aground.
     """
     low, high = structure.bounds
-    if wide is not None:
-        return np.minimum(wide, high - x), np.minimum(wide, x - low)
-    steps = STEP * units_of(structure)
-    return np.where(x + steps > high, -steps, steps), 0.0 * steps
+    steps = STEP * units_of(structure) if wide is None else wide
+    return np.minimum(steps, high - x), np.minimum(steps, x - low)
 
 
 def units_of(structure: Structure) -> Floats:

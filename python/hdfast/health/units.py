@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from hdfast.health.finding import WARNING
+from hdfast.health.finding import REJECT, WARNING
 from hdfast.health.subject import Subject
 from hdfast.recordings import COLUMNS
 from hdfast.recordings.units import correction, factor
@@ -20,6 +20,11 @@ SLOWEST_RATE, FASTEST_RATE = 5.0, 1e6
 HOTTEST = 200.0  # no grease serves beyond [degC]
 #: Of the inertia that the torque shows: so many times the stated one, and so many of its errors, are no tolerance.
 FAR_OFF, SIGMAS = 5.0, 3.0
+#: Columns that no replay needs.
+ASIDE = ("speed_reference", "temperature")
+#: With so many times the stated inertia, as of a time in milliseconds, nothing that is fitted means anything. Far less
+#: of it is that of a locked output, stated as a load that hardly moves.
+ABSURD = 1e4
 LOOK = "look for a scale of motor_torque, motor_angle or t in [columns], or an inertia of [drive], that is far off"
 
 
@@ -44,7 +49,7 @@ def explained(value: float, reasons: dict[float, str], close: float = CLOSE) -> 
 
 
 def check(subject: Subject) -> None:
-    """Compare speeds, rates and the inertia felt by the torque with what they should be; only suggest."""
+    """Compare speeds, rates and the inertia felt by the torque with what they should be; suggest, or reject."""
     _stated(subject)
     _rate(subject)
     speed = subject.motion.speed[subject.motion.valid]
@@ -59,11 +64,12 @@ def check(subject: Subject) -> None:
 
 
 def _stated(subject: Subject) -> None:
-    """Units that the file itself names, for columns without a scale."""
+    """Units that the file itself names, of columns without a scale; what a replay needs is read in none but its own."""
     for name, unit in subject.recording.units.items():
         sentence = correction(name, unit)
         if sentence:
-            subject.find(NAME, WARNING, sentence, value=factor(unit, COLUMNS[name][0]))
+            severity = WARNING if name in ASIDE else REJECT
+            subject.find(NAME, severity, sentence, value=factor(unit, COLUMNS[name][0]))
 
 
 def _rate(subject: Subject) -> None:
@@ -108,7 +114,7 @@ def _inertia(subject: Subject) -> None:
         hint = LOOK
     if hint:
         sentence = f"the torque per acceleration is {relative:.3g} times the stated inertia; {hint}"
-        subject.find(NAME, WARNING, sentence, value=relative)
+        subject.find(NAME, REJECT if relative > ABSURD else WARNING, sentence, value=relative)
 
 
 def _tolerated(subject: Subject) -> float:

@@ -178,7 +178,7 @@ class _Recordings:
         tables = [(facts, read(facts["file"], wanted(self.columns))) for facts in checked]
         for standard, entry in self.columns.items():
             if tables and not any(entry.name in found.columns for _, found in tables):
-                there = list(dict.fromkeys(name for _, found in tables for name in found.columns))
+                there = list(dict.fromkeys(name for _, found in tables for name in found.names))
                 raise self.file.error(
                     ("columns", standard),
                     f"no recording has a column {entry.name!r} for {standard}{nearest(entry.name, there)} "

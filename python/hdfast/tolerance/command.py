@@ -9,8 +9,9 @@ from collections.abc import Callable
 from typing import Any
 
 from hdfast.checks import MAX_SEED
-from hdfast.config import Config, load
+from hdfast.config import load
 from hdfast.errors import InputError, choose
+from hdfast.notes import notes_on_rows
 from hdfast.printing import json_text, text_table
 from hdfast.threads import MAX_THREADS
 from hdfast.tolerance.cluster import MAX_WORKERS
@@ -26,10 +27,6 @@ NAME = "tolerance"
 TEXT = "Hold the spread of many drives against a specification, with confidence."
 EXAMPLE = "hdfast tolerance examples/shf-25-120.toml --out out/tolerance --rows 100000"
 DONE, SAYS_NO = 0, 1
-EQUAL_ROWS = (
-    "hdfast: note: the file has no [tolerance.<name>], so all rows are the same drive; "
-    "sigma in [drive] is prior knowledge for fits, not a spread"
-)
 
 
 def arguments(command: argparse.ArgumentParser, whole: Callable[[str, int, int], Any]) -> None:
@@ -63,16 +60,11 @@ def arguments(command: argparse.ArgumentParser, whole: Callable[[str, int, int],
     command.add_argument("--progress", action="store_true", help="show progress even when stderr is not a terminal")
 
 
-def note_equal_rows(settings: Config, options: argparse.Namespace) -> None:
-    """Say on stderr that nothing varies in a file without tolerances."""
-    if not settings.tolerances and not options.quiet:
-        print(EQUAL_ROWS, file=sys.stderr)
-
-
 def run(options: argparse.Namespace) -> int:
     """Run the command; 0 when the outcome of every specification is "met", else 1."""
     settings = load(options.file)
-    note_equal_rows(settings, options)
+    if not options.quiet:
+        sys.stderr.writelines(f"{note}\n" for note in notes_on_rows(settings))
     for metric in options.rare:
         choose("--rare", metric, settings.specs)
         if not settings.tolerances:

@@ -20,6 +20,9 @@ SEPARATORS = (";", "\t", ",")
 LINE_END = r"\r\n|\r|\n"
 OPEN_END = "the last line has no line end: if the file was cut short, so may be its last number"
 DECIMAL_COMMA = "; decimal commas need ; or tab between columns"
+DATES = re.compile(r"\d{1,4}[-./]\d{1,2}[-./]\d{1,4}([ T].*)?|\d{1,2}:\d{2}.*")
+THOUSANDS = re.compile(r"[+-]?\d{1,3}([., ]\d{3})+([.,]\d*)?")
+SEPARATOR_LINE = re.compile(r'"?sep=(.)"?', re.IGNORECASE)
 MISSING = ("", "nan", "NaN", "NAN", "NA", "null")
 _NUMBER = re.compile(r"[+-]?(\d+([.,]\d*)?|[.,]\d+)([eE][+-]?\d+)?|[+-]?inf(inity)?", re.IGNORECASE)
 _PART = re.compile(r"[+-]?\d+([eE][+-]?\d+)?")
@@ -89,6 +92,8 @@ def _fields(line: str, separator: str) -> list[str]:
 def _layout(path: Path, lines: list[tuple[int, str]]) -> Layout:
     if not lines:
         raise InputError(f"{path}: no header line with the names of the columns")
+    if SEPARATOR_LINE.fullmatch(lines[0][1].strip()):
+        return _layout(path, lines[1:])
     number, header = lines[0]
     separator = next((item for item in SEPARATORS if item in header), ",")
     names = _fields(header, separator)
@@ -99,7 +104,7 @@ def _layout(path: Path, lines: list[tuple[int, str]]) -> Layout:
         )
     twice = next((name for name in names if name and names.count(name) > 1), None)
     if twice is not None:
-        raise InputError(f"{path}, line {number}: two columns are named {twice!r}")
+        raise InputError(f"{path}, line {number}: two columns are named {twice!r}: rename one")
     units: dict[str, str] = {}
     following = lines[1:2]
     if following:
@@ -154,7 +159,9 @@ def _exact(path: Path, body: list[tuple[int, str]], layout: Layout, wanted: Want
             where = f"{path}, line {number}, column {name!r}"
             values[row, place] = _number(where, cell)
             marks.update(mark for mark in ".," if mark in cell)
-            if len(marks) > 1 or (marks == {","} and layout.separator == ","):
+            if marks == {","} and layout.separator == ",":
+                raise InputError(f"{where}: {shorten(cell)} has a decimal comma{DECIMAL_COMMA}")
+            if len(marks) > 1:
                 raise InputError(f"{where}: {shorten(cell)} mixes decimal comma and decimal point")
     return {name: values[:, place].copy() for place, (_, name) in enumerate(used)}
 
@@ -180,5 +187,7 @@ def _number(where: str, cell: str) -> float:
     if cell in MISSING:
         return float("nan")
     if not _NUMBER.fullmatch(cell):
-        raise InputError(f"{where}: {shorten(cell)} is not a number")
+        hint = "; write times in seconds" if DATES.fullmatch(cell) else ""
+        hint = hint or ("; write it without marks between thousands" if THOUSANDS.fullmatch(cell) else "")
+        raise InputError(f"{where}: {shorten(cell)} is not a number{hint}")
     return float(cell.replace(",", "."))

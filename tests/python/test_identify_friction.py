@@ -142,6 +142,10 @@ def test_exact_driven_and_still_recordings_are_refused():
         identify.coastdown({"t": t, "motor_angle": 0.0 * t})
     with pytest.raises(InputError, match="speed_reference"):
         identify.friction({"t": t, "motor_angle": 50 * t**2, "motor_torque": 0 * t}, ratio=121.0)
+    ladder = np.cumsum(np.repeat([2.0, -2.0, 20.0, -20.0, 150.0, -150.0], 500)) * 0.01
+    run = {"t": 0.01 * np.arange(3000.0), "motor_angle": ladder, "motor_torque": np.zeros(3000)}
+    with pytest.raises(hdfast.InputError, match="speed_reference, which tells its steps, is missing"):
+        identify.friction(run, ratio=121.0)
 
 
 def ramped(held, rate=10_000.0, acceleration=50.0, inertia=3.34e-4):

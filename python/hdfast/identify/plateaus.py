@@ -20,6 +20,7 @@ STILL = 1e-9  # rad/s, of a reference: smaller steps are none, smaller speeds ar
 PIECES = 8
 STAYS, SECOND = 0.05, 1.0  # share of a speed by which it may change, and the time [s] in which it may
 SCATTER = 15.0  # of the angle about a parabola: three deviations of what 32 samples tell of the change
+WANDERS = 0.02  # share of its way by which an angle strays from a parabola, beyond a turn, where its speed has changed
 TURN = 2.0 * math.pi
 UNITS = {
     DEGREES: "motor_angle looks like degrees: scale = 0.0174533 in [columns] motor_angle",
@@ -131,12 +132,14 @@ def _refuse_at_odds(recording: Recording, speed: Floats, torque: Floats, asked: 
 def _stays(t: Floats, angle: Floats) -> bool:
     """Whether the speed of a stretch (n,) changes by less than a share of it, in less than a second by as much less.
 
-    What the scatter of the angle hides is no change.
+    What the scatter of the angle hides is no change; where it is a part of several turns, it is one of the motion.
     """
     duration = float(t[-1] - t[0])
     x = (t - t[0]) / duration - 0.5
     curve = np.polyfit(x, angle, 2)
     scatter = float(np.std(angle - np.polyval(curve, x)))
+    if scatter > max(WANDERS * float(np.ptp(angle)), TURN):
+        return False
     allowed = STAYS * abs(curve[1]) * min(duration / SECOND, 1.0)
     return bool(2.0 * abs(curve[0]) <= max(allowed, SCATTER * scatter))
 

@@ -313,7 +313,7 @@ def test_exact_what_convinces_where_it_was_fitted_and_is_refused_elsewhere_is_un
 @pytest.mark.long
 @pytest.mark.parametrize(("height", "first"), [(3e-5, "coulomb_friction"), (1e-4, "te_harmonic")])
 def test_exact_what_is_refused_goes_and_what_holds_without_it_stays(tmp_path, monkeypatch, height, first):
-    """The fourth harmonic is in the fitted recordings alone, dry friction in all of them."""
+    """The fourth harmonic is in the fitted recordings alone and draws their fit, dry friction is in all of them."""
     small_campaign.shorten_library(monkeypatch, ("coulomb_friction", "te_harmonic"))
     terms, level = ["coulomb_friction"], {"T_c": 0.05}
     spoiled = level | {"te_cos_4": height, "te_sin_4": 0.0}
@@ -327,7 +327,7 @@ def test_exact_what_is_refused_goes_and_what_holds_without_it_stays(tmp_path, mo
     session = found.evidence.session
     assert list(session.shown.values()) == [session.proof.gain.limited]
     told = found.to_dict()["fit"]["heldout"]["channels"]["motor_torque"]
-    assert told["extended_nrmse"] < 0.1 * told["baseline_nrmse"]
+    assert told["extended_nrmse"] < 0.12 * told["baseline_nrmse"]
 
 
 @pytest.mark.parametrize(

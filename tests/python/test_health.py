@@ -75,8 +75,14 @@ def test_exact_a_missing_column_rejects_and_is_named(run):
     result = examine(run)
     assert not result.usable
     assert "no column for motor_torque (the file has: t, motor_angle, load_angle, output_torque)" in result.reason
-    assert result.recording is None
-    assert not result.mask.any()
+
+
+def test_exact_a_missing_column_that_has_a_unit_in_its_name_is_proposed(run):
+    named = {"t": "t [ms]", "motor_angle": "motor_angle_deg", "load_angle": "load_angle [deg]"}
+    result = examine({"motor_torque": run["motor_torque"]}, file_columns=(*named.values(), "motor_torque"))
+    assert result.reason.endswith(
+        't = { name = "t [ms]", scale = 0.001 }  motor_angle = { name = "motor_angle_deg", scale = 0.0174532925 }'
+    )
 
 
 def test_regress_a_recording_without_samples_has_a_reason(run):

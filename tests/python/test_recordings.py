@@ -275,6 +275,26 @@ def test_exact_capitals_of_a_unit_count_where_they_tell_two_apart(unit, factor):
     assert units.factor(unit, "N m") == factor
 
 
+@pytest.mark.parametrize(
+    ("column", "rest", "unit"),
+    [
+        ("angle [deg]", "angle", "deg"), ("angle(deg)", "angle", "deg"), ("Zeit [ms]", "Zeit", "ms"),
+        ("motor_angle_deg", "motor_angle", "deg"), ("i [A]", "i", "A"), ("torque_mNm", "torque", "mNm"),
+        ("enc_counts", "enc", "counts"), ("torque (N m)", "torque", "N m"),
+        ("angle [1]", "angle [1]", ""), ("i_A", "i_A", ""), ("motor_angle", "motor_angle", ""), ("_ms", "_ms", ""),
+        ("angle (motor)", "angle (motor)", ""), ("[deg", "[deg", ""), ("x [-]", "x [-]", ""),
+    ],
+)  # fmt: skip
+def test_exact_a_unit_in_a_name(column, rest, unit):
+    assert units.named_with_unit(column) == (rest, unit)
+
+
+@pytest.mark.parametrize(("given", "stated"), [("pos_deg", "deg"), ({"name": "pos_deg", "scale": 1.0}, None)])
+def test_exact_the_name_of_a_column_states_its_unit_unless_a_scale_is_stated(given, stated):
+    found = gather({"t": T, "pos_deg": T}, {"motor_angle": given})[0]
+    assert found.units.get("motor_angle") == stated
+
+
 @pytest.mark.parametrize("unit", ["deg", b"deg", np.bytes_("deg"), ["deg"], [b"deg"]])
 def test_exact_an_attribute_of_an_hdf5_states_a_unit(tmp_path, unit):
     import h5py

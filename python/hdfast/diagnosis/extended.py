@@ -124,7 +124,7 @@ def _delays(
 def _torque(campaign: Campaign, values: Mapping[str, float], sigma: Mapping[str, float]) -> dict[str, Any]:
     """Entry of the column of the motor torque."""
     stated, scale = campaign.columns.get(TORQUE, ColumnMap(TORQUE)), values[TORQUE_SCALE]
-    return {"name": stated.name, "scale": stated.scale * scale, "sigma": float(sigma[TORQUE_SCALE] / scale)}
+    return {"name": stated.name, "scale": stated.factor * scale, "sigma": float(sigma[TORQUE_SCALE] / scale)}
 
 
 def _of_the_drive(name: str, structure: Structure) -> bool:

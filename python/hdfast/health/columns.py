@@ -9,7 +9,9 @@ import numpy as np
 from hdfast.checks import Floats
 from hdfast.health.finding import NOTE, REJECT, WARNING
 from hdfast.health.subject import LARGEST, REQUIRED, Subject
-from hdfast.recordings.columns import CHANNELS, FEWEST_FINITE, ColumnMap
+from hdfast.recordings.columns import CHANNELS, COLUMNS, FEWEST_FINITE, ColumnMap
+from hdfast.recordings.table import Table
+from hdfast.recordings.units import factor, named_with_unit
 
 NAME = "columns"
 EXAMPLE = 'motor_angle = { name = "angle_deg", scale = 0.0174533 }'
@@ -22,7 +24,7 @@ def check(subject: Subject) -> None:
     absent = ", ".join(name for name in REQUIRED if name not in recording)
     if absent:
         there = f"no column for {absent} (the file has: {recording.listing})"
-        subject.find(NAME, REJECT, f"{there}; name it in [columns], as in  {EXAMPLE}")
+        subject.find(NAME, REJECT, f"{there}; name it in [columns], as in  {_entries(recording) or EXAMPLE}")
     for name in recording:
         share = float(np.mean(np.isfinite(subject.clean(name)))) if recording.samples else 0.0
         if share < FEWEST_FINITE:
@@ -37,6 +39,17 @@ def check(subject: Subject) -> None:
             subject.find(
                 NAME, NOTE, f"{missing} samples of {name} are missing and masked", value=share, limit=FEWEST_FINITE
             )
+
+
+def _entries(recording: Table) -> str:
+    """What names the missing columns that the file has under their own names with a unit; nothing where it has none."""
+    found = []
+    for column in recording.file_columns:
+        name, unit = named_with_unit(column)
+        scale = factor(unit, COLUMNS[name][0]) if name in REQUIRED and name not in recording else None
+        if scale is not None:
+            found.append(f'{name} = {{ name = "{column}", scale = {scale:.9g} }}')
+    return "  ".join(found)
 
 
 def _stamp(t: Floats) -> str:

@@ -29,13 +29,18 @@ class ColumnMap:
 
     Attributes:
         name: its name there.
-        scale: factor that turns it into SI units; negative flips the sign.
+        scale: factor that turns it into SI units, None where none is stated; negative flips the sign.
         sigma: relative standard deviation of that factor, or None.
     """
 
     name: str
-    scale: float = 1.0
+    scale: float | None = None
     sigma: float | None = None
+
+    @property
+    def factor(self) -> float:
+        """The stated factor, or 1."""
+        return 1.0 if self.scale is None else self.scale
 
     def absence(self, standard: str) -> str:
         """What is said of a file that lacks it."""
@@ -63,7 +68,7 @@ def _entry(key: str, value: Any) -> ColumnMap:
     name = value.get("name", key)
     if not isinstance(name, str):
         raise InputError(f"columns.{key}.name = {shorten(name)} is not text")
-    scale = checks.finite(f"columns.{key}.scale", value.get("scale", 1.0))
+    scale = checks.finite(f"columns.{key}.scale", value["scale"]) if "scale" in value else None
     if scale == 0.0:
         raise InputError(f"columns.{key}.scale = 0 (allowed: a finite number other than zero)")
     sigma = checks.finite(f"columns.{key}.sigma", value["sigma"], 0.0) if "sigma" in value else None

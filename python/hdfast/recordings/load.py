@@ -15,7 +15,7 @@ from hdfast.recordings.columns import COLUMNS, ColumnMap, read_column_map
 from hdfast.recordings.formats import Source, Wanted, read
 from hdfast.recordings.recording import Recording, checked
 from hdfast.recordings.table import Table
-from hdfast.recordings.units import known_unit
+from hdfast.recordings.units import known_unit, named_with_unit
 from hdfast.rows import table_columns
 
 SAVED = (".csv", ".parquet", ".npz")
@@ -61,17 +61,18 @@ def to_table(name: str, source: Source, columns: Mapping[str, Any] | None = None
             mapped[standard] = ColumnMap(standard)
     with np.errstate(over="ignore", invalid="ignore"):
         arrays = {
-            standard: checks.as_floats(f"{name}: {entry.name}", found[entry.name]) * entry.scale
+            standard: checks.as_floats(f"{name}: {entry.name}", found[entry.name]) * entry.factor
             for standard, entry in mapped.items()
         }
     used = {entry.name for entry in mapped.values()}
     left = [str(key) for key in source.names if key not in used]
     notes = (*source.notes, f"columns left out: {', '.join(left)[:400]}") if left else source.notes
-    units = {
-        standard: source.units[entry.name]
+    stated = {
+        standard: source.units.get(entry.name) or named_with_unit(entry.name)[1]
         for standard, entry in mapped.items()
-        if entry.name in source.units and entry.scale == 1.0
+        if entry.scale is None
     }
+    units = {standard: unit for standard, unit in stated.items() if unit}
     notes += tuple(
         f"{standard} is in {unit!r} by the file, a unit that is not known: taken for {COLUMNS[standard][0]}"
         for standard, unit in units.items()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 
 from hdfast.recordings.columns import COLUMNS
 
@@ -25,6 +26,8 @@ SHIFTED = ("K", "°F", "degF", "F")
 OF_A_SENSOR = ("A", "mA", "V", "mV", "counts", "count", "inc", "ticks", "%")
 NONE = "-"
 KNOWN = (*FACTORS, *SHIFTED, *OF_A_SENSOR, NONE)
+BRACKETED = re.compile(r"(?P<rest>.*?)\s*(\[(?P<square>[^][]*)\]|\((?P<round>[^()]*)\))")
+SUFFIXED = re.compile(r"(?P<rest>.+)_(?P<unit>[^\W_]{2,})")
 
 
 def plain(unit: str) -> str:
@@ -40,6 +43,19 @@ def plain(unit: str) -> str:
 def known_unit(unit: str) -> bool:
     """True for a unit of this module."""
     return plain(unit) in KNOWN
+
+
+def named_with_unit(name: str) -> tuple[str, str]:
+    """A column's name in a file apart from the unit in it, as in "angle [deg]", "angle (deg)" and "angle_deg".
+
+    The unit is empty where none of this module is there; a suffix of one letter counts as part of the name.
+    """
+    if found := BRACKETED.fullmatch(name):
+        unit = (found["square"] or found["round"] or "").strip()
+        return (found["rest"], unit) if known_unit(unit) and plain(unit) != NONE else (name, "")
+    if (found := SUFFIXED.fullmatch(name)) and known_unit(found["unit"]):
+        return found["rest"], found["unit"]
+    return name, ""
 
 
 def factor(unit: str, target: str) -> float | None:

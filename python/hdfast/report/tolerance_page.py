@@ -317,8 +317,8 @@ def assumptions(study: Study) -> Section:
         "The equations, the scenario and the numerical settings are those of the input below; effects the model leaves "
         "out are not in the spread.",
         _independence(study),
-        "Percentile limits and yield intervals assume no distribution of the metric. Cpk and its interval assume a "
-        "normal one; Ppk comes from percentiles and does not.",
+        "Percentile limits and yield intervals assume no distribution of the metric. Cpk is taken with the standard "
+        "deviation of all rows; it and its interval assume a normal law. Ppk comes from percentiles and does not.",
         f"Rows that failed or lack a metric: policy '{study.policy}'.",
     ]
     if not plan.design.random:

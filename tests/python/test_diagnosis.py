@@ -22,6 +22,7 @@ from hdfast.diagnosis.extended import extended_model
 from hdfast.diagnosis.fit import fit, placed
 from hdfast.diagnosis.fitted import Fit
 from hdfast.diagnosis.holdout import replayed, weigh_up
+from hdfast.diagnosis.limits import EXACT, UNTOLD, untold_gain
 from hdfast.diagnosis.lines import Line
 from hdfast.diagnosis.metric import Metric
 from hdfast.diagnosis.multistart import multistart
@@ -497,6 +498,24 @@ def test_exact_a_common_factor_of_torque_and_drive_is_told_by_priors_alone(tmp_p
     assert np.sum(known.white(layout, known.slopes @ way) ** 2) < 1e-3 * prior
     assert np.sum((known.stir.whitened(layout, known.white).slopes @ way) ** 2) < 1e-6 * prior
     assert known.covariance(layout)[0, 0] == pytest.approx(1.0 / prior, rel=0.1)
+    [told] = untold_gain(known, layout)
+    assert told.effect == "torque_gain"
+    assert told.reason == UNTOLD
+
+
+@pytest.mark.parametrize(("drive", "columns", "reason"), [("", ", sigma = 0.0", EXACT), ("sigma = 0.0", "", None)])
+def test_exact_the_scale_of_a_torque_is_told_by_what_is_stated_as_exact(tmp_path, drive, columns, reason):
+    """By itself, or by the drive: no inertia, damping or stiffness may then make up for it."""
+    file = small_campaign.write(tmp_path)
+    text = file.read_text().replace(
+        "[sensors]", f'[columns]\nmotor_torque = {{ name = "motor_torque"{columns} }}\n[sensors]'
+    )
+    if drive:
+        for name, value in small_campaign.DRIVE.items():
+            text = text.replace(f"{name} = {value}\n", f"{name} = {{ value = {value}, {drive} }}\n")
+    file.write_text(text)
+    done = hdfast.calibrate(file)
+    assert [one.reason for one in untold_gain(done.fit, done.setup.replay.layout)] == ([reason] if reason else [])
 
 
 def test_exact_wide_slopes_are_differences_to_both_sides(tmp_path: Path) -> None:

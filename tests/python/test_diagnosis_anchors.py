@@ -36,8 +36,6 @@ SHORT = {"brfd": partial(brfd.write, every=16, until=8.0)}
 LONG = ("ur10e_j2", "bam_trajectory", "article", "article_output")
 MISSED = {  # what was expected of a machine and is not said of it; docs/diagnosis.md has more
     ("ur10e_j1", RIPPLE): "listed, not named: at 100 Hz out of reach of a replay at most speeds",
-    ("ur10e_j1", "not_showable"): "no torque_gain is listed",
-    ("tx40", "not_showable"): "no torque_gain is listed",
     ("heads", MEMORY): "undecided: a spring that relaxes cannot be told from a weight",
     ("heads", "verdicts"): "undecided: a spring that relaxes cannot be told from a weight",
     ("heads", "memory"): "undecided: a spring that relaxes cannot be told from a weight",

@@ -17,6 +17,7 @@ from hdfast.sensors import SensorFacts, stage_of
 from hdfast.spring import COEFFICIENTS
 from hdfast.terms import terms
 
+NO_SPREAD = 1e-6  # of the scale of a torque that is stated as exact
 LEAD_SHARE = 0.5
 REVERSAL_LAG = 1e-3
 VISIBLE = 2.0
@@ -40,7 +41,7 @@ def baseline(campaign: Campaign, torque_spread: float, period: float) -> Structu
     """
     shift = max(period, campaign.controller.period if campaign.controller else 0.0)
     free = [
-        Free(TORQUE_SCALE, 1.0, max(campaign.channel_sigma["motor_torque"], 1e-6), False, "1", 0.1, 10.0),
+        Free(TORQUE_SCALE, 1.0, max(campaign.channel_sigma["motor_torque"], NO_SPREAD), False, "1", 0.1, 10.0),
         Free(TORQUE_LEAD, 0.0, LEAD_SHARE * shift, False, "s", -shift, shift),
         Free(REVERSAL, 0.0, REVERSAL_LAG * torque_spread, False, "N m s"),
     ]

@@ -9,12 +9,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from hdfast.diagnosis.accept import DRIFTS
+from hdfast.diagnosis.baseline import NO_SPREAD
 from hdfast.diagnosis.candidate import Candidate
+from hdfast.diagnosis.evidence import Layout
+from hdfast.diagnosis.fitted import Fit
 from hdfast.diagnosis.library import OF_THE_LOAD_ANGLE, OF_THE_WINDUP
 from hdfast.diagnosis.plant import Plant
 from hdfast.diagnosis.screen import Screen, Signature
 from hdfast.diagnosis.shapes import effect_of
-from hdfast.diagnosis.structure import Free, Structure
+from hdfast.diagnosis.structure import TORQUE_SCALE, Free, Structure
 from hdfast.sensors.names import table
 from hdfast.terms import terms
 
@@ -27,6 +30,11 @@ NEEDS_LOAD_ANGLE = "needs the load angle: record it"
 NEEDS_LOAD_TORQUE = "needs the load torque: record it"
 NEEDS_TEMPERATURE = "needs the temperature of the drive: record it"
 NO_ROOM = "has no room beside the hidden states and orders of the model"
+GAIN = "torque_gain"
+UNTOLD = (
+    "a factor on the torque, the inertias and the stiffnesses changes next to nothing: its scale is known as stated"
+)
+EXACT = "the scale of the motor torque is stated as exact"
 SILENT = "changes next to nothing on these recordings, or cannot be simulated on them"
 
 
@@ -92,6 +100,19 @@ def unseen(candidates: Sequence[Candidate], plant: Plant, before: Structure, kno
     return [
         Limit(effect, "", 0.0, None, "", np.inf, reason) for effect, reason in reasons.items() if effect not in known
     ]
+
+
+def untold_gain(fit: Fit, layout: Layout) -> list[Limit]:
+    """The gain of the torque, which every model fits and none adds, unless the recordings tell it twice as well.
+
+    Args:
+        fit: the model that is left.
+        layout: of its mismatch.
+    """
+    [stated] = [free.sigma for free in fit.structure.free if free.name == TORQUE_SCALE]
+    if fit.sigma_without_priors(layout, TORQUE_SCALE) < 0.5 * stated * fit.value(TORQUE_SCALE):
+        return []
+    return [Limit(GAIN, "", 0.0, None, "", np.inf, EXACT if stated <= NO_SPREAD else UNTOLD)]
 
 
 def _unavailable(plant: Plant, *, elastic: bool) -> dict[str, str]:

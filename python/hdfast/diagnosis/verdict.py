@@ -13,7 +13,7 @@ from hdfast.diagnosis.experiment import NOTHING, Contest, Experiment, propose
 from hdfast.diagnosis.facts import FACTS
 from hdfast.diagnosis.fitted import Fit
 from hdfast.diagnosis.holdout import Proof
-from hdfast.diagnosis.limits import Limit, limits, unseen
+from hdfast.diagnosis.limits import Limit, limits, unseen, untold_gain
 from hdfast.diagnosis.locate import Where, locate
 from hdfast.diagnosis.masking import Masked, masked
 from hdfast.diagnosis.rivals import CLOSE_ERRORS, FAINT, INDISTINCT, SURE, Rival, Standing, stand
@@ -153,6 +153,7 @@ def conclude(session: Session, seed: int) -> Verdict:
         limits=[
             *limits(untaken, last.screen, len(replay.plant.units)),
             *unseen(last.candidates, replay.plant, last.before.structure, _known(search)),
+            *untold_gain(extended, replay.layout),
         ],
         experiment=None if contest is None else propose(replay, contest, np.random.default_rng([seed, 3])),
     )

@@ -38,6 +38,7 @@ class Candidate:
         order: per motor revolution at which it acts, if at one.
         stiffness: whether the amplitude is a stiffness, which makes the effect smaller the larger it is.
         unseen: parameters of what is too small to be seen by itself, and decides how the effect acts.
+        assumed: parameters that are fixed while the effect is weighed, and fitted once it is accepted.
     """
 
     effect: str
@@ -57,6 +58,7 @@ class Candidate:
     order: float | None = None
     stiffness: bool = False
     unseen: tuple[str, ...] = ()
+    assumed: tuple[Free, ...] = ()
 
     @property
     def label(self) -> str:
@@ -94,6 +96,10 @@ class Candidate:
     def added_to(self, structure: Structure) -> Structure:
         """The structure with this effect."""
         return structure.with_terms(self.terms, self.orders, self.sensors, self.fixed, self.free)
+
+    def settled_in(self, structure: Structure) -> Structure:
+        """A structure that has this effect, with what was assumed of it free."""
+        return structure.with_terms((), (), (), {}, self.assumed)
 
     def fits_into(self, structure: Structure) -> bool:
         """Whether a model has room for it: hidden states and orders are limited."""

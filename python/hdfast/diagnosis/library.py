@@ -125,6 +125,7 @@ def _friction(s: Sizes) -> list[Candidate]:
                 ],
                 shape=f"omega_s = {share:g} of the top speed",
                 contains=("coulomb_friction",),
+                assumed=[positive("stribeck_shape", 1.0, "1", sigma=0.5, low=0.25, high=4.0)],
             )
             for share in (0.03, 0.1, 0.3)
         ),

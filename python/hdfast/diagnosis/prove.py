@@ -7,11 +7,11 @@ from collections.abc import Sequence
 import numpy as np
 
 from hdfast.diagnosis.accept import ALARM, ALONE, SHORT, SLOW, SPARED, STILL, TIMING, too_uneven
-from hdfast.diagnosis.fit import fit
 from hdfast.diagnosis.holdout import LIKELY, Proof, replayed, weigh_up
 from hdfast.diagnosis.lesser import without_one
 from hdfast.diagnosis.replay import Replay
 from hdfast.diagnosis.score import Gain, noise_floor, nrmse
+from hdfast.diagnosis.select import settled
 from hdfast.diagnosis.trials import Round, Search, Trial
 
 Proven = tuple[Search, Proof, dict[str, float]]
@@ -131,5 +131,5 @@ def _confirmed(replay: Replay, held: Replay, found: Search, trial: Trial) -> Pro
     hidden = margin >= LIKELY and (likely <= ALONE or proof.speaks_alone)
     if (doubtful and not proof.speaks_alone) or not (hidden or proof.extended < proof.baseline):
         return None
-    final = fit(replay.commanded(last.before), trial.fit.structure, trial.fit.coordinates)
+    final = settled(replay.commanded(last.before), trial)
     return _holding(replay, held, found.more(trial, final))

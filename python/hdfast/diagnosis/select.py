@@ -88,8 +88,14 @@ def search(
         if taken is None:
             return Search(rounds, current, accepted)
         accepted = joined_by(taken, accepted)
-        current = fit(replay, taken.fit.structure, taken.fit.coordinates)
+        current = settled(replay, taken)
         stages.say(f"accepted {taken.candidate.label}" + (f" after {', '.join(present)}" if present else ""))
+
+
+def settled(replay: Replay, taken: Trial) -> Fit:
+    """The model with an effect that is accepted, and what was assumed of it fitted too."""
+    assumed = [float(free.coordinate(free.value)) for free in taken.candidate.assumed]
+    return fit(replay, taken.candidate.settled_in(taken.fit.structure), np.append(taken.fit.coordinates, assumed))
 
 
 def _tried(

@@ -32,6 +32,7 @@ def in_drive(
     needs: tuple[str, ...] = (),
     order: float | None = None,
     stiffness: bool = False,
+    assumed: Iterable[Free] = (),
 ) -> Candidate:
     """An effect in the equations of the drive by a term; parameters by their short names, as `Candidate` has them."""
     term = terms()[law]
@@ -56,6 +57,7 @@ def in_drive(
         shape=shape,
         order=(fixed or {}).get("order", order),
         stiffness=stiffness,
+        assumed=tuple(_allowed(one, term, own(one.name)) for one in assumed),
     )
 
 

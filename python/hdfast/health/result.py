@@ -50,7 +50,7 @@ class RecordingHealth:
     @property
     def reason(self) -> str:
         """Why it is rejected, empty when it is usable."""
-        return ". ".join(finding.sentence for finding in self.findings if finding.severity == REJECT)
+        return "; ".join(finding.sentence for finding in self.findings if finding.severity == REJECT)
 
 
 @dataclass(frozen=True, eq=False)

@@ -50,7 +50,8 @@ def explained(value: float, reasons: dict[float, str], close: float = CLOSE) -> 
 
 def check(subject: Subject) -> None:
     """Compare speeds, rates and the inertia felt by the torque with what they should be; suggest, or reject."""
-    _stated(subject)
+    if _stated(subject):
+        return
     _rate(subject)
     speed = subject.motion.speed[subject.motion.valid]
     fastest = float(np.max(np.abs(speed), initial=0.0))
@@ -63,13 +64,16 @@ def check(subject: Subject) -> None:
     _temperature(subject)
 
 
-def _stated(subject: Subject) -> None:
-    """Units that the file itself names, of columns without a scale; what a replay needs is read in none but its own."""
+def _stated(subject: Subject) -> bool:
+    """Whether the file itself names another unit, of a column without a scale, that a replay cannot be read in."""
+    wrong = False
     for name, unit in subject.recording.units.items():
         sentence = correction(name, unit)
         if sentence:
             severity = WARNING if name in ASIDE else REJECT
             subject.find(NAME, severity, sentence, value=factor(unit, COLUMNS[name][0]))
+            wrong |= severity == REJECT
+    return wrong
 
 
 def _rate(subject: Subject) -> None:

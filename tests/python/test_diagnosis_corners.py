@@ -246,7 +246,7 @@ def test_exact_a_faint_effect_stands_where_what_is_held_out_confirms_it(
     model = SimpleNamespace(white=None, structure=None, coordinates=None, mismatch=None)
     trial = Trial(SimpleNamespace(effect=effect, label=effect), model, Gain(np.full(9, gained / 9.0), errors), failed)
     first = Round(model, [], [], [], SimpleNamespace(p={effect: 2e-3}), [trial], None)
-    for name in ("noise_floor", "replayed", "fit"):
+    for name in ("noise_floor", "replayed", "settled"):
         monkeypatch.setattr(prove, name, lambda *given: model)
     monkeypatch.setattr(prove, "nrmse", lambda layout, mismatch: 1.0)
     monkeypatch.setattr(prove, "weigh_up", weigh_up)

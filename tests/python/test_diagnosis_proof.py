@@ -460,7 +460,7 @@ def confirmed_on_others(monkeypatch, p, gained, *, beside=(), **shown) -> bool:
     fitted = SimpleNamespace(white=None, structure=None, coordinates=None)
     trial = Trial(candidate, fitted, gained, (accept.STILL,))
     last = Round(fitted, [], [], [], SimpleNamespace(p={"load_side_friction": p}), [trial], None)
-    for name in ("noise_floor", "replayed", "fit"):
+    for name in ("noise_floor", "replayed", "settled"):
         monkeypatch.setattr(prove, name, lambda *given: fitted)
     proof = SimpleNamespace(confirms=True, holds=True, baseline=1.0, **shown)
     monkeypatch.setattr(prove, "weigh_up", lambda *given: proof)

@@ -55,6 +55,7 @@ class DriveFile:
         sigma: standard deviation in the same unit, where one is stated.
         teeth: `teeth_flexspline`, `teeth_circular` and `fixed`, where they are stated.
         effects: declared effects of sensors, and unknown ones.
+        exact_by_mistake: parameters of value 0 with a relative sigma, which leaves them no deviation.
     """
 
     base: str | None
@@ -65,6 +66,7 @@ class DriveFile:
     sigma: dict[str, float]
     teeth: dict[str, int | str]
     effects: tuple[Effect, ...]
+    exact_by_mistake: tuple[str, ...] = ()
 
     @property
     def ratio_by_teeth(self) -> float | None:
@@ -108,6 +110,7 @@ class _Reader:
         self.file = file
         self.values: dict[str, float] = {}
         self.sigma: dict[str, float] = {}
+        self.exact_by_mistake: list[str] = []
 
     def drive(self) -> DriveFile:
         section, error = self.file.section("drive"), self.file.section("kinematic_error")
@@ -128,7 +131,8 @@ class _Reader:
         for number, entry in named:
             self.term(("terms", number, "parameters"), entry, table)
         effects = tuple(self.effect(i, entry) for i, entry in numbered if _of_the_record(entry["effect"]))
-        return DriveFile(base, spring, given.get("orders"), tuple(chosen), self.values, self.sigma, teeth, effects)
+        orders, exact = given.get("orders"), tuple(self.exact_by_mistake)
+        return DriveFile(base, spring, orders, tuple(chosen), self.values, self.sigma, teeth, effects, exact)
 
     def choice(self, path: Keys, section: Mapping[str, Any], allowed: Iterable[str]) -> str | None:
         key = str(path[-1])
@@ -186,6 +190,8 @@ class _Reader:
     def deviation(self, path: Keys, name: str, relative: Any) -> None:
         share = self.file.guard(path, checks.finite, f"sigma of {name}", relative, 0.0)
         self.sigma[name] = share * abs(self.values[name])
+        if share > 0.0 and self.values[name] == 0.0:
+            self.exact_by_mistake.append(name)
 
     def entries(self) -> list[dict[str, Any]]:
         found = self.file.listed("terms")

@@ -35,9 +35,21 @@ def html_table(header: Sequence[str], rows: Sequence[Sequence[str]], right: Sequ
     return f"<table><thead><tr>{cells('th', header)}</tr></thead><tbody>{body}</tbody></table>"
 
 
+def enumerated(names: Sequence[str]) -> str:
+    """Names as in a sentence: "a, b and c"."""
+    *others, last = names or [""]
+    return f"{', '.join(others)} and {last}" if others else last
+
+
 def percent(share: float, digits: int = 1) -> str:
     """A share in percent, a dash where there is none."""
     return f"{100.0 * share:.{digits}f} %" if math.isfinite(share) else "-"
+
+
+def percents(before: float, after: float) -> tuple[str, str]:
+    """Two shares in percent, with as many digits, up to three, as it takes to tell them apart."""
+    shown = [(percent(before, digits), percent(after, digits)) for digits in (1, 2, 3)]
+    return next((pair for pair in shown if pair[0] != pair[1]), shown[0])
 
 
 def share_text(share: float, digits: int = 2) -> str:

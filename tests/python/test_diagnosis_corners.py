@@ -286,7 +286,7 @@ def test_exact_a_detent_is_told_in_newton_metres_whatever_scale_the_torque_is_re
     detent = Free("cogging_T_cog", 0.03, 1.0, True, "N m")
     structure = session.nominal(setup).with_terms(["cogging"], (), (), {}, [detent])
     at = structure.start
-    at[structure.names.index("torque_scale")] = 1.5
+    at[structure.names.index("torque_scale")] = np.log(1.5)
     slow = setup.replay.plant.units[2]
     left = setup.replay.plant.mismatch(structure, at[None])[2]["motor_torque"][0]
     assert np.std(left[slow.judged["motor_torque"]]) < 0.1 * 0.03 / 1.5

@@ -95,7 +95,7 @@ def test_exact_page_needs_nothing_else(page):
 def test_regress_first_screen_names_effect_place_size_and_errors(found, page):
     assert found.verdict == "found"
     text = words_of(page).replace("\u00a0", " ")
-    assert "The model leaves out Coulomb friction (50.5 ± 2.8 mN m) at the motor." in text
+    assert "The model leaves out Coulomb friction (50.4 ± 2.9 mN m) at the motor." in text
     assert "Error on recordings kept for the proof: 16.4 % → 2 %; white sensor noise alone makes 1.9 %." in text
     told = "Diagnosis(found: The model leaves out coulomb_friction; error on held-out recordings 16.4 % -> 2.0 %.)"
     assert repr(found) == told

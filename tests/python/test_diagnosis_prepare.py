@@ -566,7 +566,7 @@ def test_exact_a_given_filter_of_the_torque_passes_all_of_it():
     drive = {"ratio": RATIO, "J_m": 3e-4, "J_l": 0.0, "B_m": 1e-3, "B_ml": 0.0, "B_l": 0.0}
     name, lag = "motor_torque_sensor_lowpass_tau_s", 2e-3
     pair = (("sensor_lowpass", "motor_torque"),)
-    scale = Free("torque_scale", 1.0, 0.05, False, "1", 0.1, 10.0)
+    scale = Free("torque_scale", 1.0, 0.05, True, "1", 0.1, 10.0)
     free = Free(name, lag, 0.5, True, "s", 0.0, 1.0)
     plain, given, fitted = (
         plant.mismatch(structure, structure.start[None])[0]["motor_torque"][0]

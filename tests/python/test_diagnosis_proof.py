@@ -8,13 +8,14 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 import small_campaign
-from hdfast.diagnosis import accept, beside, choice, content, diagnose, prove, shortlist, verdict
+from hdfast.diagnosis import accept, beside, choice, diagnose, prove, remarks, shortlist, verdict
 from hdfast.diagnosis.holdout import Proof
 from hdfast.diagnosis.lesser import Lesser
 from hdfast.diagnosis.replay import Replay
 from hdfast.diagnosis.rivals import confidence
 from hdfast.diagnosis.score import Gain
 from hdfast.diagnosis.trials import Round, Search, Trial
+from hdfast.printing import percents
 
 ERRORS = (0.5, 0.5)
 
@@ -92,34 +93,29 @@ def test_exact_what_gains_far_more_than_its_size_can_is_not_confirmed(total: flo
 
 
 @pytest.mark.parametrize(
-    ("fitted", "held_out", "gained", "margin", "worse"),
+    ("left_out", "held_out", "gained", "margin", "worse"),
     [
-        ((0.5, 0.51), (0.5, 0.51), 9.0, 10.0, True),
-        ((0.5, 0.51), (0.5, 0.51), 11.0, 0.0, False),
-        ((0.5, 0.51), (0.5, 0.51), 9.0, 12.0, False),
-        ((0.5, 0.51), (0.5, 0.51), 5.0, 30.0, True),
-        ((0.5, 0.49), (0.5, 0.51), 9.0, 0.0, False),
-        ((0.5, 0.51), (0.5, 0.49), 9.0, 0.0, False),
+        ((0.51, 0.5), (0.5, 0.51), 9.0, 10.0, True),
+        ((0.51, 0.5), (0.5, 0.51), 11.0, 0.0, False),
+        ((0.51, 0.5), (0.5, 0.51), 9.0, 12.0, False),
+        ((0.51, 0.5), (0.5, 0.51), 5.0, 30.0, True),
+        ((0.49, 0.5), (0.5, 0.51), 9.0, 0.0, False),
+        ((0.51, 0.5), (0.5, 0.49), 9.0, 0.0, False),
     ],
 )
 def test_exact_a_name_with_which_all_recordings_are_followed_less_well_is_undecided_unless_those_held_out_convince(
-    monkeypatch: pytest.MonkeyPatch,
-    fitted: tuple[float, float],
+    left_out: tuple[float, float],
     held_out: tuple[float, float],
     gained: float,
     margin: float,
     worse: bool,
 ) -> None:
-    monkeypatch.setattr(verdict, "nrmse", lambda layout, mismatch: mismatch)
-    before, after = (SimpleNamespace(mismatch=error) for error in fitted)
     leading = SimpleNamespace(
-        name="coulomb_friction", alone=Gain(np.ones(9), ERRORS), lesser=before, rivals=(), probability=0.98,
+        name="coulomb_friction", alone=Gain(np.ones(9), ERRORS), lesser=None, rivals=(), probability=0.98,
         trial=SimpleNamespace(candidate=SimpleNamespace(place="motor")),
     )  # fmt: skip
     session = SimpleNamespace(
-        replay=SimpleNamespace(layout=None),
-        search=SimpleNamespace(final=after),
-        baseline=before,
+        search=SimpleNamespace(final=None, accepted=[SimpleNamespace(gain=Gain(np.ones(9), left_out))]),
         proof=SimpleNamespace(
             holds=True,
             baseline=held_out[0],
@@ -130,6 +126,20 @@ def test_exact_a_name_with_which_all_recordings_are_followed_less_well_is_undeci
         ),
     )
     assert verdict._decide(session, [leading], None)[0] == ("undecided" if worse else "found")
+
+
+@pytest.mark.parametrize(
+    ("errors", "shown"),
+    [
+        ((0.174, 0.042), ("17.4 %", "4.2 %")),
+        ((0.0474, 0.0471), ("4.74 %", "4.71 %")),
+        ((0.03, 0.029999), ("3.0 %", "3.0 %")),
+    ],
+)
+def test_exact_an_improvement_is_told_with_as_many_digits_as_it_takes(
+    errors: tuple[float, float], shown: tuple[str, str]
+) -> None:
+    assert percents(*errors) == shown
 
 
 def test_exact_what_to_record_next_tells_apart_all_that_look_the_same() -> None:
@@ -173,12 +183,55 @@ def test_exact_what_is_left_beyond_the_white_noise_is_noted(monkeypatch, left: f
         session=SimpleNamespace(warnings=[], search=search, replay=None),
         proof=SimpleNamespace(extended=left, floor=floor),
         extended=None,
+        told=[],
     )
     for astray in ([], ["motor_torque"]):
-        monkeypatch.setattr(content, "unexplained", lambda replay, mismatch, astray=astray: astray)
-        notes = content._notes(found)
+        monkeypatch.setattr(remarks, "unexplained", lambda replay, mismatch, astray=astray: astray)
+        notes = remarks.remarks(found)
         assert any("3.1 times the white noise" in note for note in notes) == said
         assert any("of motor_torque the model explains nothing" in note for note in notes) == bool(astray)
+
+
+def fitted(base: str, **pulls: float) -> SimpleNamespace:
+    """A fit of which nothing counts but how far its parameters are from what is stated."""
+    structure = SimpleNamespace(names=list(pulls), model=SimpleNamespace(base=base))
+    return SimpleNamespace(structure=structure, pulls=np.array(list(pulls.values())), mismatch=None)
+
+
+def noted(monkeypatch, before: SimpleNamespace, after: SimpleNamespace, order: float | None, stated: bool) -> str:
+    """The notes on a line of the kinematic error, or on an effect without an order, that was added to a fit."""
+    monkeypatch.setattr(remarks, "unexplained", lambda replay, mismatch: [])
+    priors = {"k1": SimpleNamespace(stated=stated), "J_l": SimpleNamespace(stated=True)}
+    campaign = SimpleNamespace(drive=SimpleNamespace(base=None, spring="polynomial"), priors=priors)
+    search = SimpleNamespace(accepted=[], final=after)
+    session = SimpleNamespace(warnings=[], search=search, replay=None, baseline=before, campaign=campaign)
+    named = SimpleNamespace(trial=SimpleNamespace(candidate=SimpleNamespace(order=order)))
+    return " ".join(remarks.remarks(SimpleNamespace(session=session, proof=None, extended=after, told=[named])))
+
+
+def test_exact_what_an_effect_drags_away_from_what_is_stated_is_noted(monkeypatch) -> None:
+    before = fitted("two_inertia", torque_scale=0.2, J_m=3.5, J_l=0.1, k1=0.3)
+    told = noted(monkeypatch, before, fitted("two_inertia", torque_scale=8.3, J_m=4.4, J_l=4.1, k1=2.9), None, True)
+    assert "drag J_l and the scale of motor_torque more than 3 standard deviations" in told
+    assert (
+        noted(monkeypatch, before, fitted("two_inertia", torque_scale=1.0, J_m=3.6, J_l=1.0, k1=2.9), None, True) == ""
+    )
+
+
+@pytest.mark.parametrize(
+    ("base", "order", "stated", "said"),
+    [
+        ("one_inertia", 2.0, False, True),
+        ("one_inertia", 2.0, True, False),
+        ("one_inertia", None, False, False),
+        ("two_inertia", 2.0, False, False),
+    ],
+)
+def test_exact_a_line_of_a_drive_that_is_rigid_for_want_of_its_stiffness_is_noted(
+    monkeypatch, base: str, order: float | None, stated: bool, said: bool
+) -> None:
+    one = fitted(base, torque_scale=0.0)
+    assert ("[drive] does not state k1" in noted(monkeypatch, one, one, order, stated)) == said
 
 
 @pytest.mark.parametrize(

@@ -107,6 +107,13 @@ def test_exact_a_description_that_shows_may_miss_by_two_percent_more(after, gain
     assert (found.accepted, found.refused) == (accepted, refused)
 
 
+@pytest.mark.parametrize(("after", "fall", "told"), [(0.49, 0.02, False), (0.47, 0.02, True), (0.49, 0.06, True)])
+def test_exact_what_hardly_lowers_the_error_is_not_described(after, fall, told):
+    """However sure: a command held between two samples, or a clock, follows the motion as well."""
+    sure = Gain(np.full(20, 5.0), (after, 0.5), fall)
+    assert Unknown(None, 3.0, None, sure, 0.9, (), None, None).accepted == told
+
+
 @pytest.mark.parametrize("base", ["one_inertia", "two_inertia"])
 @pytest.mark.parametrize("place", ["motor", "load"])
 def test_exact_a_curve_says_on_which_side_of_the_gear_it_counts(base, place):

@@ -715,10 +715,11 @@ def test_exact_a_sigma_that_is_no_share_is_told(sigma, told):
     assert any(sentence.startswith(f"sigma of B_ml ({sigma:.4g})") for sentence in found) == told
 
 
-def test_exact_a_relative_sigma_of_zero_is_told():
-    text = TEXT.replace("B_ml = 6e-4", "B_ml = { value = 0, sigma = 0.5 }")
+@pytest.mark.parametrize(("sigma", "told"), [(0.5, True), (0, False)])
+def test_exact_a_relative_sigma_of_zero_is_told_unless_it_is_meant(sigma, told):
+    text = TEXT.replace("B_ml = 6e-4", f"B_ml = {{ value = 0, sigma = {sigma} }}")
     found = [one.sentence for one in nameplate.check(campaign([], text))]
-    assert any(sentence.startswith("B_ml = 0 has a relative sigma") for sentence in found)
+    assert any(sentence.startswith("B_ml = 0 has a relative sigma") for sentence in found) == told
 
 
 def test_against_lstsq_block_regression():

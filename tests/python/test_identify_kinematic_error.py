@@ -196,6 +196,9 @@ def test_exact_wrong_recordings_are_named():
     turning = forward | {"motor_angle": 0.5 * forward["t"] + 20.0 * np.sin(0.1 * forward["t"])}
     with pytest.raises(InputError, match="turns back"):
         identify.kinematic_error(turning, ratio=121.0)
+    out_and_back = forward | {"motor_angle": 20.0 * np.sin(np.linspace(0.0, np.pi, len(forward["t"])))}
+    with pytest.raises(InputError, match="turns back"):
+        identify.kinematic_error(out_and_back, ratio=121.0)
 
 
 @pytest.mark.parametrize(

@@ -41,7 +41,7 @@ def baseline(campaign: Campaign, torque_spread: float, period: float) -> Structu
     """
     shift = max(period, campaign.controller.period if campaign.controller else 0.0)
     free = [
-        Free(TORQUE_SCALE, 1.0, max(campaign.channel_sigma["motor_torque"], NO_SPREAD), False, "1", 0.1, 10.0),
+        Free(TORQUE_SCALE, 1.0, max(campaign.channel_sigma["motor_torque"], NO_SPREAD), True, "1", 0.1, 10.0),
         Free(TORQUE_LEAD, 0.0, LEAD_SHARE * shift, False, "s", -shift, shift),
         Free(REVERSAL, 0.0, REVERSAL_LAG * torque_spread, False, "N m s"),
     ]
@@ -76,14 +76,18 @@ def with_resonance(campaign: Campaign, corner: float) -> Campaign:
         campaign: the checked campaign.
         corner: band of the motor torque [Hz].
     """
-    first = COEFFICIENTS[campaign.drive.spring][0]
-    known = campaign.priors[first].stated and campaign.priors["J_l"].stated
-    if campaign.drive.base is not None or campaign.base != "one_inertia" or not known:
+    if campaign.drive.base is not None or campaign.base != "one_inertia" or unstated_of_resonance(campaign):
         return campaign
+    first = COEFFICIENTS[campaign.drive.spring][0]
     resonance = math.sqrt(campaign.priors[first].value / campaign.priors["J_l"].value) / (2.0 * math.pi)
     if resonance > VISIBLE * corner:
         return campaign
     return replace(campaign, drive=replace(campaign.drive, base="two_inertia"))
+
+
+def unstated_of_resonance(campaign: Campaign) -> list[str]:
+    """What a campaign does not state of the load's resonance: its stiffness, its inertia."""
+    return [name for name in (COEFFICIENTS[campaign.drive.spring][0], "J_l") if not campaign.priors[name].stated]
 
 
 def _sensors(campaign: Campaign, period: float) -> tuple[list[tuple[str, str]], dict[str, float]]:

@@ -13,22 +13,20 @@ from hdfast.diagnosis.candidate import Candidate
 from hdfast.diagnosis.facts import facts_of
 from hdfast.diagnosis.limits import Limit
 from hdfast.diagnosis.masking import pulled
+from hdfast.diagnosis.remarks import remarks
 from hdfast.diagnosis.replay import Replay
 from hdfast.diagnosis.rivals import ALIKE, FAINT, Standing
-from hdfast.diagnosis.score import Gain, nrmse, unexplained
+from hdfast.diagnosis.score import Gain, nrmse
 from hdfast.diagnosis.unknown import Unknown
 from hdfast.diagnosis.verdict import Verdict
 from hdfast.drive_file import UNKNOWN
 from hdfast.files import json_ready
 from hdfast.health import Health
 from hdfast.model import parse_order
-from hdfast.printing import percent
 from hdfast.sensors.names import table
 from hdfast.terms import terms
 
 MEMORIES = ("none", "rate_independent", "fading")
-LOUD = 3.0  # times the white noise, beyond which a note says so
-MUCH = 0.5  # of the spread: more than most left-out physics takes
 NOWHERE: dict[str, Any] = {
     "place": None,
     "place_candidates": [],
@@ -42,33 +40,6 @@ NOWHERE: dict[str, Any] = {
     "depends_on": [],
     "memory": "none",
 }
-
-
-def _notes(verdict: Verdict) -> list[str]:
-    """What weakens the proof, what is left beyond the noise, and recordings that cost the others their rate."""
-    notes = list(verdict.session.warnings)
-    proof = verdict.proof
-    if verdict.extended is not None and proof is not None and proof.holds and not proof.shows:
-        notes.append("the held-out recordings do not show it: it rests on stretches of the others that were left out")
-    astray = unexplained(verdict.session.replay, verdict.session.search.final.mismatch)
-    if astray:
-        notes.append(
-            f"of {' and '.join(astray)} the model explains nothing: noise, or columns, scales or clocks that are off, "
-            "or a load that is missing"
-        )
-    if any(one.confirmed for one in verdict.session.search.accepted):
-        notes.append("the fitted recordings show it too faintly for a name: the held-out ones confirm it")
-    if proof is not None and proof.extended > LOUD * proof.floor > 0.0:
-        notes.append(
-            f"what is left of the held-out recordings is {proof.extended / proof.floor:.2g} times the white noise of "
-            f"the sensors: slower noise, or physics that nothing tried here describes{_much(proof.extended)}"
-        )
-    return notes
-
-
-def _much(error: float) -> str:
-    """What else may leave so large a share of the spread."""
-    return f"; where {percent(error)} of the spread are left, also a scale or a clock" if error > MUCH else ""
 
 
 def _findings(health: Health) -> list[dict[str, Any]]:
@@ -161,7 +132,7 @@ def as_dict(verdict: Verdict, health: Health, seed: int, version: str) -> dict[s
             "not_showable": _not_showable(verdict.limits),
             "detectable": _detectable(verdict.limits),
             "next_experiment": None if verdict.experiment is None else verdict.experiment.to_dict(),
-            "notes": _notes(verdict),
+            "notes": remarks(verdict),
             "health": _findings(health),
             "seed": seed,
             "version": version,

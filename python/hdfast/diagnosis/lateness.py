@@ -9,6 +9,7 @@ import numpy as np
 
 from hdfast.diagnosis.source import Source
 from hdfast.errors import InputError
+from hdfast.printing import enumerated
 from hdfast.recordings import Campaign
 from hdfast.recordings.campaign import DELAY, LOAD_SIDE
 from hdfast.recordings.clock import period
@@ -95,7 +96,7 @@ def _of_the_load(campaign: Campaign) -> list[str]:
     if not more or not _recorded(campaign, (LOAD,)):
         return []
     return [
-        f"{LOAD} is replayed as it was recorded: of its sensor the delay is taken back, {' and '.join(more)} not; "
+        f"{LOAD} is replayed as it was recorded: of its sensor the delay is taken back, {enumerated(more)} not; "
         "record it with a faster one, or correct the column"
     ]
 

@@ -110,7 +110,7 @@ def untold_gain(fit: Fit, layout: Layout) -> list[Limit]:
         layout: of its mismatch.
     """
     [stated] = [free.sigma for free in fit.structure.free if free.name == TORQUE_SCALE]
-    if fit.sigma_without_priors(layout, TORQUE_SCALE) < 0.5 * stated * fit.value(TORQUE_SCALE):
+    if fit.sigma_without_priors(layout, TORQUE_SCALE) < 0.5 * stated:
         return []
     return [Limit(GAIN, "", 0.0, None, "", np.inf, EXACT if stated <= NO_SPREAD else UNTOLD)]
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
+
 import numpy as np
 
 from hdfast.checks import Floats
@@ -19,6 +21,8 @@ LEAST_TOLD = 0.02
 ACCELERATED = ("J_m", "J_l", TORQUE_SCALE, "load_dependent_friction_c_drive", "load_dependent_friction_c_back")
 #: Where a signal of the load side tells of the resonance, what the torque alone would say of it is noise as well.
 SHAKEN = (*ACCELERATED, "k1", "K1", "K2", "K3", "B_sp")
+#: Those that a common factor of drive and torque multiplies, beside the scale of the torque.
+MULTIPLIED = ("J_m", "J_l", "k1", "K1", "K2", "K3", "B_sp")
 
 
 def linearise(
@@ -48,7 +52,32 @@ def linearise(
     slopes, rough = np.zeros((replay.layout.size, len(x))), np.zeros((replay.layout.size, len(x)))
     slopes[:, kept:] = -((stacked[higher] - stacked[lower]) / spans).T
     rough[:, noisy] = slopes[:, noisy] + ((slow[: len(own)] - slow[len(own) :]) / spans[own]).T
+    common = _common_factor(structure, x, shaken)
+    if common is not None and kept == 0:
+        rough[:, structure.names.index(TORQUE_SCALE)] = -rough @ common
     return stacked[0], np.nan_to_num(slopes - rough), np.nan_to_num(rough)
+
+
+def _common_factor(structure: Structure, x: Floats, shaken: Collection[str]) -> Floats | None:
+    """Change of the shaken coordinates (P,) with the logarithm of a factor that multiplies all torques of a drive.
+
+    With the scale of the recorded torque it changes no signal, and noise must not tell it: that of the scale's slope is
+    minus theirs together. What a torque holds beyond an acceleration's noise, as the steps of a friction, is none.
+
+    Args:
+        structure: equations and free parameters.
+        x: coordinates (P,).
+        shaken: parameters whose slopes hold the noise of the acceleration.
+
+    Returns:
+        The changes, 0 for all others; None where the scale or one of them is given.
+    """
+    multiplied = [name for name in MULTIPLIED if name in shaken]
+    given = [name for name in multiplied if name not in structure.names and structure.fixed.get(name, 0.0) != 0.0]
+    if given or TORQUE_SCALE not in structure.names:
+        return None
+    pairs = zip(structure.free, x, strict=True)
+    return np.array([(1.0 if free.positive else at) if free.name in multiplied else 0.0 for free, at in pairs])
 
 
 def stirred(

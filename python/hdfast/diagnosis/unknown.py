@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from hdfast.checks import Floats
-from hdfast.diagnosis.accept import RISE, SPARED, USELESS
+from hdfast.diagnosis.accept import FALL, RISE, SPARED, USELESS
 from hdfast.diagnosis.changes import attentive
 from hdfast.diagnosis.evidence import limited
 from hdfast.diagnosis.features import Feature, features, slowed
@@ -69,11 +69,15 @@ class Unknown:
 
     @property
     def predicts(self) -> bool:
-        """Whether it stands out of the noise and predicts left-out stretches better, and at all."""
+        """Whether it stands out of the noise and predicts left-out stretches better, and at all.
+
+        However sure, what hardly lowers the error is a clock, a hold or a filter of the recorder rather than a torque.
+        """
         after, before = self.gain.nrmse
         convincing = self.gain.total >= CONVINCING and self.gain.spared >= SPARED
         surely = self.statistic >= ALONE or self.gain.ratio >= ERRORS
-        return surely and convincing and after <= min((1.0 + RISE) * before, USELESS)
+        better = max(self.gain.fall, 1.0 - after / before) >= FALL
+        return surely and convincing and better and after <= min((1.0 + RISE) * before, USELESS)
 
     @property
     def open(self) -> bool:

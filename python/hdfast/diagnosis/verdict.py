@@ -22,6 +22,7 @@ from hdfast.diagnosis.session import Session
 from hdfast.diagnosis.shapes import effect_of
 from hdfast.diagnosis.trials import Search
 from hdfast.diagnosis.unknown import Unknown, describe
+from hdfast.printing import enumerated, percents
 
 NAMED = ("no_evidence", "found", "undecided", "depends_on", "sensor", "not_reproducible", "data_rejected")
 RISEN = 1.002
@@ -114,7 +115,8 @@ class Claim:
         proof = self.proof if self.extended is not None else None
         if proof is None or not math.isfinite(proof.extended):
             return ""
-        return f"; error on held-out recordings {100 * proof.baseline:.1f} % -> {100 * proof.extended:.1f} %"
+        before, after = percents(proof.baseline, proof.extended)
+        return f"; error on held-out recordings {before} -> {after}"
 
 
 @dataclass(frozen=True, eq=False)
@@ -180,7 +182,9 @@ def _decide(
     if session.proof is not None and not session.proof.holds:
         return "undecided", "the improvement does not show on the held-out recordings", alone
     if _worse(session):
-        reason = f"with {leading.name} the model follows fitted and held-out recordings less well than without"
+        reason = (
+            f"with {leading.name} the model follows left-out stretches and held-out recordings less well than without"
+        )
         return "undecided", reason, alone
     rivals, others = leading.rivals, _besides(standings, leading)
     if leading.probability < SURE:
@@ -208,22 +212,24 @@ def _between(leading: Standing, final: Fit, rival: Rival) -> Contest:
 def _besides(standings: Sequence[Standing], leading: Standing) -> str:
     """What an undecided verdict says of effects that are sure beside the leading one."""
     sure = dict.fromkeys(one.name for one in standings if one is not leading and one.probability >= SURE)
-    return f", beside {' and '.join(sure)}" if sure else ""
+    return f", beside {enumerated(list(sure))}" if sure else ""
 
 
 def _worse(session: Session) -> bool:
-    """Whether the errors of what was fitted and of what was held out both rise with what was accepted.
+    """Whether the errors of left-out stretches and of what was held out both rise with what was accepted.
 
     That counts for nothing where the held-out recordings convince, or confirm what is certain with the others: errors
     are those of the loudest channel.
     """
-    proof, layout = session.proof, session.replay.layout
+    proof = session.proof
     if proof is None or proof.extended <= RISEN * proof.baseline:
         return False
     gained = proof.gain.limited
     if gained >= CONVINCING or (proof.confirms and proof.margin + gained >= CERTAIN):
         return False
-    return nrmse(layout, session.search.final.mismatch) > RISEN * nrmse(layout, session.baseline.mismatch)
+    accepted = session.search.accepted
+    (_, before), (after, _) = accepted[0].gain.nrmse, accepted[-1].gain.nrmse
+    return after > RISEN * before
 
 
 def _without_a_name(session: Session, unknown: Unknown | None) -> tuple[str, str, Contest | None]:

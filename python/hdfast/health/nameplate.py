@@ -23,7 +23,7 @@ def check(campaign: Campaign) -> list[Finding]:
         sentence = f"[drive] does not state {', '.join(filled)}; the default drive stands in with a wide prior"
         found.append(Finding(NAME, NOTE, sentence, value=len(filled)))
     drive = campaign.drive
-    exact = [name for name in drive.sigma if drive.values.get(name) == 0.0 and not name.startswith("te_")]
+    exact = drive.exact_by_mistake
     if exact:
         sentence = (
             f"{', '.join(exact)} = 0 has a relative sigma, which is 0 as well: it is taken as exactly 0; state the "

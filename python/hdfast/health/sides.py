@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from hdfast.checks import Floats
-from hdfast.health.alignment import SIGMAS, Alignment, align, slope
+from hdfast.health.alignment import HALF_TURN, SIGMAS, Alignment, align, slope
 from hdfast.health.finding import NOTE, REJECT, WARNING
 from hdfast.health.subject import Subject
 from hdfast.health.units import near_unit
@@ -47,7 +47,7 @@ def check(subject: Subject) -> None:
     alignment = align(motion, ratio, subject.campaign.orders)
     if alignment is not None:
         _ratio(subject, alignment, ratio, turned)
-        _clock(subject, alignment)
+        _clock(subject, alignment, turned)
 
 
 def _unstated(subject: Subject, travel: float) -> None:
@@ -94,12 +94,18 @@ def _ratio(subject: Subject, found: Alignment, ratio: float, travel: float) -> N
     other = (
         f" (a gear of {whole} : 1 with another member fixed?)" if abs(seen - whole) < 0.05 and whole != ratio else ""
     )
-    alike = "; so are encoder_eccentricity and gravity_unbalance within one turn" if travel < 2.0 * math.pi else ""
+    alike = _alike("one turn") if travel < 2.0 * math.pi else ""
     sentence = f"the angles give a ratio of {seen:.6g} against {ratio:g}{other}; ratio_error is a candidate{alike}"
     subject.find("ratio", WARNING, sentence, value=off, limit=RATIO_CANDIDATE)
 
 
-def _clock(subject: Subject, found: Alignment) -> None:
+def _alike(travel: str) -> str:
+    """What else is named that depends on the angle of the output, where that turns by less."""
+    return f"; so are encoder_eccentricity and gravity_unbalance within {travel}"
+
+
+def _clock(subject: Subject, found: Alignment, travel: float) -> None:
+    """Name a lag of the load side's clock, and its growth, where the output turned this far [rad]."""
     if not math.isfinite(found.lag_error) or found.lag_error > LATE:
         return
     subject.facts.lag_s = found.lag
@@ -113,5 +119,6 @@ def _clock(subject: Subject, found: Alignment) -> None:
         sentence = f"load_angle lags motor_angle by {1e3 * found.lag:.3g} ms; delay and sensor_delay are candidates"
         subject.find("clock", WARNING, sentence, value=late, limit=LATE_CANDIDATE)
     if abs(found.drift) > max(SKEW, SIGMAS * found.drift_error):
+        alike = _alike("half a turn") if travel < HALF_TURN else ""
         sentence = f"the lag of load_angle grows by {1e6 * found.drift:.3g} us per second; clock_skew is a candidate"
-        subject.find("clock", WARNING, sentence, value=found.drift, limit=SKEW)
+        subject.find("clock", WARNING, f"{sentence}{alike}", value=found.drift, limit=SKEW)

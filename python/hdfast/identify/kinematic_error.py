@@ -157,7 +157,7 @@ def _runs(recordings: list[Recording], ratio: float, highest: float) -> list[Run
     for recording in recordings:
         t, motor, load = recording.need("a transmission-error test", "t", "motor_angle", "load_angle")
         refuse_wrapped(recording, "motor_angle", "load_angle", ratio=ratio)
-        turned = abs(motor[-1] - motor[0]) / domain.TURN
+        turned = float(np.ptp(motor)) / domain.TURN
         if turned < 1.0:
             raise InputError(f"{recording.name}: {turned:.3g} motor revolutions (allowed: at least 1)")
         steps = np.diff(motor[:: max(1, len(motor) // 200)])

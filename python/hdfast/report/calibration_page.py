@@ -39,7 +39,7 @@ def page(found: Calibration) -> str:
     names = fitted.structure.names
     far = [name for name in names if abs(pull(fitted, name)) > FAR]
     pairs = correlations(fitted, layout)
-    tables = [parameter_table(layout, fitted, None)] + ([html_table(PAIR_HEADER, pairs, right=(2,))] if pairs else [])
+    tables = [parameter_table(layout, fitted, None)] + ([html_table(PAIR_HEADER, pairs, right=(1,))] if pairs else [])
     figure = details.pulls(names, np.array([pull(fitted, name) for name in names]), None, far, "calibrated")
     texts = (
         [f"Beyond {FAR:g} σ of their priors, which physics the model lacks may do: {', '.join(far)}."] if far else []

@@ -132,7 +132,7 @@ def _parameters(content: Mapping[str, Any], verdict: Verdict) -> Section:
     pairs = correlations(after, session.replay.layout)
     tables = [parameter_table(session.replay.layout, before, after if extended else None, masked)]
     if pairs:
-        tables.append(html_table(PAIR_HEADER, pairs, right=(2,)))
+        tables.append(html_table(PAIR_HEADER, pairs, right=(1,)))
     figure = details.pulls(names, pulls, moved, masked)
     caption = "Where calibration moved every parameter"
     caption += ", and where the extended model puts it. Red: had swallowed an effect." if extended else "."

@@ -14,6 +14,7 @@ from hdfast.diagnosis.plant import TORQUE
 from hdfast.diagnosis.rivals import SURE
 from hdfast.diagnosis.unknown import Unknown
 from hdfast.diagnosis.verdict import Verdict
+from hdfast.printing import enumerated
 from hdfast.report import diagnosis_plots as plots
 from hdfast.report.diagnosis_swings import missing_tones
 from hdfast.report.diagnosis_tables import amplitude, plus_minus, words
@@ -67,8 +68,8 @@ def headline(content: Mapping[str, Any]) -> str:
     held = content["fit"]["heldout"]
     before, after, floor = (held[f"{key}_nrmse"] for key in ("baseline", "extended", "noise_floor"))
     if name in ("found", "sensor") and effects:
-        listed = [f"{words(one['effect'])}{_size(one)} {_at(one['place'])}" for one in effects]
-        text = f"The model leaves out {' and '.join(listed)}."
+        listed = [f"{words(one['effect'])}{_order(one)}{_size(one)} {_at(one['place'])}" for one in effects]
+        text = f"The model leaves out {enumerated(listed)}."
         if before is not None and after is not None:
             text += (
                 f" Error on recordings kept for the proof: {100 * before:.3g} % → {100 * after:.3g} %; "
@@ -81,6 +82,12 @@ def headline(content: Mapping[str, Any]) -> str:
             f"proof to {100 * before:.3g} %; white sensor noise alone makes {100 * (floor or 0.0):.2g} %."
         )
     return str(content["sentence"])
+
+
+def _order(effect: Mapping[str, Any]) -> str:
+    """Of a line of the kinematic error, several of which may be listed."""
+    order = effect["parameters"].get("order") if effect["effect"] == "te_harmonic" else None
+    return f" of order {order['value']:.6g}" if order else ""
 
 
 def _at(place: str) -> str:

@@ -13,13 +13,13 @@ from hdfast.diagnosis.evidence import Layout
 from hdfast.diagnosis.fitted import Fit
 from hdfast.diagnosis.structure import Free
 from hdfast.diagnosis.trials import Round
-from hdfast.printing import html_table
+from hdfast.printing import enumerated, html_table
 from hdfast.report.plots import scaled
 from hdfast.report.tables import number
 from hdfast.terms import terms
 
 PARAMETER_HEADER = ["parameter", "unit", "prior", "nominal model, calibrated", "pull [σ]"]
-PAIR_HEADER = ["these two", "are hardly told apart", "correlation"]
+PAIR_HEADER = ["hardly told apart", "correlation"]
 CORRELATED = 0.95
 EXTENDED_HEADER = ["extended model", "pull [σ]", ""]
 TRIAL_HEADER = [
@@ -132,13 +132,25 @@ def pull(fit: Fit, name: str) -> float:
 
 
 def correlations(fit: Fit, layout: Layout) -> list[list[str]]:
-    """Pairs of parameters that these recordings hardly tell apart."""
+    """Groups of parameters that these recordings hardly tell apart, each of the pairs closest to each other first."""
     covariance = fit.covariance(layout)
     size = np.sqrt(np.diag(covariance))
     shares = covariance / np.outer(size, size)
-    names = fit.structure.names
-    pairs = [(abs(shares[i, j]), i, j) for i in range(len(names)) for j in range(i) if abs(shares[i, j]) > CORRELATED]
-    return [[names[j], names[i], f"{shares[i, j]:+.3f}"] for _, i, j in sorted(pairs, reverse=True)]
+    close, names = np.abs(shares) > CORRELATED, fit.structure.names
+    pairs = [(abs(shares[i, j]), j, i) for i in range(len(names)) for j in range(i) if close[i, j]]
+    rows, told = [], np.zeros_like(close)
+    for _, first, second in sorted(pairs, reverse=True):
+        if told[first, second]:
+            continue
+        group = [first, second]
+        for other in range(len(names)):
+            if other not in group and close[other, group].all():
+                group.append(other)
+        told[np.ix_(group, group)] = True
+        least = min((shares[i, j] for i in group for j in group if i != j), key=abs)
+        figure = f"{least:+.3f}" if len(group) == 2 else f"{abs(least):.3f} or more"
+        rows.append([enumerated([names[j] for j in sorted(group)]), figure])
+    return rows
 
 
 def trial_table(one: Round) -> str:
@@ -195,9 +207,9 @@ def experiment_rows(proposal: Mapping[str, Any]) -> list[list[str]]:
         for one in motion["segments"]
     )
     first, *others = proposal["separates"]
-    beyond = " and ".join(proposal["beyond"])
+    beyond = enumerated(proposal["beyond"])
     return [
-        ["tells apart", f"{spoken(first)} from {spoken(' and '.join(others))}"],
+        ["tells apart", f"{spoken(first)} from {spoken(enumerated(others))}"],
         ["motor speed", f"{motion['kind']}, {proposal['duration_s']:.1f} s from standstill: {steps}"],
         [
             "keeps to",

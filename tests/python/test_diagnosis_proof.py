@@ -211,7 +211,13 @@ def noted(monkeypatch, before: SimpleNamespace, after: SimpleNamespace, order: f
 
 def test_exact_what_an_effect_drags_away_from_what_is_stated_is_noted(monkeypatch) -> None:
     before = fitted("two_inertia", torque_scale=0.2, J_m=3.5, J_l=0.1, k1=0.3)
-    told = noted(monkeypatch, before, fitted("two_inertia", torque_scale=8.3, J_m=4.4, J_l=4.1, k1=2.9), None, True)
+    told = noted(
+        monkeypatch,
+        before,
+        fitted("two_inertia", torque_scale=8.3, J_m=4.4, J_l=4.1, k1=2.9, payload_share=9.0),
+        None,
+        True,
+    )
     assert "drag J_l and the scale of motor_torque more than 3 standard deviations" in told
     assert (
         noted(monkeypatch, before, fitted("two_inertia", torque_scale=1.0, J_m=3.6, J_l=1.0, k1=2.9), None, True) == ""

@@ -64,6 +64,25 @@ def test_regress_a_complete_drive_without_names_is_quiet(tmp_path, monkeypatch):
 
 
 @pytest.mark.long
+def test_exact_a_drag_that_a_drive_loses_as_it_warms_up_is_described(tmp_path):
+    """No temperature is recorded; every recording begins cold."""
+    path = small_campaign.write(tmp_path)
+    for number in range(4):
+        columns = dict(np.load(tmp_path / f"r{number}.npz"))
+        speed = np.gradient(columns["motor_angle"], columns["t"])
+        smooth = np.convolve(speed, np.ones(25) / 25.0, "same")
+        columns["motor_torque"] += 1.2e-3 * smooth * np.exp(-columns["t"] / 1.0)
+        np.savez(tmp_path / f"r{number}.npz", **columns)
+    found = diagnose(path)
+    assert found.verdict == "depends_on"
+    where = found.content["where"]
+    assert (where["depends_on"], where["memory"], where["place"]) == (["time_since_start"], "fading", "motor")
+    assert "as in a drive that warms up" in found.content["sentence"]
+    errors = found.content["fit"]["heldout"]
+    assert errors["extended_nrmse"] < 0.6 * errors["baseline_nrmse"]
+
+
+@pytest.mark.long
 def test_exact_a_law_that_is_refused_elsewhere_is_undecided(tmp_path, monkeypatch):
     """The drive has dry friction in the fitted recordings and none in the one that is held out; it has no name."""
     small_campaign.shorten_library(monkeypatch, ())

@@ -23,6 +23,7 @@ from hdfast.diagnosis.regressors import (
     ramps,
     resonances,
     splines,
+    warming,
     waves,
 )
 from hdfast.diagnosis.replay import Replay
@@ -32,6 +33,7 @@ POSITIONS = (6, 12, 24)
 LOCAL = (24, 48, 96)
 RESONANCES = np.geomspace(0.7, 6.0, 16)
 AGES = (0.15, 0.5, 1.5)
+WARM_AFTER = (0.1, 0.3, 1.0)  # of the longest recording
 
 Group = tuple[tuple[str, str, str], Variable | None, Variable]
 
@@ -150,6 +152,8 @@ def features(replay: Replay, slow: Sequence[Unit], fitted: Fit) -> list[Feature]
     groups += [(("load_phase", "none", "load"), turning["load_phase"], shape) for shape in local]
     groups.append((("motor_phase", "rate_independent", "motor"), None, plays(slow)))
     groups.append((("motor_speed", "fading", "motor"), None, filters(band.rate)))
+    longest = max(float(unit.t[-1]) for unit in slow)
+    groups += [(("time_since_start", "fading", "motor"), None, warming(share * longest)) for share in WARM_AFTER]
     groups += [(("direction", "fading", place), None, aged(time, band.rate)) for time in AGES for place in places]
     groups += [
         (("motor_acceleration", "fading", "load"), None, resonances(frequency, band.rate))

@@ -94,6 +94,16 @@ def aged(time: float, rate: float) -> Variable:
     return built
 
 
+def warming(time: float) -> Variable:
+    """Dry and viscous drag of a drive that is cold at the start, and warms up with a time constant [s]."""
+
+    def cold(unit: Unit) -> Floats:
+        left = np.exp(-(unit.before + unit.t) / time)
+        return np.stack([np.sign(unit.speed) * left, unit.speed * left], axis=1)
+
+    return cold
+
+
 def resonances(frequency: float, rate: float) -> Variable:
     """Force and speed of a lightly damped mass that the acceleration shakes, at a natural frequency [Hz]."""
     w = TURN * frequency

@@ -58,14 +58,14 @@ def _rigid_for_want_of(verdict: Verdict) -> list[str]:
 
 
 def _far(verdict: Verdict) -> list[str]:
-    """Parameters that the extended model drags away from their priors and the calibrated one does not."""
+    """Parameters of the drive that the extended model drags away from their priors and the calibrated one does not."""
     if verdict.extended is None:
         return []
-    known = pulled(verdict.session.baseline)
-    final = verdict.extended
-    scale = final.structure.names.index(TORQUE_SCALE)
-    of_torque = ["the scale of motor_torque"] if final.pulls[scale] > FAR else []
-    return [*(name for name in pulled(final) if name not in known), *of_torque]
+    before, after = verdict.session.baseline, verdict.extended
+    known = set(before.structure.names) - set(pulled(before))
+    scale = after.structure.names.index(TORQUE_SCALE)
+    of_torque = ["the scale of motor_torque"] if after.pulls[scale] > FAR else []
+    return [*(name for name in pulled(after) if name in known), *of_torque]
 
 
 def _much(error: float) -> str:

@@ -28,6 +28,7 @@ NAMED = ("no_evidence", "found", "undecided", "depends_on", "sensor", "not_repro
 RISEN = 1.002
 MOST_RIVALS = 2  # that a proposed motion tells from the leading effect, and from each other
 PASTS = {"none": "", "rate_independent": " and on its path", "fading": " and on its recent past"}
+WARMS_UP = "resists the motion and fades with time_since_start, as in a drive that warms up"
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,7 +81,8 @@ class Claim:
         if self.described is not None:
             at = f"at the {self.described.place}" if self.described.place else "at the motor or on the load"
             feature = self.described.feature
-            cause = f"depends on {feature.name}{PASTS[feature.memory]}"
+            warms_up = (feature.name, feature.memory) == ("time_since_start", "fading")
+            cause = WARMS_UP if warms_up else f"depends on {feature.name}{PASTS[feature.memory]}"
             alike = " or ".join(self.alike)
             known = f"Could be {alike}, but not for sure" if alike else "None of the known effects"
             return f"{known}: a torque {at} that {cause}{self._better}."
